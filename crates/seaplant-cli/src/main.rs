@@ -1,0 +1,2 @@
+//! seaplant
+fn main() {}

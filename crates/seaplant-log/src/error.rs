@@ -1,0 +1,327 @@
+//! What can go wrong, in words that a person can act on.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::lookup::list;
+use crate::unit::Dimension;
+
+/// Why a log could not be read, or a column not be found.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The operating system would not give the file.
+    #[error("cannot read {}: {source}; {}", path.display(), io_advice(source))]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+
+    /// The path is a folder.
+    #[error("{} is a folder; name the log file inside it", path.display())]
+    Directory {
+        /// The folder.
+        path: PathBuf,
+    },
+
+    /// No file was named.
+    #[error("no log file was given; name at least one")]
+    NoFiles,
+
+    /// The file is not text.
+    #[error("{} is not a text table but looks like {looks_like}; export it as CSV", path.display())]
+    Binary {
+        /// The file.
+        path: PathBuf,
+        /// What its first bytes say it is.
+        looks_like: String,
+    },
+
+    /// The file holds nothing, or only blank lines.
+    #[error("{} is empty; check that the recording was saved and copied whole", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+
+    /// Text, but without rows of numbers.
+    #[error(
+        "{} holds no table: none of its first {rows} rows is mostly numbers; give a CSV file with \
+         one header row above rows of numbers",
+        path.display()
+    )]
+    NotATable {
+        /// The file.
+        path: PathBuf,
+        /// How many rows were looked at.
+        rows: usize,
+    },
+
+    /// Numbers start without a row of names above them.
+    #[error(
+        "{}:{line}: the numbers start here without a header row above; add a first line that names \
+         each of the {cells} columns, units in brackets, such as \"time [s]\"",
+        path.display()
+    )]
+    NoHeader {
+        /// The file.
+        path: PathBuf,
+        /// The first row of numbers.
+        line: u64,
+        /// The cells in it.
+        cells: usize,
+    },
+
+    /// The header names fewer or more columns than the rows hold.
+    #[error(
+        "{}:{line}: the header names {header} columns, but the rows from line {row_line} hold \
+         {row} cells, so names and numbers cannot be matched; correct the header or put names that \
+         hold the separator in quotes",
+        path.display()
+    )]
+    HeaderCells {
+        /// The file.
+        path: PathBuf,
+        /// The line of the header.
+        line: u64,
+        /// The cells of the header.
+        header: usize,
+        /// The first line of numbers.
+        row_line: u64,
+        /// The cells of that line.
+        row: usize,
+    },
+
+    /// Too few rows of numbers to use.
+    #[error(
+        "{} holds {rows} usable row(s) of data and at least {needed} are needed; check that the \
+         recording was saved and copied whole",
+        path.display()
+    )]
+    TooFewRows {
+        /// The file.
+        path: PathBuf,
+        /// Rows with data (in a log, with distinct times).
+        rows: usize,
+        /// Rows needed.
+        needed: usize,
+    },
+
+    /// A quoted cell runs to the end of the file.
+    #[error(
+        "{}:{line}: a quotation mark opens here and is never closed, so the rest of the file is \
+         one cell; close or remove it",
+        path.display()
+    )]
+    OpenQuote {
+        /// The file.
+        path: PathBuf,
+        /// The line of the mark.
+        line: u64,
+    },
+
+    /// No column is recognised as time.
+    #[error(
+        "{}: no column is recognised as time; name it in campaign.toml under [time], or give an \
+         equal sampling rate there if the rows are equally spaced; the columns are {}",
+        path.display(),
+        list(columns)
+    )]
+    NoTime {
+        /// The file.
+        path: PathBuf,
+        /// Its columns.
+        columns: Vec<String>,
+    },
+
+    /// The time column's unit does not measure time.
+    #[error(
+        "{}: the time column {column:?} has the unit {unit:?}, which is not one of time; write one \
+         of {}",
+        path.display(),
+        accepted.join(", ")
+    )]
+    TimeUnit {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The unit found.
+        unit: String,
+        /// The units that would do.
+        accepted: Vec<&'static str>,
+    },
+
+    /// No cell of the time column could be read.
+    #[error(
+        "{}:{line}: the time column {column:?} holds no readable time (here {text:?}); give \
+         numbers or ISO 8601 such as 2020-07-31T13:50:28.5Z",
+        path.display()
+    )]
+    TimeNotReadable {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The line of the first cell.
+        line: u64,
+        /// What that cell holds.
+        text: String,
+    },
+
+    /// The clock was reset.
+    #[error(
+        "{}:{line}: time goes back from {from_s} s to {to_s} s and stays behind; split the file \
+         there, or name another time column in campaign.toml under [time]",
+        path.display()
+    )]
+    TimeGoesBackwards {
+        /// The file.
+        path: PathBuf,
+        /// The first line after the jump.
+        line: u64,
+        /// The latest time before it, s.
+        from_s: f64,
+        /// The time after it, s.
+        to_s: f64,
+    },
+
+    /// A value of [`ReadOptions`](crate::ReadOptions) that cannot be used.
+    #[error("{}: {option} is {found}, and must be {expected}", path.display())]
+    Option {
+        /// The file to be read.
+        path: PathBuf,
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        found: String,
+        /// What it must be.
+        expected: &'static str,
+    },
+
+    /// No column has that name.
+    #[error(
+        "no column {wanted:?} in {}; {}the columns are {}",
+        files(paths),
+        did_you_mean(nearest),
+        list(available)
+    )]
+    NoChannel {
+        /// The name asked for.
+        wanted: String,
+        /// The files looked in.
+        paths: Vec<PathBuf>,
+        /// The most similar columns, the nearest first.
+        nearest: Vec<String>,
+        /// Every column.
+        available: Vec<String>,
+    },
+
+    /// Several columns have that name.
+    #[error(
+        "column {wanted:?} is ambiguous; write FILE:COLUMN with the header's full text: {}",
+        choices.join(" or ")
+    )]
+    Ambiguous {
+        /// The name asked for.
+        wanted: String,
+        /// The ways to tell them apart.
+        choices: Vec<String>,
+    },
+
+    /// The column is there and holds no value.
+    #[error(
+        "column {column:?} of {} is empty: no value in any of its {rows} rows; choose another, or \
+         check that the instrument was on",
+        path.display()
+    )]
+    AllMissing {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The rows in which it was looked for.
+        rows: usize,
+    },
+
+    /// The column is there and holds text only.
+    #[error(
+        "{}:{line}: column {column:?} holds text such as {text:?} and no number; choose another",
+        path.display()
+    )]
+    AllText {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The first line with text.
+        line: u64,
+        /// That text.
+        text: String,
+    },
+
+    /// A unit that is not known.
+    #[error("unknown unit {unit:?}; {}", unit_advice(nearest))]
+    UnknownUnit {
+        /// The unit as written.
+        unit: String,
+        /// The known unit most like it.
+        nearest: Option<&'static str>,
+    },
+
+    /// A unit that measures something else.
+    #[error(
+        "{unit:?} is a unit of {found} where one of {expected} is needed; write one of {}",
+        accepted.join(", ")
+    )]
+    Dimension {
+        /// The unit as written.
+        unit: String,
+        /// What it measures.
+        found: Dimension,
+        /// What is to be measured.
+        expected: Dimension,
+        /// The units that would do.
+        accepted: Vec<&'static str>,
+    },
+}
+
+impl Error {
+    pub(crate) fn io(path: &Path, source: io::Error) -> Self {
+        Self::Io { path: path.to_owned(), source }
+    }
+}
+
+fn io_advice(source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::NotFound => "check the spelling and the folder",
+        io::ErrorKind::PermissionDenied => "allow this account to read it",
+        _ => "check the disk or copy the file again",
+    }
+}
+
+fn files(paths: &[PathBuf]) -> String {
+    if paths.is_empty() {
+        return "this log".to_owned();
+    }
+    paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+fn did_you_mean(nearest: &[String]) -> String {
+    match nearest {
+        [] => String::new(),
+        names => {
+            let quoted: Vec<String> = names.iter().map(|n| format!("{n:?}")).collect();
+            format!("did you mean {}? ", quoted.join(" or "))
+        }
+    }
+}
+
+fn unit_advice(nearest: &Option<&'static str>) -> String {
+    match nearest {
+        Some(near) => format!("did you mean {near:?}?"),
+        None => format!("write one of {}", crate::Unit::known().collect::<Vec<_>>().join(", ")),
+    }
+}

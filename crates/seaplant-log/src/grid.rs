@@ -1,0 +1,353 @@
+//! A text table in memory: columns of numbers, those present only.
+
+use std::path::Path;
+
+use csv::ByteRecord;
+
+use crate::Error;
+use crate::cell::{Cell, Decimal, excerpt, stamp};
+use crate::heading::Heading;
+use crate::input::Input;
+use crate::layout::{self, Delimiter, Layout};
+use crate::log::Source;
+use crate::note::Note;
+
+/// A table as read, before anything is known of time.
+pub(crate) struct Grid {
+    pub(crate) source: Source,
+    pub(crate) columns: Vec<GridColumn>,
+    pub(crate) rows: usize,
+    pub(crate) lines: Lines,
+    pub(crate) header_line: u64,
+    /// Whether the time column holds date-times.
+    pub(crate) stamped: bool,
+    pub(crate) notes: Vec<Note>,
+}
+
+/// One column: its header, and the numbers that it holds.
+pub(crate) struct GridColumn {
+    pub(crate) heading: Heading,
+    pub(crate) samples: Samples,
+    pub(crate) text: Option<Text>,
+}
+
+impl GridColumn {
+    /// Whether this is what a delimiter at the end of every line makes: no name, no value.
+    pub(crate) fn is_margin(&self) -> bool {
+        self.heading.nameless && self.samples.values.is_empty() && self.text.is_none()
+    }
+
+    /// What is to be said of the cells that hold no number.
+    pub(crate) fn note(&self, path: &Path, rows: usize) -> Option<Note> {
+        let (path, column) = (path.to_owned(), self.heading.column.clone());
+        let empty = self.samples.values.is_empty();
+        match &self.text {
+            Some(Text { line, text, .. }) if empty => {
+                Some(Note::TextColumn { path, column, line: *line, text: text.clone() })
+            }
+            Some(Text { line, text, count }) => {
+                let (line, text, count) = (*line, text.clone(), *count);
+                Some(Note::NotANumber { path, column, line, text, count })
+            }
+            None if empty => Some(Note::AllMissing { path, column, rows }),
+            None => None,
+        }
+    }
+}
+
+/// Text where numbers were expected.
+pub(crate) struct Text {
+    pub(crate) line: u64,
+    pub(crate) text: String,
+    pub(crate) count: usize,
+}
+
+/// The numbers of a column, and the rows that they stand in.
+#[derive(Debug, Default)]
+pub(crate) struct Samples {
+    pub(crate) values: Vec<f64>,
+    /// `None` while no row lacks a value.
+    pub(crate) rows: Option<Vec<usize>>,
+}
+
+impl Samples {
+    #[inline]
+    fn push(&mut self, row: usize, value: f64) {
+        if let Some(rows) = &mut self.rows {
+            rows.push(row);
+        }
+        self.values.push(value);
+    }
+
+    #[inline]
+    fn skip(&mut self, row: usize) {
+        if self.rows.is_none() {
+            self.rows = Some((0..row).collect());
+        }
+    }
+
+    /// Each value with its row.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let row = |k: usize| self.rows.as_ref().map_or(k, |rows| rows[k]);
+        self.values.iter().enumerate().map(move |(k, &value)| (row(k), value))
+    }
+}
+
+/// The line of each row, kept as the few places where lines and rows part.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Lines(Vec<(usize, u64)>);
+
+impl Lines {
+    #[inline]
+    fn push(&mut self, row: usize, line: u64) {
+        if self.0.is_empty() || self.of(row) != line {
+            self.0.push((row, line));
+        }
+    }
+
+    /// The line of a row.
+    pub(crate) fn of(&self, row: usize) -> u64 {
+        let known = match self.0.last() {
+            Some(&last) if last.0 <= row => last,
+            _ => match self.0.partition_point(|&(start, _)| start <= row) {
+                0 => return 0,
+                after => self.0[after - 1],
+            },
+        };
+        known.1 + (row - known.0) as u64
+    }
+}
+
+/// Reads a text table. `choose_time` says which column may hold date-times.
+pub(crate) fn read(
+    path: &Path,
+    choose_time: impl FnOnce(&[Heading]) -> Result<Option<usize>, Error>,
+) -> Result<Grid, Error> {
+    let mut input = Input::open(path)?;
+    let mut layout = layout::find(&input)?;
+    let mut notes = Vec::new();
+    if let Some(encoding) = input.encoding() {
+        notes.push(Note::Encoding { path: path.to_owned(), encoding });
+    } else if layout.header.iter().any(|cell| std::str::from_utf8(cell).is_err()) {
+        notes.push(Note::Encoding { path: path.to_owned(), encoding: "windows-1252" });
+    }
+    let headings = tell_apart(std::mem::take(&mut layout.headings), path, &mut notes);
+    let time = choose_time(&headings)?;
+    if layout.delimiter == Delimiter::Blanks {
+        input.squeeze_blanks();
+    }
+    let mut rows = Rows::new(path, headings, time, layout.delimiter);
+    let source = rows.read_all(input, &layout)?;
+    let Rows { columns, row, lines, decimal_comma, irregular, stamped, .. } = rows;
+    notes.extend(decimal_comma);
+    notes.extend(irregular.into_notes(path, columns.len()));
+    let stamped = stamped.unwrap_or(false);
+    Ok(Grid { source, columns, rows: row, lines, header_line: layout.header_line, stamped, notes })
+}
+
+/// Gives every column a name and a header text of its own.
+fn tell_apart(headings: Vec<Heading>, path: &Path, notes: &mut Vec<Note>) -> Vec<Heading> {
+    let mut told: Vec<Heading> = Vec::with_capacity(headings.len());
+    for (k, mut heading) in headings.into_iter().enumerate() {
+        if heading.column.is_empty() {
+            heading.column = format!("column {}", k + 1);
+            heading.name = heading.column.clone();
+        }
+        let taken = |text: &str| told.iter().any(|h| h.column == text);
+        if taken(&heading.column) {
+            let number = (2..).find(|n| !taken(&format!("{}.{n}", heading.column)));
+            let number = number.expect("finitely many names are taken");
+            let column = heading.column.clone();
+            heading.column = format!("{column}.{number}");
+            heading.name = format!("{}.{number}", heading.name);
+            let renamed = heading.name.clone();
+            notes.push(Note::DuplicateColumn { path: path.to_owned(), column, renamed });
+        }
+        told.push(heading);
+    }
+    told
+}
+
+/// The state of reading row after row.
+struct Rows<'a> {
+    path: &'a Path,
+    columns: Vec<GridColumn>,
+    time: Option<usize>,
+    /// Whether the time column holds date-times; its first readable cell tells.
+    stamped: Option<bool>,
+    decimal: Decimal,
+    row: usize,
+    lines: Lines,
+    decimal_comma: Option<Note>,
+    irregular: Irregular,
+}
+
+/// Rows that are not like the header, by kind: how many, and the first of them.
+#[derive(Default)]
+struct Irregular {
+    ragged: Option<(usize, u64, usize)>,
+    skipped: Option<(usize, u64, String)>,
+    repeated: Option<(usize, u64)>,
+}
+
+impl Irregular {
+    fn into_notes(self, path: &Path, expected: usize) -> impl Iterator<Item = Note> {
+        let path = || path.to_owned();
+        let ragged = self.ragged.map(|(count, first_line, found)| Note::RaggedRows {
+            path: path(),
+            count,
+            first_line,
+            found,
+            expected,
+        });
+        let skipped = self.skipped.map(|(count, first_line, text)| Note::SkippedRows {
+            path: path(),
+            count,
+            first_line,
+            text,
+        });
+        let repeated = self.repeated.map(|(count, first_line)| Note::RepeatedHeader {
+            path: path(),
+            count,
+            first_line,
+        });
+        [ragged, skipped, repeated].into_iter().flatten()
+    }
+}
+
+impl<'a> Rows<'a> {
+    fn new(
+        path: &'a Path,
+        headings: Vec<Heading>,
+        time: Option<usize>,
+        delimiter: Delimiter,
+    ) -> Self {
+        let column = |heading| GridColumn { heading, samples: Samples::default(), text: None };
+        Self {
+            path,
+            columns: headings.into_iter().map(column).collect(),
+            time,
+            stamped: None,
+            decimal: Decimal::of(delimiter.byte()),
+            row: 0,
+            lines: Lines::default(),
+            decimal_comma: None,
+            irregular: Irregular::default(),
+        }
+    }
+
+    fn read_all(&mut self, input: Input, layout: &Layout) -> Result<Source, Error> {
+        let newline = input.newline();
+        let mut reader = layout::csv_reader(input, layout.delimiter);
+        let mut record = ByteRecord::new();
+        let mut read = 0;
+        let mut open_quote = None;
+        loop {
+            let before = reader.position().line();
+            if !reader.read_byte_record(&mut record).map_err(|e| self.failed(e))? {
+                break;
+            }
+            let line = layout::line_of(&reader, newline, before, &record);
+            open_quote = layout::has_open_quote(&record).then_some(line);
+            read += 1;
+            if read > layout.skip {
+                self.take(&record, line, layout);
+            }
+        }
+        if let Some(line) = open_quote {
+            return Err(Error::OpenQuote { path: self.path.to_owned(), line });
+        }
+        let mut format = layout.delimiter.name().to_owned();
+        if self.decimal == Decimal::Comma {
+            format.push_str(", decimal comma");
+        }
+        Ok(reader.get_ref().source(format))
+    }
+
+    fn failed(&self, error: csv::Error) -> Error {
+        let reason = error.to_string();
+        match error.into_kind() {
+            csv::ErrorKind::Io(source) => Error::io(self.path, source),
+            _ => Error::io(self.path, std::io::Error::other(reason)),
+        }
+    }
+
+    /// Takes one record of the table in.
+    fn take(&mut self, record: &ByteRecord, line: u64, layout: &Layout) {
+        if layout::is_comment(record) {
+            return;
+        }
+        let expected = self.columns.len();
+        if record.len() != expected && !self.fits(record, line) {
+            return;
+        }
+        if record.get(0) == layout.header.get(0) && record == &layout.header {
+            self.irregular.repeated.get_or_insert((0, line)).0 += 1;
+            return;
+        }
+        let row = self.row;
+        for k in 0..expected {
+            let cell = record.get(k).unwrap_or_default();
+            self.cell(k, cell, row, line);
+        }
+        self.lines.push(row, line);
+        self.row += 1;
+    }
+
+    /// Counts a row of another length; whether it is to be used nevertheless.
+    fn fits(&mut self, record: &ByteRecord, line: u64) -> bool {
+        if record.len() <= 1 {
+            let cell = record.get(0).unwrap_or_default();
+            if !cell.trim_ascii().is_empty() {
+                let first = self.irregular.skipped.get_or_insert((0, line, excerpt(cell)));
+                first.0 += 1;
+            }
+            return false;
+        }
+        let nameless = record.iter().skip(self.columns.len());
+        let only_delimiters = record.len() > self.columns.len()
+            && nameless.into_iter().all(|cell| cell.trim_ascii().is_empty());
+        if !only_delimiters {
+            self.irregular.ragged.get_or_insert((0, line, record.len())).0 += 1;
+        }
+        true
+    }
+
+    #[inline]
+    fn cell(&mut self, k: usize, cell: &[u8], row: usize, line: u64) {
+        let before = self.decimal;
+        let found = match self.decimal.read(cell) {
+            found if self.time != Some(k) => found,
+            found => self.time_cell(found, cell),
+        };
+        if self.decimal != before && self.decimal == Decimal::Comma {
+            let (path, text) = (self.path.to_owned(), excerpt(cell));
+            self.decimal_comma = Some(Note::DecimalComma { path, line, text });
+        }
+        let column = &mut self.columns[k];
+        match found {
+            Cell::Number(value) => column.samples.push(row, value),
+            Cell::Missing => column.samples.skip(row),
+            Cell::Text => {
+                column.samples.skip(row);
+                let first = || Text { line, text: excerpt(cell), count: 0 };
+                column.text.get_or_insert_with(first).count += 1;
+            }
+        }
+    }
+
+    /// Reads a cell of the time column, which holds numbers or date-times, never both.
+    fn time_cell(&mut self, found: Cell, cell: &[u8]) -> Cell {
+        match found {
+            Cell::Number(_) if *self.stamped.get_or_insert(false) => Cell::Text,
+            Cell::Text if self.stamped != Some(false) => match stamp(cell) {
+                Some(seconds) => {
+                    self.stamped = Some(true);
+                    Cell::Number(seconds)
+                }
+                None => Cell::Text,
+            },
+            found => found,
+        }
+    }
+}

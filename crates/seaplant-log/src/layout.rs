@@ -1,0 +1,283 @@
+//! Where in a text the table is: the delimiter, the header, the first row of numbers.
+
+use csv::ByteRecord;
+
+use crate::Error;
+use crate::cell::{Cell, Decimal, decode, stamp};
+use crate::heading::{Heading, lone_unit};
+use crate::input::{Input, Newline, Squeeze};
+
+/// How many rows are looked at.
+const ROWS: usize = 300;
+
+/// The shape of a table in a text.
+#[derive(Debug)]
+pub(crate) struct Layout {
+    pub(crate) delimiter: Delimiter,
+    pub(crate) headings: Vec<Heading>,
+    /// The header's cells as written, to know a repetition by.
+    pub(crate) header: ByteRecord,
+    pub(crate) header_line: u64,
+    /// Records before the first that may hold data.
+    pub(crate) skip: usize,
+}
+
+/// What parts cells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Delimiter {
+    Comma,
+    Semicolon,
+    Tab,
+    Blanks,
+}
+
+impl Delimiter {
+    pub(crate) fn byte(self) -> u8 {
+        match self {
+            Self::Comma => b',',
+            Self::Semicolon => b';',
+            // Blanks arrive as tabs: see `Squeeze`.
+            Self::Tab | Self::Blanks => b'\t',
+        }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Comma => "comma-separated text",
+            Self::Semicolon => "semicolon-separated text",
+            Self::Tab => "tab-separated text",
+            Self::Blanks => "blank-separated text",
+        }
+    }
+}
+
+/// A CSV reader that leaves every decision about rows to us.
+pub(crate) fn csv_reader<R: std::io::Read>(input: R, delimiter: Delimiter) -> csv::Reader<R> {
+    csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .delimiter(delimiter.byte())
+        .buffer_capacity(256 * 1024)
+        .from_reader(input)
+}
+
+/// The line on which the record that was just read starts; `before` is the reader's line before it.
+///
+/// The reader counts line feeds; whether that of this record is among them depends on the newline.
+pub(crate) fn line_of<R: std::io::Read>(
+    reader: &csv::Reader<R>,
+    newline: Newline,
+    before: u64,
+    record: &ByteRecord,
+) -> u64 {
+    let position = reader.position();
+    let last = match newline {
+        Newline::Lf => position.line().saturating_sub(1),
+        Newline::CrLf => position.line(),
+        Newline::Cr => return position.record(),
+    };
+    if last <= before {
+        return last;
+    }
+    let within = record.as_slice().iter().filter(|&&b| b == b'\n').count() as u64;
+    let last = if has_open_quote(record) { position.line() } else { last };
+    last.saturating_sub(within).max(1)
+}
+
+/// Whether the last cell swallowed the end of its line, as only a quote that nothing closes does.
+pub(crate) fn has_open_quote(record: &ByteRecord) -> bool {
+    record.as_slice().last() == Some(&b'\n')
+}
+
+/// Whether a row is a comment: `#`, `%` or `//` in front, unless that is a spreadsheet's `#N/A`.
+pub(crate) fn is_comment(record: &ByteRecord) -> bool {
+    let Some(cell) = record.get(0).map(<[u8]>::trim_ascii) else { return false };
+    match cell.first() {
+        Some(b'#') => Decimal::Point.read(cell) != Cell::Missing,
+        Some(b'%') => true,
+        Some(b'/') => cell.starts_with(b"//"),
+        _ => false,
+    }
+}
+
+/// One row of the sample.
+struct Row {
+    record: ByteRecord,
+    line: u64,
+    comment: bool,
+    numbers: usize,
+    texts: usize,
+    /// Cells up to the last that is not empty.
+    filled: usize,
+}
+
+impl Row {
+    fn new(mut record: ByteRecord, line: u64, decimal: &mut Decimal) -> Self {
+        let comment = is_comment(&record);
+        if comment {
+            record = without_mark(&record);
+        }
+        let (mut numbers, mut texts, mut filled) = (0, 0, 0);
+        for (k, cell) in record.iter().enumerate() {
+            if !cell.trim_ascii().is_empty() {
+                filled = k + 1;
+            }
+            match decimal.read(cell) {
+                Cell::Number(_) => numbers += 1,
+                Cell::Missing => {}
+                Cell::Text if stamp(cell).is_some() => numbers += 1,
+                Cell::Text => texts += 1,
+            }
+        }
+        Self { record, line, comment, numbers, texts, filled }
+    }
+
+    fn is_data(&self) -> bool {
+        !self.comment && 2 * self.numbers > self.texts
+    }
+
+    fn may_be_header(&self) -> bool {
+        self.texts > 0 && 2 * self.numbers <= self.texts
+    }
+
+    /// Whether every value of `row` has a name here, and every name a cell there.
+    fn heads(&self, row: &Self) -> bool {
+        row.filled <= self.record.len() && self.filled <= row.record.len()
+    }
+}
+
+/// A commented header such as `# time, u`, its mark gone.
+fn without_mark(record: &ByteRecord) -> ByteRecord {
+    let mut cells = record.iter();
+    let first = cells.next().unwrap_or_default().trim_ascii();
+    let first = first
+        .iter()
+        .position(|b| !matches!(b, b'#' | b'%' | b'/'))
+        .map_or(&[][..], |at| first[at..].trim_ascii());
+    // A mark that blanks part from the first name is a cell of its own.
+    let first = (!first.is_empty()).then_some(first);
+    first.into_iter().chain(cells).collect()
+}
+
+/// Finds the table at the start of a text.
+///
+/// # Errors
+/// [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`], [`Error::TooFewRows`].
+pub(crate) fn find(input: &Input) -> Result<Layout, Error> {
+    let squeezed = {
+        let mut squeezed = vec![0; input.head().len() + 1];
+        let written = Squeeze::default().pass(input.head(), &mut squeezed);
+        squeezed.truncate(written);
+        squeezed
+    };
+    let mut best: Option<(usize, Layout)> = None;
+    let mut failed: Option<(usize, Vec<Row>)> = None;
+    for delimiter in [Delimiter::Comma, Delimiter::Semicolon, Delimiter::Tab, Delimiter::Blanks] {
+        let text = if delimiter == Delimiter::Blanks { &squeezed } else { input.head() };
+        let rows = sample(text, delimiter, input.newline());
+        match header(&rows) {
+            Some((score, at)) if best.as_ref().is_none_or(|(other, _)| score > *other) => {
+                best = Some((score, layout(&rows, at, delimiter)));
+            }
+            Some(_) => {}
+            None => {
+                let score = rows.iter().filter(|r| r.is_data()).map(|r| r.numbers).sum();
+                if failed.as_ref().is_none_or(|(other, _)| score > *other) {
+                    failed = Some((score, rows));
+                }
+            }
+        }
+    }
+    match best {
+        Some((_, layout)) => Ok(layout),
+        None => Err(why_not(input, &failed.map(|(_, rows)| rows).unwrap_or_default())),
+    }
+}
+
+fn sample(text: &[u8], delimiter: Delimiter, newline: Newline) -> Vec<Row> {
+    let mut decimal = Decimal::of(delimiter.byte());
+    let closed: &[u8] = if text.ends_with(b"\n") { b"" } else { b"\n" };
+    let mut reader = csv_reader(std::io::Read::chain(text, closed), delimiter);
+    let mut rows = Vec::new();
+    let mut record = ByteRecord::new();
+    while rows.len() < ROWS {
+        let before = reader.position().line();
+        if !reader.read_byte_record(&mut record).unwrap_or(false) {
+            break;
+        }
+        let line = line_of(&reader, newline, before, &record);
+        rows.push(Row::new(record.clone(), line, &mut decimal));
+    }
+    rows
+}
+
+/// The header that most numbers stand below, with its score.
+///
+/// Of two, one that is no comment; then the later, which is nearer to the numbers.
+fn header(rows: &[Row]) -> Option<(usize, usize)> {
+    let score = |at: usize| -> usize {
+        let below = rows[at + 1..].iter().filter(|row| row.is_data() && rows[at].heads(row));
+        below.map(|row| 2 * row.numbers - row.texts).sum()
+    };
+    let candidates = (0..rows.len()).filter(|&at| rows[at].may_be_header());
+    let scored = candidates.map(|at| (score(at), !rows[at].comment, at)).filter(|s| s.0 > 0);
+    scored.max().map(|(score, _, at)| (score, at))
+}
+
+fn layout(rows: &[Row], mut at: usize, delimiter: Delimiter) -> Layout {
+    let skip = at + 1;
+    let mut units = Vec::new();
+    if let Some(names) = row_of_names(rows, at) {
+        units = rows[at].record.iter().map(|cell| lone_unit(&decode(cell))).collect();
+        at = names;
+    }
+    let header = &rows[at];
+    let mut headings: Vec<Heading> = Vec::with_capacity(header.record.len());
+    for (k, cell) in header.record.iter().enumerate() {
+        let mut heading = Heading::parse(&decode(cell));
+        if heading.unit.is_none() {
+            heading.unit = units.get(k).cloned().flatten();
+        }
+        headings.push(heading);
+    }
+    let (header, header_line) = (header.record.clone(), header.line);
+    Layout { delimiter, headings, header, header_line, skip }
+}
+
+/// If the row at `at` holds units only, the row of names above it.
+fn row_of_names(rows: &[Row], at: usize) -> Option<usize> {
+    let units = &rows[at];
+    let is_unit = |cell: &[u8]| cell.trim_ascii().is_empty() || lone_unit(&decode(cell)).is_some();
+    let names = at.checked_sub(1)?;
+    let fits = rows[names].may_be_header() && rows[names].heads(units) && units.heads(&rows[names]);
+    (fits && units.record.iter().all(is_unit)).then_some(names)
+}
+
+/// Why no table was found in these rows.
+fn why_not(input: &Input, rows: &[Row]) -> Error {
+    let path = input.path().to_owned();
+    if let Some(open) = rows.last().filter(|row| has_open_quote(&row.record)) {
+        return Error::OpenQuote { path, line: open.line };
+    }
+    let Some(first) = rows.iter().position(Row::is_data) else {
+        let texts: Vec<&Row> = rows.iter().filter(|row| !row.comment).collect();
+        return match texts[..] {
+            [only] if only.record.len() > 1 => Error::TooFewRows { path, rows: 0, needed: 1 },
+            _ => Error::NotATable { path, rows: rows.len() },
+        };
+    };
+    let row = &rows[first];
+    let above = rows[..first].iter().rev().find(|r| !r.comment);
+    match above {
+        Some(above) if above.may_be_header() && above.filled > 1 && row.filled > 1 => {
+            Error::HeaderCells {
+                path,
+                line: above.line,
+                header: above.filled,
+                row_line: row.line,
+                row: row.filled,
+            }
+        }
+        _ => Error::NoHeader { path, line: row.line, cells: row.record.len() },
+    }
+}

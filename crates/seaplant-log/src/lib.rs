@@ -1,0 +1,45 @@
+//! Reads the logs of marine vehicles into named, timed, unit-bearing channels.
+//!
+//! [`read()`] turns one file into a [`Log`], [`Log::open`] the several files of a trial;
+//! [`read_table`] reads a table without time, such as one of bollard pull. Nothing is decided in
+//! silence: [`Log::notes`] tells what a reader assumed or dropped.
+//!
+//! # Example
+//! ```
+//! use seaplant_log::{Dimension, ReadOptions, read};
+//!
+//! # let path = std::env::temp_dir().join("seaplant-log-example.csv");
+//! std::fs::write(&path, "time (s),T1 (us),depth (m)\n0.0,1500,2.10\n0.5,1588,2.11\n1.0,1588,\n")?;
+//! let log = read(&path, &ReadOptions::default())?;
+//!
+//! let depth = log.channel("depth")?;
+//! assert_eq!(depth.time_s(), [0.0, 0.5]); // the last row has no depth
+//! assert_eq!(depth.missing, 1);
+//!
+//! let pulse = log.channel("T1 (us)")?;
+//! assert_eq!(pulse.unit.as_ref().map(|unit| unit.dimension()), Some(Dimension::PulseWidth));
+//! # std::fs::remove_file(&path)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod cell;
+mod error;
+mod grid;
+mod heading;
+mod input;
+mod layout;
+mod log;
+mod lookup;
+mod note;
+mod read;
+mod table;
+mod time;
+mod unit;
+
+pub use error::Error;
+pub use log::{Channel, Gap, Log, Source};
+pub use note::Note;
+pub use read::{ReadOptions, TimeColumn, read};
+pub use table::{Table, TableColumn, read_table};
+pub use unit::{Dimension, Unit};

@@ -1,0 +1,243 @@
+//! Logs: named, timed, unit-bearing channels.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::lookup::{self, Candidate};
+use crate::note::Note;
+use crate::read::{ReadOptions, read};
+use crate::{Error, Unit};
+
+/// The channels of one or several files, each at its own times.
+#[derive(Debug, Clone, Default)]
+pub struct Log {
+    pub(crate) channels: Vec<Channel>,
+    pub(crate) sources: Vec<Source>,
+    pub(crate) notes: Vec<Note>,
+    pub(crate) left_out: Vec<LeftOut>,
+}
+
+/// A file that a log came from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Source {
+    /// Where it was.
+    pub path: PathBuf,
+    /// Its size.
+    pub bytes: u64,
+    /// The SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+    /// What it is, such as "comma-separated text".
+    pub format: String,
+}
+
+/// One measured or commanded quantity over time.
+///
+/// Every value is finite; times are finite, strictly increasing, and in the file's own clock.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// The name, without the unit.
+    pub name: String,
+    /// The header's text.
+    pub column: String,
+    /// The unit that the header states.
+    pub unit: Option<Unit>,
+    /// The file it came from: an index into [`Log::sources`].
+    pub source: usize,
+    /// Rows in which it had no value.
+    pub missing: usize,
+    pub(crate) time_s: Arc<[f64]>,
+    pub(crate) values: Vec<f64>,
+}
+
+/// A stretch without samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// The last sample before it, s.
+    pub from_s: f64,
+    /// The first sample after it, s.
+    pub to_s: f64,
+}
+
+/// A column that holds no number, kept to explain why it cannot be had.
+#[derive(Debug, Clone)]
+pub(crate) struct LeftOut {
+    pub(crate) column: String,
+    pub(crate) name: String,
+    pub(crate) source: usize,
+    pub(crate) rows: usize,
+    /// The first text in it, and its line.
+    pub(crate) text: Option<(u64, String)>,
+}
+
+impl LeftOut {
+    /// The error of asking for this column.
+    pub(crate) fn error(&self, path: &Path) -> Error {
+        let (path, column) = (path.to_owned(), self.column.clone());
+        match self.text.clone() {
+            Some((line, text)) => Error::AllText { path, column, line, text },
+            None => Error::AllMissing { path, column, rows: self.rows },
+        }
+    }
+}
+
+impl Log {
+    /// Reads the files of one trial; each channel keeps the times of its file.
+    ///
+    /// # Errors
+    /// [`Error::NoFiles`], and whatever [`read`] fails with.
+    pub fn open(files: &[(PathBuf, ReadOptions)]) -> Result<Self, Error> {
+        if files.is_empty() {
+            return Err(Error::NoFiles);
+        }
+        let mut log = Self::default();
+        for (path, options) in files {
+            log = log.merge(read(path, options)?);
+        }
+        Ok(log)
+    }
+
+    /// Puts the channels of two logs side by side, those of `other` last.
+    #[must_use]
+    pub fn merge(mut self, mut other: Self) -> Self {
+        let shift = self.sources.len();
+        for channel in &mut other.channels {
+            channel.source += shift;
+        }
+        for left_out in &mut other.left_out {
+            left_out.source += shift;
+        }
+        self.channels.append(&mut other.channels);
+        self.sources.append(&mut other.sources);
+        self.notes.append(&mut other.notes);
+        self.left_out.append(&mut other.left_out);
+        self
+    }
+
+    /// All channels, in the order of the files and of their columns.
+    pub fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    /// The files that the channels came from.
+    pub fn sources(&self) -> &[Source] {
+        &self.sources
+    }
+
+    /// What the reader decided or dropped.
+    pub fn notes(&self) -> &[Note] {
+        &self.notes
+    }
+
+    /// The channel of that name.
+    ///
+    /// `name` is matched with the header's text, then with the name without the unit, then with
+    /// either regardless of case and spacing. `FILE:COLUMN` looks in one file only, FILE being its
+    /// name, its name without extension, or its path.
+    ///
+    /// # Errors
+    /// [`Error::NoChannel`], [`Error::Ambiguous`]; [`Error::AllMissing`] and [`Error::AllText`]
+    /// where the column is in the file without a number in it.
+    pub fn channel(&self, name: &str) -> Result<&Channel, Error> {
+        let path = |source: usize| self.sources[source].path.as_path();
+        let filled = self.channels.iter().map(|c| Candidate {
+            column: &c.column,
+            name: &c.name,
+            path: path(c.source),
+            empty: false,
+        });
+        let left_out = self.left_out.iter().map(|c| Candidate {
+            column: &c.column,
+            name: &c.name,
+            path: path(c.source),
+            empty: true,
+        });
+        let candidates: Vec<Candidate<'_>> = filled.chain(left_out).collect();
+        let found = lookup::find(name, &candidates)?;
+        self.channels.get(found).ok_or_else(|| {
+            let left_out = &self.left_out[found - self.channels.len()];
+            left_out.error(path(left_out.source))
+        })
+    }
+}
+
+impl Channel {
+    /// The times of the samples, s, in the file's clock.
+    pub fn time_s(&self) -> &[f64] {
+        &self.time_s
+    }
+
+    /// The values of the samples, in the channel's unit.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The number of samples.
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Whether there is no sample; never so in a channel that was read from a file.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// Whether two channels share one time base in memory, as those of one file mostly do.
+    pub fn shares_time_with(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.time_s, &other.time_s)
+    }
+
+    /// The time from the first sample to the last, s.
+    pub fn span_s(&self) -> f64 {
+        match (self.time_s.first(), self.time_s.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+
+    /// The median time between samples, s; `None` of fewer than two.
+    pub fn period_s(&self) -> Option<f64> {
+        median_period(&self.time_s)
+    }
+
+    /// The samples in a second: 1 over the median period; `None` of fewer than two samples.
+    pub fn rate_hz(&self) -> Option<f64> {
+        self.period_s().map(|period| 1.0 / period)
+    }
+
+    /// The intervals longer than `factor` median periods.
+    pub fn gaps(&self, factor: f64) -> Vec<Gap> {
+        let Some(period) = self.period_s() else { return Vec::new() };
+        let pairs = self.time_s.windows(2).map(|w| Gap { from_s: w[0], to_s: w[1] });
+        pairs.filter(|gap| gap.to_s - gap.from_s > factor * period).collect()
+    }
+
+    /// Whether all values are equal.
+    pub fn is_constant(&self) -> bool {
+        self.values.windows(2).all(|w| w[0] == w[1])
+    }
+
+    /// The smallest value; `None` without samples.
+    pub fn min(&self) -> Option<f64> {
+        self.values.iter().copied().reduce(f64::min)
+    }
+
+    /// The largest value; `None` without samples.
+    pub fn max(&self) -> Option<f64> {
+        self.values.iter().copied().reduce(f64::max)
+    }
+}
+
+/// The median of the intervals between increasing times; `None` of fewer than two.
+pub(crate) fn median_period(time_s: &[f64]) -> Option<f64> {
+    let mut periods: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    if periods.is_empty() {
+        return None;
+    }
+    let middle = periods.len() / 2;
+    let (below, &mut median, _) = periods.select_nth_unstable_by(middle, f64::total_cmp);
+    if below.len() * 2 + 1 == time_s.len() - 1 {
+        return Some(median);
+    }
+    let lower = below.iter().copied().fold(f64::MIN, f64::max);
+    Some(0.5 * (lower + median))
+}

@@ -1,0 +1,139 @@
+//! Finding a column by the name that somebody wrote.
+
+use std::path::Path;
+
+use crate::Error;
+
+/// A column that may be asked for.
+pub(crate) struct Candidate<'a> {
+    pub(crate) column: &'a str,
+    pub(crate) name: &'a str,
+    pub(crate) path: &'a Path,
+    /// Whether it holds no value, so that a namesake that does goes first.
+    pub(crate) empty: bool,
+}
+
+/// How many names a message lists before "and N more".
+const LISTED: usize = 12;
+
+/// Finds `wanted` among `candidates`: by header text, by name, then whatever the case; or as
+/// `FILE:COLUMN`.
+///
+/// # Errors
+/// [`Error::Ambiguous`] and [`Error::NoChannel`].
+pub(crate) fn find(wanted: &str, candidates: &[Candidate<'_>]) -> Result<usize, Error> {
+    let all: Vec<usize> = (0..candidates.len()).collect();
+    let mut tried = (wanted, all.clone());
+    if let Some(found) = pick(wanted, wanted, &all, candidates)? {
+        return Ok(found);
+    }
+    for (colon, _) in wanted.match_indices(':') {
+        let (file, column) = (wanted[..colon].trim(), wanted[colon + 1..].trim());
+        let of_file: Vec<usize> =
+            all.iter().copied().filter(|&k| names_file(file, candidates[k].path)).collect();
+        if of_file.is_empty() {
+            continue;
+        }
+        if let Some(found) = pick(wanted, column, &of_file, candidates)? {
+            return Ok(found);
+        }
+        tried = (column, of_file);
+    }
+    Err(missing(tried.0, &tried.1, candidates))
+}
+
+/// The one of `among` that `text` names, if any.
+fn pick(
+    wanted: &str,
+    text: &str,
+    among: &[usize],
+    candidates: &[Candidate<'_>],
+) -> Result<Option<usize>, Error> {
+    let folded = fold(text);
+    let passes: [&dyn Fn(&Candidate<'_>) -> bool; 3] =
+        [&|c| c.column == text.trim(), &|c| c.name == text.trim(), &|c| {
+            fold(c.name) == folded || fold(c.column) == folded
+        }];
+    for pass in passes {
+        let mut hits: Vec<usize> =
+            among.iter().copied().filter(|&k| pass(&candidates[k])).collect();
+        if hits.iter().any(|&k| !candidates[k].empty) {
+            hits.retain(|&k| !candidates[k].empty);
+        }
+        match hits[..] {
+            [] => {}
+            [only] => return Ok(Some(only)),
+            _ => {
+                let choices = hits.iter().map(|&k| address(&candidates[k], candidates)).collect();
+                return Err(Error::Ambiguous { wanted: wanted.to_owned(), choices });
+            }
+        }
+    }
+    Ok(None)
+}
+
+/// Whether `file` names `path`: its last components, or its name without extension.
+fn names_file(file: &str, path: &Path) -> bool {
+    !file.is_empty() && (path.ends_with(file) || path.file_stem().is_some_and(|s| s == file))
+}
+
+/// `FILE:COLUMN`, with as much of the path as tells the file from the others.
+fn address(candidate: &Candidate<'_>, all: &[Candidate<'_>]) -> String {
+    let name = candidate.path.file_name();
+    let shared = all.iter().any(|c| c.path != candidate.path && c.path.file_name() == name);
+    match name {
+        Some(name) if !shared => format!("{}:{}", name.to_string_lossy(), candidate.column),
+        _ => format!("{}:{}", candidate.path.display(), candidate.column),
+    }
+}
+
+fn missing(wanted: &str, among: &[usize], candidates: &[Candidate<'_>]) -> Error {
+    let mut paths = Vec::new();
+    for &k in among {
+        if !paths.iter().any(|p| p == candidates[k].path) {
+            paths.push(candidates[k].path.to_owned());
+        }
+    }
+    let filled = || among.iter().map(|&k| &candidates[k]).filter(|c| !c.empty);
+    let spellings = filled().flat_map(|c| [(c.column, c.column), (c.name, c.column)]);
+    let near = nearest(wanted, spellings, 3).into_iter().map(str::to_owned).collect();
+    let available = filled().map(|c| c.column.to_owned()).collect();
+    Error::NoChannel { wanted: wanted.to_owned(), paths, nearest: near, available }
+}
+
+/// Case and spacing set aside.
+pub(crate) fn fold(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
+}
+
+/// The targets of the at most `limit` spellings most like `wanted`, the nearest first.
+pub(crate) fn nearest<'a>(
+    wanted: &str,
+    spellings: impl Iterator<Item = (&'a str, &'a str)>,
+    limit: usize,
+) -> Vec<&'a str> {
+    /// Jaro–Winkler similarity below which two names have little but letters in common.
+    const ALIKE: f64 = 0.8;
+    let wanted = fold(wanted);
+    let mut scored: Vec<(f64, &str)> = spellings
+        .map(|(spelling, target)| (strsim::jaro_winkler(&wanted, &fold(spelling)), target))
+        .filter(|(score, _)| *score >= ALIKE)
+        .collect();
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut found: Vec<&str> = Vec::new();
+    for (_, target) in scored {
+        if found.len() < limit && !found.contains(&target) {
+            found.push(target);
+        }
+    }
+    found
+}
+
+/// Names in quotes, the first twelve, "and N more".
+pub(crate) fn list(names: &[String]) -> String {
+    let shown: Vec<String> = names.iter().take(LISTED).map(|n| format!("{n:?}")).collect();
+    match names.len().saturating_sub(LISTED) {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
+}

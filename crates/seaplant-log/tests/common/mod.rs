@@ -1,0 +1,62 @@
+//! Small files to read.
+#![allow(dead_code, reason = "each test program uses its own part")]
+
+use std::path::{Path, PathBuf};
+
+use seaplant_log::{Error, Log, ReadOptions, TimeColumn, read};
+
+/// A file in a folder that goes when this does.
+pub struct Sample {
+    folder: tempfile::TempDir,
+    path: PathBuf,
+}
+
+impl Sample {
+    pub fn new(name: &str, content: impl AsRef<[u8]>) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).expect("a temporary file can be written");
+        Self { folder, path }
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+/// Reads `content` as a file `log.csv`, time by its name.
+pub fn read_text(content: impl AsRef<[u8]>) -> Result<Log, Error> {
+    read(Sample::new("log.csv", content).path(), &ReadOptions::default())
+}
+
+pub fn options(column: &str, unit: Option<&str>) -> ReadOptions {
+    let time = TimeColumn { column: column.to_owned(), unit: unit.map(str::to_owned) };
+    ReadOptions { time: Some(time), ..ReadOptions::default() }
+}
+
+/// The messages of a log's notes, without folders.
+pub fn notes(log: &Log) -> Vec<String> {
+    log.notes().iter().map(|note| without_folder(&note.to_string(), note.path())).collect()
+}
+
+/// A message as if the file stood in the working folder.
+pub fn without_folder(message: &str, path: &Path) -> String {
+    let folder = path.parent().map(|p| format!("{}/", p.display())).unwrap_or_default();
+    message.replace(&folder, "")
+}
+
+/// The message of reading `content` as `log.csv`, without folders.
+pub fn failure(content: impl AsRef<[u8]>) -> String {
+    failure_with(content, &ReadOptions::default())
+}
+
+/// The message of reading `content` as `log.csv` with `options`, without folders.
+pub fn failure_with(content: impl AsRef<[u8]>, options: &ReadOptions) -> String {
+    let sample = Sample::new("log.csv", content);
+    let error = read(sample.path(), options).expect_err("this file cannot be a log");
+    without_folder(&error.to_string(), sample.path())
+}

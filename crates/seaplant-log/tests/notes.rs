@@ -1,0 +1,177 @@
+//! Every note, by its message and by what it says was done.
+
+mod common;
+
+use common::{notes, read_text};
+use seaplant_log::Note;
+
+#[test]
+fn a_clean_log_has_no_notes() {
+    let log = read_text("time [s],u [m/s]\n0,1\n1,2\n").unwrap();
+    assert_eq!(notes(&log), Vec::<String>::new());
+}
+
+#[test]
+fn late_rows_are_sorted_into_place() {
+    let log = read_text("time [s],u\n0,10\n1,11\n3,13\n2.5,12\n4,14\n").unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv:5: 1 row is earlier than a row before, by up to 0.500000 s; sorted by time"]
+    );
+    let u = log.channel("u").unwrap();
+    assert_eq!(u.time_s(), [0.0, 1.0, 2.5, 3.0, 4.0]);
+    assert_eq!(u.values(), [10.0, 11.0, 12.0, 13.0, 14.0]);
+    assert!(matches!(log.notes()[0], Note::OutOfOrder { count: 1, first_line: 5, .. }));
+}
+
+#[test]
+fn of_rows_at_one_time_each_channel_keeps_its_first_sample() {
+    let log = read_text("time [s],u,depth\n0,1,\n0,2,5\n1,3,6\n1,4,7\n2,5,8\n").unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv:3: of 5 rows 2 repeat the time of another; each channel keeps its first sample \
+          at a time"]
+    );
+    assert_eq!(log.channel("u").unwrap().values(), [1.0, 3.0, 5.0]);
+    assert_eq!(log.channel("depth").unwrap().values(), [5.0, 6.0, 8.0]);
+    assert_eq!(log.channel("depth").unwrap().missing, 1);
+}
+
+#[test]
+fn a_clock_coarser_than_the_sampling_is_pointed_out() {
+    let log = read_text("time [s],u\n0,1\n0,2\n0,3\n0,4\n1,5\n1,6\n").unwrap();
+    assert!(notes(&log)[0].ends_with("(the clock is coarser than the sampling)"));
+}
+
+#[test]
+fn rows_without_a_time_are_dropped() {
+    let log = read_text("time [s],u\n0,1\n,2\nlate,3\n3,4\n").unwrap();
+    assert_eq!(notes(&log), ["log.csv:3: 2 rows have no readable time; dropped"]);
+    assert_eq!(log.channel("u").unwrap().values(), [1.0, 4.0]);
+}
+
+#[test]
+fn ragged_rows_lose_or_lack_cells() {
+    let log = read_text("time [s],u,v\n0,1,2\n1,3\n2,5,6,7\n3,7,8\n").unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv:3: 2 rows have not 3 cells (here 2); absent cells count as missing, further \
+          ones are dropped"]
+    );
+    assert_eq!(log.channel("v").unwrap().time_s(), [0.0, 2.0, 3.0]);
+    assert_eq!(log.channel("u").unwrap().len(), 4);
+}
+
+#[test]
+fn a_row_of_one_cell_is_skipped() {
+    let log = read_text("time [s],u\n0,1\nrecording paused\n1,2\n2").unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv:3: 2 rows hold a single cell (here \"recording paused\"); skipped"]
+    );
+    assert_eq!(log.channel("u").unwrap().len(), 2);
+}
+
+#[test]
+fn a_header_within_the_rows_is_skipped() {
+    let log = read_text("time [s],u\n0,1\ntime [s],u\n1,2\n").unwrap();
+    assert_eq!(notes(&log), ["log.csv:3: 1 row repeats the header; skipped"]);
+    assert_eq!(log.channel("u").unwrap().len(), 2);
+}
+
+#[test]
+fn text_among_numbers_is_missing_and_shown() {
+    let log = read_text("time [s],u\n0,1\n1,ERR 7\n2,ERR 9\n3,4\n").unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv:3: column \"u\" has 2 cells that are not a number (here \"ERR 7\"); counted as \
+          missing"]
+    );
+    assert_eq!(log.channel("u").unwrap().missing, 2);
+}
+
+#[test]
+fn long_text_is_shown_in_part() {
+    let log = read_text(format!("time [s],u\n0,1\n1,{}\n2,3\n", "é".repeat(500))).unwrap();
+    let Note::NotANumber { text, .. } = &log.notes()[0] else { panic!("{:?}", log.notes()) };
+    assert!(text.starts_with("éééé") && text.ends_with('…') && text.chars().count() <= 41);
+}
+
+#[test]
+fn columns_of_text_and_of_nothing_are_left_out() {
+    let log = read_text("time [s],u,mode,v\n0,1,MANUAL,nan\n1,2,AUTO,\n").unwrap();
+    assert_eq!(
+        notes(&log),
+        [
+            "log.csv:2: column \"mode\" holds text (here \"MANUAL\"); left out",
+            "log.csv: column \"v\" has no value in any of 2 rows; left out",
+        ]
+    );
+    assert_eq!(log.channels().len(), 1);
+}
+
+#[test]
+fn a_second_column_of_one_name_is_renamed() {
+    let log = read_text("time [s],u [m/s],u [m/s],u [m/s]\n0,1,2,3\n1,1,2,3\n").unwrap();
+    assert_eq!(
+        notes(&log),
+        [
+            "log.csv: a second column is headed \"u [m/s]\"; it is named \"u.2\" here",
+            "log.csv: a second column is headed \"u [m/s]\"; it is named \"u.3\" here",
+        ]
+    );
+    let first = |name| log.channel(name).unwrap().values()[0];
+    assert_eq!((first("u"), first("u.2"), first("u.3")), (1.0, 2.0, 3.0));
+}
+
+#[test]
+fn a_choice_between_time_columns_is_told() {
+    let log = read_text("utc,time [s],u\n1600000000,0,1\n1600000001,1,2\n").unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv: column \"time [s]\" is taken as time, though \"utc\" could be too"]
+    );
+    assert_eq!(log.channel("u").unwrap().time_s(), [0.0, 1.0]);
+    assert_eq!(log.channel("utc").unwrap().len(), 2);
+}
+
+#[test]
+fn seconds_are_assumed_aloud() {
+    let log = read_text("t,u\n0,1\n100,2\n200,3\n").unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv: the time column \"t\" states no unit; seconds assumed, so a row every \
+          100.000000 s"]
+    );
+}
+
+#[test]
+fn decimal_commas_are_told() {
+    let log = read_text("t [s];u\n0;7\n0,5;8,25\n1;-1,5e1\n").unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv:3: numbers have a decimal comma (here \"0,5\"); read as a decimal point"]
+    );
+    assert_eq!(log.channel("u").unwrap().values(), [7.0, 8.25, -15.0]);
+    assert_eq!(log.channel("u").unwrap().time_s(), [0.0, 0.5, 1.0]);
+    assert_eq!(log.sources()[0].format, "semicolon-separated text, decimal comma");
+}
+
+#[test]
+fn points_among_decimal_commas_are_not_guessed_at() {
+    let log = read_text("t [s];u\n0;0,5\n1;1.234\n2;1,5\n").unwrap();
+    assert!(notes(&log)[1].contains("not a number (here \"1.234\")"), "{:?}", notes(&log));
+}
+
+#[test]
+fn another_encoding_is_told() {
+    let log = read_text(b"time [s],H\xf6he [m],T1 [\xb5s]\n0,1,2\n1,2,3\n").unwrap();
+    assert_eq!(notes(&log), ["log.csv: the text is not UTF-8; read as windows-1252"]);
+    assert_eq!(log.channel("Höhe").unwrap().values(), [1.0, 2.0]);
+    assert!(log.channel("T1").unwrap().unit.is_some());
+    let text = "\u{feff}time [s]\tu\r\n0\t1\r\n1\t2\r\n";
+    let wide: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let log = read_text(wide).unwrap();
+    assert_eq!(notes(&log), ["log.csv: the text is not UTF-8; read as UTF-16LE"]);
+    assert_eq!(log.channel("u").unwrap().values(), [1.0, 2.0]);
+}

@@ -1,0 +1,104 @@
+//! Reasons to doubt a result, as data that travels with it.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How much a caveat matters.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// Worth knowing.
+    Note,
+    /// The numbers may be off by more than their intervals say.
+    Warning,
+    /// Do not use the numbers.
+    Severe,
+}
+
+/// What gives reason to doubt.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum CaveatCode {
+    /// The filter weakens velocity, but not thrust, at the excited frequency.
+    FilterAttenuatesExcitation,
+    /// Drag is formed from a velocity that lost amplitude.
+    UnequalFiltering,
+    /// Mass, drag or linear drag has a sign that no vehicle has.
+    WrongSign,
+    /// Methods differ by more than their intervals allow.
+    MethodsDisagree,
+    /// Fewer than twenty independent samples.
+    FewEffectiveSamples,
+    /// Terms that can hardly be told apart.
+    Collinear,
+    /// Thrust takes two values only.
+    TwoLevelThrust,
+    /// Thrust never changes sign.
+    OneSignedThrust,
+    /// Drag is a small part of thrust.
+    WeakDrag,
+    /// Identified mass is below the mass in air.
+    MassBelowDryMass,
+    /// A bias force that thrust errors or a current can make.
+    BiasOneDirection,
+    /// Pairs of steady runs up and down that no single bias explains.
+    SteadyPairsContradict,
+    /// Steady and unsteady drag differ.
+    SteadyUnsteadyDisagree,
+    /// The error is that of the trial that was fitted.
+    ScoredOnFit,
+    /// The model predicts no better than standing still.
+    NoBetterThanNull,
+    /// The plant does not come to rest by itself.
+    Unstable,
+    /// A thruster input beyond its measured curve.
+    ThrusterSaturated,
+    /// Stretches without samples.
+    Gaps,
+    /// Samples removed as outliers.
+    Outliers,
+    /// An instrument or attitude that navigation had to do without.
+    Navigation,
+    /// A channel whose values do not look like its unit.
+    SuspiciousUnit,
+    /// The filter could not be as designed at this sampling rate.
+    SampledSlowly,
+    /// Thrust acts later than it was logged.
+    LagOrDelay,
+    /// Thrust scale cannot be seen in motion.
+    ThrustScale,
+    /// The log reader dropped or mended something.
+    Log,
+}
+
+/// A reason to doubt a result, and what to do about it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Caveat {
+    /// What it is.
+    pub code: CaveatCode,
+    /// How much it matters.
+    pub severity: Severity,
+    /// In words that a pilot understands.
+    pub message: String,
+}
+
+impl Caveat {
+    /// Worth knowing.
+    pub fn note(code: CaveatCode, message: impl Into<String>) -> Self {
+        Self { code, severity: Severity::Note, message: message.into() }
+    }
+
+    /// The numbers may be off by more than their intervals say.
+    pub fn warning(code: CaveatCode, message: impl Into<String>) -> Self {
+        Self { code, severity: Severity::Warning, message: message.into() }
+    }
+
+    /// Do not use the numbers.
+    pub fn severe(code: CaveatCode, message: impl Into<String>) -> Self {
+        Self { code, severity: Severity::Severe, message: message.into() }
+    }
+}

@@ -1,0 +1,128 @@
+//! The six degrees of freedom, by name.
+
+use std::fmt;
+use std::str::FromStr;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+/// A degree of freedom of a marine vehicle, in SNAME order.
+///
+/// Body frame: x forward, y starboard, z down. Surge, sway and heave are
+/// translations along x, y and z; roll, pitch and yaw rotations about them.
+///
+/// ```
+/// use seaplant::Dof;
+/// assert_eq!("heave".parse::<Dof>()?, Dof::Heave);
+/// assert_eq!(Dof::Yaw.units().mass, "kg m²");
+/// # Ok::<(), seaplant::Error>(())
+/// ```
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Dof {
+    /// Along x, forward.
+    Surge,
+    /// Along y, to starboard.
+    Sway,
+    /// Along z, down.
+    Heave,
+    /// About x, starboard side down.
+    Roll,
+    /// About y, bow up.
+    Pitch,
+    /// About z, bow to starboard.
+    Yaw,
+}
+
+/// The units in which the quantities of one degree of freedom are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Units {
+    /// Of displacement.
+    pub position: &'static str,
+    /// Of velocity.
+    pub velocity: &'static str,
+    /// Of acceleration.
+    pub acceleration: &'static str,
+    /// Of force or moment.
+    pub force: &'static str,
+    /// Of mass or moment of inertia, added mass included.
+    pub mass: &'static str,
+    /// Of quadratic drag.
+    pub quadratic_drag: &'static str,
+    /// Of linear drag.
+    pub linear_drag: &'static str,
+}
+
+const LINEAR: Units = Units {
+    position: "m",
+    velocity: "m/s",
+    acceleration: "m/s²",
+    force: "N",
+    mass: "kg",
+    quadratic_drag: "N/(m/s)²",
+    linear_drag: "N/(m/s)",
+};
+
+const ROTARY: Units = Units {
+    position: "rad",
+    velocity: "rad/s",
+    acceleration: "rad/s²",
+    force: "N m",
+    mass: "kg m²",
+    quadratic_drag: "N m/(rad/s)²",
+    linear_drag: "N m/(rad/s)",
+};
+
+impl Dof {
+    /// All six, in SNAME order.
+    pub const ALL: [Self; 6] =
+        [Self::Surge, Self::Sway, Self::Heave, Self::Roll, Self::Pitch, Self::Yaw];
+
+    /// The place of this degree of freedom in ν = [u v w p q r] and τ = [X Y Z K M N].
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Whether this is a rotation: its mass is an inertia, its force a moment.
+    pub const fn is_rotation(self) -> bool {
+        matches!(self, Self::Roll | Self::Pitch | Self::Yaw)
+    }
+
+    /// The name in lower case, as files and flags write it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Surge => "surge",
+            Self::Sway => "sway",
+            Self::Heave => "heave",
+            Self::Roll => "roll",
+            Self::Pitch => "pitch",
+            Self::Yaw => "yaw",
+        }
+    }
+
+    /// The units of this degree of freedom's quantities.
+    pub const fn units(self) -> Units {
+        if self.is_rotation() { ROTARY } else { LINEAR }
+    }
+}
+
+impl fmt::Display for Dof {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Dof {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        Self::ALL
+            .into_iter()
+            .find(|dof| dof.name() == text)
+            .ok_or_else(|| Error::UnknownDof { found: text.to_owned() })
+    }
+}

@@ -1,0 +1,205 @@
+use crate::Dof;
+
+/// Why the mathematics could not be done; each message ends in what to do about it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A name that is none of the six degrees of freedom.
+    #[error("`{found}` is no degree of freedom; use surge, sway, heave, roll, pitch or yaw")]
+    UnknownDof {
+        /// What was written.
+        found: String,
+    },
+    /// A name that is none of the terms of the model.
+    #[error("`{found}` is no term of the model; use force, quadratic, linear or bias")]
+    UnknownTerm {
+        /// What was written.
+        found: String,
+    },
+    /// A choice of terms that is no plant model.
+    #[error(
+        "the terms [{found}] make no plant model; keep `force` and at least one of quadratic and linear"
+    )]
+    Terms {
+        /// The chosen terms.
+        found: String,
+    },
+    /// A name that is none of the methods.
+    #[error("`{found}` is no method; use {known}")]
+    UnknownMethod {
+        /// What was written.
+        found: String,
+        /// What there is.
+        known: String,
+    },
+    /// A name that is no quantity.
+    #[error("`{found}` is no quantity that Seaplant knows; {advice}")]
+    UnknownQuantity {
+        /// What was written.
+        found: String,
+        /// The near ones, or all.
+        advice: String,
+    },
+    /// Series that must have equal length do not.
+    #[error("{name} has {found} values for {expected} times; give one for each")]
+    Length {
+        /// Whose.
+        name: String,
+        /// Values given.
+        found: usize,
+        /// Values needed.
+        expected: usize,
+    },
+    /// Too few samples for an operation.
+    #[error("{name} has {found} samples and needs at least {needed}; use a longer stretch of log")]
+    TooShort {
+        /// Whose.
+        name: String,
+        /// Samples given.
+        found: usize,
+        /// Samples needed.
+        needed: usize,
+    },
+    /// A number that is NaN or infinite.
+    #[error("{name} is not finite at sample {index}; drop such samples first")]
+    NotFinite {
+        /// Whose.
+        name: String,
+        /// Which sample, from 0.
+        index: usize,
+    },
+    /// Time that stands still or runs backwards.
+    #[error(
+        "time of {name} goes from {from_s} s to {to_s} s at sample {index}; sort the samples and drop repeated ones"
+    )]
+    TimeOrder {
+        /// Whose.
+        name: String,
+        /// Which sample, from 0.
+        index: usize,
+        /// The time before, s.
+        from_s: f64,
+        /// The time there, s.
+        to_s: f64,
+    },
+    /// A filter that cannot be made.
+    #[error(
+        "a low-pass of order {order} at {cutoff_hz} Hz cannot be made for samples at {sample_hz} Hz; use an order from 1 to {highest} and a cut-off between 0 and half the sampling rate"
+    )]
+    Cutoff {
+        /// The cut-off asked for, Hz.
+        cutoff_hz: f64,
+        /// The sampling rate, Hz.
+        sample_hz: f64,
+        /// The order asked for.
+        order: usize,
+        /// The highest order on offer.
+        highest: usize,
+    },
+    /// The filter library refused.
+    #[error("the filter failed: {cause}")]
+    Filter {
+        /// Its reason.
+        cause: String,
+    },
+    /// A thruster that cannot be.
+    #[error("thruster `{name}`: {reason}")]
+    Thruster {
+        /// Which.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// A thrust table that cannot be used.
+    #[error("a thrust table {reason}; check its columns and units")]
+    ThrustTable {
+        /// Why.
+        reason: String,
+    },
+    /// Bollard-pull points that do not determine a curve.
+    #[error("the bollard-pull points {reason}; {advice}")]
+    BollardPull {
+        /// Why.
+        reason: String,
+        /// What to do.
+        advice: String,
+    },
+    /// A trial lacks a channel that its degree of freedom needs.
+    #[error("trial `{trial}` has no {what}; {advice}")]
+    MissingChannel {
+        /// Which trial.
+        trial: String,
+        /// What it lacks.
+        what: String,
+        /// What would do.
+        advice: String,
+    },
+    /// Channels that share no time.
+    #[error(
+        "trial `{trial}`: {first} spans {first_from_s:.1} to {first_to_s:.1} s and {second} {second_from_s:.1} to {second_to_s:.1} s, which do not overlap; check the clocks of the files (offset_s) and the time units"
+    )]
+    NoOverlap {
+        /// Which trial.
+        trial: String,
+        /// One channel.
+        first: String,
+        /// Its first time, s.
+        first_from_s: f64,
+        /// Its last time, s.
+        first_to_s: f64,
+        /// Another.
+        second: String,
+        /// Its first time, s.
+        second_from_s: f64,
+        /// Its last time, s.
+        second_to_s: f64,
+    },
+    /// A method without a trial to work on.
+    #[error("no trial to fit {dof} with; give one with role = \"fit\" and dof = [\"{dof}\"]")]
+    NoTrial {
+        /// For which degree of freedom.
+        dof: Dof,
+    },
+    /// Trials that do not tell the parameters apart.
+    #[error(
+        "the {dof} trial excites {rank} of the {needed} requested terms; drop a term or use a trial with more variation of thrust and speed"
+    )]
+    NotExciting {
+        /// Which degree of freedom.
+        dof: Dof,
+        /// How many terms can be told apart.
+        rank: usize,
+        /// How many were requested.
+        needed: usize,
+    },
+    /// A simulation that left all bounds.
+    #[error(
+        "the simulated {dof} velocity runs away after {after_s:.1} s; the plant is unstable at this thrust"
+    )]
+    Diverged {
+        /// Which degree of freedom.
+        dof: Dof,
+        /// When, s from the start.
+        after_s: f64,
+    },
+    /// No stretch is steady.
+    #[error(
+        "no steady stretch in trial `{trial}`: {reason}; give them as segments_s = [[from, to]]"
+    )]
+    NotSteady {
+        /// Which trial.
+        trial: String,
+        /// What was looked for.
+        reason: String,
+    },
+    /// A twin that cannot be made.
+    #[error("the twin's {name} is {found}; it must be {expected}")]
+    TwinSpec {
+        /// Which setting.
+        name: String,
+        /// What it is.
+        found: String,
+        /// What it must be.
+        expected: String,
+    },
+}

@@ -1,0 +1,246 @@
+//! The estimators: trials in, a fitted plant out.
+
+mod equation_error;
+mod paper;
+pub mod steady;
+
+use std::fmt;
+use std::str::FromStr;
+
+use nalgebra::Matrix4;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+pub use equation_error::{EquationErrorOptions, fit_equation_error};
+pub use paper::{PaperOptions, fit_paper};
+
+use crate::regression::{Columns, LeastSquares};
+use crate::signal::LowPass;
+use crate::terms::Term;
+use crate::{AxisRecord, Caveat, Dof, Error, LumpedParameters, PhysicalParameters, Terms};
+
+/// How a plant was found.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// As Smallwood and Whitcomb did: velocity filtered, thrust not.
+    Paper,
+    /// Least squares on the equation of motion, every term filtered alike.
+    EquationError,
+}
+
+impl Method {
+    /// All methods, the recommended one first.
+    pub const ALL: [Self; 2] = [Self::EquationError, Self::Paper];
+
+    /// The method to believe where nothing else is said.
+    pub const RECOMMENDED: Self = Self::EquationError;
+
+    /// As files and flags write it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::EquationError => "equation-error",
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Method {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        Self::ALL.into_iter().find(|method| method.name() == text).ok_or_else(|| {
+            let known = Self::ALL.map(Self::name).join(" or ");
+            Error::UnknownMethod { found: text.to_owned(), known }
+        })
+    }
+}
+
+/// A fitted plant and how sure it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// Which degree of freedom.
+    pub dof: Dof,
+    /// How it was found.
+    pub method: Method,
+    /// Which terms were fitted.
+    pub terms: Terms,
+    /// The parameters.
+    pub lumped: LumpedParameters,
+    /// Covariance of `[α, β, μ, bias]`; zero where not fitted.
+    pub covariance: Matrix4<f64>,
+    /// Degrees of freedom for the t quantiles of its intervals.
+    pub t_freedom: f64,
+    /// Condition number of the scaled columns.
+    pub condition: f64,
+    /// Variance inflation of each fitted term but the bias.
+    pub inflation: Vec<(Term, f64)>,
+    /// Rows of the regression.
+    pub samples: usize,
+    /// Rows that would say as much if they were independent.
+    pub effective_samples: f64,
+    /// Root mean square equation error, m/s² or rad/s².
+    pub residual_rms: f64,
+    /// The filters that were in fact used.
+    pub filters: Filters,
+    /// Doubts that the estimator itself has.
+    pub caveats: Vec<Caveat>,
+}
+
+/// The filters of a regression.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Filters {
+    /// On velocity, before v|v| is formed and v differentiated.
+    pub velocity: Option<LowPass>,
+    /// On every term alike, after that.
+    pub every_term: Option<LowPass>,
+}
+
+/// A number with its uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The number.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// Lower end of its 95 % interval.
+    pub low95: f64,
+    /// Upper end of its 95 % interval.
+    pub high95: f64,
+}
+
+impl Estimate {
+    /// A number with the symmetric 95 % interval of Student's t.
+    pub fn new(value: f64, std: f64, t_freedom: f64) -> Self {
+        let half = t_quantile_975(t_freedom) * std;
+        Self { value, std, low95: value - half, high95: value + half }
+    }
+
+    /// Whether the interval holds a number.
+    pub fn covers(&self, truth: f64) -> bool {
+        (self.low95..=self.high95).contains(&truth)
+    }
+}
+
+/// The 97.5 % quantile of Student's t.
+pub fn t_quantile_975(freedom: f64) -> f64 {
+    // Location 0, scale 1 and at least one degree of freedom make a distribution.
+    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
+}
+
+/// Physical parameters with their uncertainty; `None` for a term that was not fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhysicalEstimates {
+    /// Rigid-body plus added mass, kg or kg m².
+    pub mass: Estimate,
+    /// Quadratic drag.
+    pub d_quadratic: Option<Estimate>,
+    /// Linear drag.
+    pub d_linear: Option<Estimate>,
+    /// Bias force, N or N m.
+    pub bias_force: Option<Estimate>,
+}
+
+impl Fit {
+    /// Mass, drag and bias force.
+    pub fn physical(&self) -> PhysicalParameters {
+        self.lumped.to_physical()
+    }
+
+    /// Mass, drag and bias force with their uncertainty, carried over to first order.
+    pub fn estimates(&self) -> PhysicalEstimates {
+        let covariance = self.lumped.physical_covariance(&self.covariance);
+        let physical = self.physical();
+        let of = |term: Term, value: f64| {
+            let std = covariance[(term as usize, term as usize)].sqrt();
+            self.terms.has(term).then(|| Estimate::new(value, std, self.t_freedom))
+        };
+        PhysicalEstimates {
+            mass: Estimate::new(physical.mass, covariance[(0, 0)].sqrt(), self.t_freedom),
+            d_quadratic: of(Term::Quadratic, physical.d_quadratic),
+            d_linear: of(Term::Linear, physical.d_linear),
+            bias_force: of(Term::Bias, physical.bias_force),
+        }
+    }
+
+    /// Correlations of `[m, d_Q, d_L, b]`; zero where a term was not fitted.
+    pub fn correlation(&self) -> Matrix4<f64> {
+        let covariance = self.lumped.physical_covariance(&self.covariance);
+        covariance.map_with_location(|i, j, c| {
+            let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+            if scale > 0.0 { c / scale } else { 0.0 }
+        })
+    }
+
+    fn of_regression(
+        dof: Dof,
+        method: Method,
+        terms: Terms,
+        found: LeastSquares,
+        filters: Filters,
+        caveats: Vec<Caveat>,
+    ) -> Self {
+        Self {
+            dof,
+            method,
+            terms,
+            lumped: found.lumped,
+            covariance: found.covariance,
+            t_freedom: found.t_freedom,
+            condition: found.condition,
+            inflation: found.inflation,
+            samples: found.samples,
+            effective_samples: found.effective_samples,
+            residual_rms: found.residual_rms,
+            filters,
+            caveats,
+        }
+    }
+}
+
+/// A filter leaves its mark this many periods of its cut-off deep at the edges of a
+/// stretch; a stretch shorter than that is all edge.
+fn least_rows(filter: LowPass, sample_hz: f64) -> usize {
+    (3 * (filter.order + 1) + 1).max((sample_hz / filter.cutoff_hz).ceil() as usize)
+}
+
+/// The rate of the coarsest record of several, Hz; they share one filter.
+fn slowest_source_hz(axes: &[AxisRecord]) -> f64 {
+    axes.iter().map(|axis| 1.0 / axis.motion.series().period_s()).fold(f64::INFINITY, f64::min)
+}
+
+fn check_trials(dof: Dof, axes: &[AxisRecord]) -> Result<(), Error> {
+    if axes.is_empty() { Err(Error::NoTrial { dof }) } else { Ok(()) }
+}
+
+/// v|v| of each velocity.
+fn signed_square(v: &[f64]) -> Vec<f64> {
+    v.iter().map(|v| v * v.abs()).collect()
+}
+
+/// The columns of every stretch of every trial.
+fn all_columns(
+    axes: &[AxisRecord],
+    least: impl Fn(f64) -> usize,
+    columns: impl Fn(crate::UniformStretch, f64) -> Result<Columns, Error>,
+) -> Result<Vec<Columns>, Error> {
+    let mut all = Vec::new();
+    for axis in axes {
+        // The rate is found with the grid, which needs the least length at that rate.
+        let rate = axis.uniform(0)?.sample_hz;
+        let uniform = axis.uniform(least(rate))?;
+        for stretch in uniform.stretches {
+            all.push(columns(stretch, uniform.sample_hz)?);
+        }
+    }
+    Ok(all)
+}

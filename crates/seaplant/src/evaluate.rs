@@ -1,0 +1,208 @@
+//! A fitted plant against what was measured.
+
+use crate::navigation::Motion;
+use crate::signal::LowPass;
+use crate::{
+    AxisRecord, Dof, Error, Grid, LumpedParameters, State, Timed, Trial, VelocitySource, simulate,
+};
+
+/// Simulated against measured motion of one trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// Which degree of freedom.
+    pub dof: Dof,
+    /// Which trial.
+    pub trial: String,
+    /// Instants, s.
+    pub time_s: Vec<f64>,
+    /// Force in effect at each, N or N m.
+    pub force: Vec<f64>,
+    /// Velocity as measured, unfiltered.
+    pub measured: Vec<f64>,
+    /// Velocity as simulated from the logged force.
+    pub simulated: Vec<f64>,
+    /// How well they agree.
+    pub velocity: Agreement,
+    /// How well positions agree, where position is what was measured.
+    pub position: Option<PositionComparison>,
+}
+
+/// Simulated against measured position.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PositionComparison {
+    /// Instants, s.
+    pub time_s: Vec<f64>,
+    /// As measured, m or rad.
+    pub measured: Vec<f64>,
+    /// As simulated.
+    pub simulated: Vec<f64>,
+    /// How well they agree.
+    pub agreement: Agreement,
+}
+
+/// How well a simulation agrees with a measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Agreement {
+    /// e = mean |model − measured|.
+    pub mean_abs_error: f64,
+    /// The same of a model that never moves.
+    pub null_error: f64,
+    /// R² = 1 − Σ(model − measured)² / Σ(measured − mean)²; `None` if nothing moved.
+    pub r_squared: Option<f64>,
+    /// Instants compared.
+    pub samples: usize,
+}
+
+/// The velocity that a simulation starts from is read off the record below this
+/// frequency: one raw sample may be all noise.
+const START_FILTER: LowPass = LowPass { cutoff_hz: 0.5, order: 2 };
+
+/// Seconds of record that the start is read off.
+const START_S: f64 = 30.0;
+
+impl Agreement {
+    /// Scores a model; `rest` is what a model that never moves says.
+    pub fn of(measured: &[f64], simulated: &[f64], rest: f64) -> Self {
+        let n = measured.len();
+        let of_n = |sum: f64| if n == 0 { 0.0 } else { sum / n as f64 };
+        let mean = of_n(measured.iter().sum());
+        let error: f64 = measured.iter().zip(simulated).map(|(y, s)| (s - y).abs()).sum();
+        let null: f64 = measured.iter().map(|y| (y - rest).abs()).sum();
+        let residual: f64 = measured.iter().zip(simulated).map(|(y, s)| (s - y).powi(2)).sum();
+        let variation: f64 = measured.iter().map(|y| (y - mean).powi(2)).sum();
+        Self {
+            mean_abs_error: of_n(error),
+            null_error: of_n(null),
+            r_squared: (variation > 0.0).then(|| 1.0 - residual / variation),
+            samples: n,
+        }
+    }
+}
+
+/// Simulates a plant with the logged force of a trial and compares it with the raw,
+/// unfiltered measurement: `e = mean |v_model − v|`.
+///
+/// The simulation starts from the measured velocity, and anew after each gap in force.
+/// Where the trial measured position (depth, heading), positions are compared too.
+///
+/// # Errors
+/// [`Error::Diverged`] if the plant runs away, and those of [`Trial::axis`].
+///
+/// # Source
+/// [Jason2, §4, fig. 3–6].
+pub fn evaluate(dof: Dof, plant: &LumpedParameters, trial: &Trial) -> Result<Comparison, Error> {
+    let axis = trial.axis(dof, VelocitySource::Measured)?;
+    let velocity = axis.velocity()?;
+    let position = axis.position.as_ref();
+    let mut all = Parts::default();
+    for (from_s, to_s) in between_gaps(&axis, &velocity) {
+        let Some(part) = velocity.window(from_s, to_s) else { continue };
+        let start_velocity = starting_velocity(&axis, &part)?;
+        let start = State { position: 0.0, velocity: start_velocity };
+        let moved = simulate(dof, plant, &axis.force, start, part.time_s())?;
+        if let Some(seen) =
+            position.and_then(|position| position.window(part.first_s(), part.last_s()))
+        {
+            let path = Timed::new("the simulated position", part.time_s(), moved.position.clone())?;
+            all.add_position(&seen, &path);
+        }
+        all.add_velocity(&part, &moved.velocity, &axis.force);
+    }
+    Ok(all.into_comparison(dof, trial.name()))
+}
+
+#[derive(Default)]
+struct Parts {
+    time_s: Vec<f64>,
+    force: Vec<f64>,
+    measured: Vec<f64>,
+    simulated: Vec<f64>,
+    position_time_s: Vec<f64>,
+    position_measured: Vec<f64>,
+    position_simulated: Vec<f64>,
+}
+
+impl Parts {
+    fn add_velocity(&mut self, measured: &Timed, simulated: &[f64], force: &Timed) {
+        self.time_s.extend_from_slice(measured.time_s());
+        self.force.extend(measured.time_s().iter().map(|&t| force.held_at(t)));
+        self.measured.extend_from_slice(measured.values());
+        self.simulated.extend_from_slice(simulated);
+    }
+
+    /// The simulated path is laid on the measured one at its start.
+    fn add_position(&mut self, seen: &Timed, path: &Timed) {
+        let offset = seen.values()[0] - path.at(seen.first_s());
+        self.position_time_s.extend_from_slice(seen.time_s());
+        self.position_measured.extend_from_slice(seen.values());
+        self.position_simulated.extend(seen.time_s().iter().map(|&t| path.at(t) + offset));
+    }
+
+    fn into_comparison(self, dof: Dof, trial: &str) -> Comparison {
+        let rest = self.position_measured.first().copied();
+        let position = rest.map(|rest| PositionComparison {
+            agreement: Agreement::of(&self.position_measured, &self.position_simulated, rest),
+            time_s: self.position_time_s,
+            measured: self.position_measured,
+            simulated: self.position_simulated,
+        });
+        Comparison {
+            dof,
+            trial: trial.to_owned(),
+            velocity: Agreement::of(&self.measured, &self.simulated, 0.0),
+            time_s: self.time_s,
+            force: self.force,
+            measured: self.measured,
+            simulated: self.simulated,
+            position,
+        }
+    }
+}
+
+fn between_gaps(axis: &AxisRecord, velocity: &Timed) -> Vec<(f64, f64)> {
+    let mut parts = Vec::new();
+    let mut from_s = velocity.first_s();
+    for gap in axis.force_gaps() {
+        parts.push((from_s, gap.from_s));
+        from_s = gap.to_s;
+    }
+    parts.push((from_s, velocity.last_s()));
+    parts
+}
+
+/// The first velocity of a record, smoothed; or as it is where it is too short for that.
+fn starting_velocity(axis: &AxisRecord, part: &Timed) -> Result<f64, Error> {
+    let raw = part.values()[0];
+    let period = part.period_s();
+    if part.len() < LEAST_TO_SMOOTH || 2.5 * START_FILTER.cutoff_hz * period > 1.0 {
+        return Ok(raw);
+    }
+    let to_s = (part.first_s() + START_S).min(part.last_s());
+    let grid = Grid::spanning(part.first_s(), to_s, period);
+    let values = match &axis.motion {
+        Motion::Velocity(velocity) => velocity.interpolate(grid),
+        Motion::Position(position) => {
+            crate::signal::differentiate(&position.interpolate(grid), period)?
+        }
+    };
+    if values.len() < LEAST_TO_SMOOTH {
+        return Ok(raw);
+    }
+    Ok(START_FILTER.zero_phase(&values, 1.0 / period)?[0])
+}
+
+/// The edge extension of [`START_FILTER`], and one.
+const LEAST_TO_SMOOTH: usize = 10;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scores_by_hand() {
+        let scored = Agreement::of(&[1.0, 2.0, 3.0], &[1.0, 2.5, 2.5], 0.0);
+        assert!((scored.mean_abs_error - 1.0 / 3.0).abs() < 1e-15);
+        assert_eq!(scored.null_error, 2.0);
+        assert!((scored.r_squared.expect("moved") - 0.75).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,35 @@
+//! Identifies plant models of marine vehicles.
+
+mod caveat;
+mod dof;
+mod error;
+pub mod estimate;
+mod evaluate;
+pub mod navigation;
+mod plant;
+pub mod quantity;
+pub mod regression;
+pub mod results;
+mod series;
+pub mod signal;
+mod simulate;
+mod terms;
+mod thrust;
+mod trial;
+mod vehicle;
+
+pub use caveat::{Caveat, CaveatCode, Severity};
+pub use dof::{Dof, Units};
+pub use error::Error;
+pub use estimate::{Estimate, Fit, Method};
+pub use evaluate::{Agreement, Comparison, PositionComparison, evaluate};
+pub use navigation::{Motion, Navigated, Recording};
+pub use plant::{LumpedParameters, PhysicalParameters, Stability};
+pub use quantity::Quantity;
+pub use series::{Gap, Grid, Timed};
+pub use signal::{LowPass, Stretches};
+pub use simulate::{Response, State, simulate};
+pub use terms::{Term, Terms};
+pub use thrust::{QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
+pub use trial::{AxisRecord, Role, Trial, TrialSetup, UniformAxis, UniformStretch, VelocitySource};
+pub use vehicle::{Sensor, Sensors, Thruster, Vehicle};

@@ -1,0 +1,201 @@
+//! The quantities that a log's columns are mapped to.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::{Dof, Error, ThrusterInput};
+
+/// A quantity that a trial can hold, whatever it is called in the file.
+///
+/// ```
+/// use seaplant::{Quantity, ThrusterInput};
+/// let quantity: Quantity = "thruster.fore-aft port.speed".parse()?;
+/// assert_eq!(
+///     quantity,
+///     Quantity::Thruster { name: "fore-aft port".into(), input: ThrusterInput::Speed }
+/// );
+/// assert_eq!(quantity.to_string(), "thruster.fore-aft port.speed");
+/// # Ok::<(), seaplant::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quantity {
+    /// `thruster.NAME.speed|pwm|command|force`.
+    Thruster {
+        /// The thruster, as the vehicle calls it.
+        name: String,
+        /// What was logged of it.
+        input: ThrusterInput,
+    },
+    /// `wrench.DOF`: a body force already computed.
+    Wrench(Dof),
+    /// `dvl.velocity.x|y|z`: of the instrument, in its own frame.
+    DvlVelocity(Axis),
+    /// `velocity.DOF`: at the vehicle origin, body frame.
+    Velocity(Dof),
+    /// `position.north|east|down`.
+    Position(World),
+    /// `depth`, positive down.
+    Depth,
+    /// `attitude.roll|pitch|heading`.
+    Attitude(Attitude),
+    /// `rate.roll|pitch|yaw`: body angular velocity.
+    Rate(Axis),
+    /// `supply.voltage`.
+    SupplyVoltage,
+}
+
+/// An axis of an instrument or of the body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "x, y and z are what they are")]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+/// A world-fixed direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "the compass says it")]
+pub enum World {
+    North,
+    East,
+    Down,
+}
+
+/// An attitude angle: yaw, then pitch, then roll turn the world's axes into the body's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "the sentence above says it")]
+pub enum Attitude {
+    Roll,
+    Pitch,
+    Heading,
+}
+
+/// The kind of unit that a quantity is written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "each is a kind of unit by name")]
+pub enum Kind {
+    AngularVelocity,
+    PulseWidth,
+    Ratio,
+    Force,
+    Moment,
+    Velocity,
+    Length,
+    Angle,
+    Voltage,
+}
+
+const INPUTS: [ThrusterInput; 4] =
+    [ThrusterInput::Speed, ThrusterInput::Pwm, ThrusterInput::Command, ThrusterInput::Force];
+
+impl Quantity {
+    /// Every quantity but those of thrusters, which the vehicle names.
+    pub fn all_but_thrusters() -> Vec<Self> {
+        use {Attitude as A, Axis as X, World as W};
+        let mut all = vec![Self::Depth, Self::SupplyVoltage];
+        all.extend(Dof::ALL.map(Self::Wrench));
+        all.extend(Dof::ALL.map(Self::Velocity));
+        all.extend([X::X, X::Y, X::Z].map(Self::DvlVelocity));
+        all.extend([X::X, X::Y, X::Z].map(Self::Rate));
+        all.extend([W::North, W::East, W::Down].map(Self::Position));
+        all.extend([A::Roll, A::Pitch, A::Heading].map(Self::Attitude));
+        all
+    }
+
+    /// The kind of unit that the quantity is written in.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Thruster { input: ThrusterInput::Speed, .. } | Self::Rate(_) => {
+                Kind::AngularVelocity
+            }
+            Self::Thruster { input: ThrusterInput::Pwm, .. } => Kind::PulseWidth,
+            Self::Thruster { input: ThrusterInput::Command, .. } => Kind::Ratio,
+            Self::Thruster { input: ThrusterInput::Force, .. } => Kind::Force,
+            Self::Wrench(dof) if dof.is_rotation() => Kind::Moment,
+            Self::Wrench(_) => Kind::Force,
+            Self::Velocity(dof) if dof.is_rotation() => Kind::AngularVelocity,
+            Self::Velocity(_) | Self::DvlVelocity(_) => Kind::Velocity,
+            Self::Position(_) | Self::Depth => Kind::Length,
+            Self::Attitude(_) => Kind::Angle,
+            Self::SupplyVoltage => Kind::Voltage,
+        }
+    }
+
+    fn parse_thruster(text: &str) -> Option<Self> {
+        let (name, input) = text.strip_prefix("thruster.")?.rsplit_once('.')?;
+        let input = INPUTS.into_iter().find(|known| known.name() == input)?;
+        (!name.is_empty()).then(|| Self::Thruster { name: name.to_owned(), input })
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Thruster { name, input } => write!(f, "thruster.{name}.{}", input.name()),
+            Self::Wrench(dof) => write!(f, "wrench.{dof}"),
+            Self::DvlVelocity(axis) => {
+                write!(f, "dvl.velocity.{}", pick(*axis, ["x", "y", "z"]))
+            }
+            Self::Velocity(dof) => write!(f, "velocity.{dof}"),
+            Self::Position(World::North) => write!(f, "position.north"),
+            Self::Position(World::East) => write!(f, "position.east"),
+            Self::Position(World::Down) => write!(f, "position.down"),
+            Self::Depth => write!(f, "depth"),
+            Self::Attitude(Attitude::Roll) => write!(f, "attitude.roll"),
+            Self::Attitude(Attitude::Pitch) => write!(f, "attitude.pitch"),
+            Self::Attitude(Attitude::Heading) => write!(f, "attitude.heading"),
+            Self::Rate(axis) => write!(f, "rate.{}", pick(*axis, ["roll", "pitch", "yaw"])),
+            Self::SupplyVoltage => write!(f, "supply.voltage"),
+        }
+    }
+}
+
+fn pick(axis: Axis, names: [&'static str; 3]) -> &'static str {
+    names[axis as usize]
+}
+
+impl FromStr for Quantity {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        if let Some(thruster) = Self::parse_thruster(text) {
+            return Ok(thruster);
+        }
+        Self::all_but_thrusters().into_iter().find(|known| known.to_string() == text).ok_or_else(
+            || {
+                let all: Vec<String> =
+                    Self::all_but_thrusters().iter().map(Self::to_string).collect();
+                let advice = format!(
+                    "it may be thruster.NAME.speed, .pwm, .command or .force, or one of {}",
+                    all.join(", ")
+                );
+                Error::UnknownQuantity { found: text.to_owned(), advice }
+            },
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_quantity_reads_back_what_it_writes() {
+        for quantity in Quantity::all_but_thrusters() {
+            assert_eq!(quantity.to_string().parse::<Quantity>().as_ref(), Ok(&quantity));
+        }
+    }
+
+    #[test]
+    fn a_thruster_may_have_dots_in_its_name() {
+        let parsed: Quantity = "thruster.a.b.pwm".parse().expect("a thruster");
+        assert_eq!(parsed, Quantity::Thruster { name: "a.b".into(), input: ThrusterInput::Pwm });
+    }
+
+    #[test]
+    fn refuses_an_unknown_quantity_with_what_there_is() {
+        let message = "dvl.speed".parse::<Quantity>().expect_err("unknown").to_string();
+        assert!(message.contains("dvl.velocity.x"), "{message}");
+    }
+}

@@ -1,0 +1,339 @@
+//! Samples at their own times, and the grids they are brought to.
+
+use std::sync::Arc;
+
+use crate::Error;
+
+/// Samples of one quantity at their own times.
+///
+/// Times are seconds, finite and strictly increasing; values are finite. The
+/// constructor checks this once, so that later code need not.
+///
+/// ```
+/// use seaplant::Timed;
+/// let depth = Timed::new("depth", vec![0.0, 1.0, 2.0], vec![5.0, 5.5, 6.5])?;
+/// assert_eq!(depth.at(1.5), 6.0);
+/// # Ok::<(), seaplant::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timed {
+    time_s: Arc<[f64]>,
+    values: Arc<[f64]>,
+}
+
+/// Equally spaced instants: `start_s + k period_s` for k = 0 … len − 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// The first instant, s.
+    pub start_s: f64,
+    /// The interval, s.
+    pub period_s: f64,
+    /// How many instants.
+    pub len: usize,
+}
+
+/// A stretch without samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// The last sample before it, s.
+    pub from_s: f64,
+    /// The first sample after it, s.
+    pub to_s: f64,
+}
+
+impl Grid {
+    /// The grid that spans `from_s` to `to_s` (both included where they fall on it).
+    pub fn spanning(from_s: f64, to_s: f64, period_s: f64) -> Self {
+        // Half a millionth of a step forgives the rounding of decimal time stamps.
+        let len = ((to_s - from_s) / period_s + 5e-7).floor().max(0.0) as usize + 1;
+        Self { start_s: from_s, period_s, len }
+    }
+
+    /// The k-th instant, s.
+    pub fn time(&self, k: usize) -> f64 {
+        self.start_s + k as f64 * self.period_s
+    }
+
+    /// All instants, s.
+    pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.len).map(|k| self.time(k))
+    }
+}
+
+impl Timed {
+    /// Checks and keeps samples; `name` says whose they are if they are refused.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if there is not one value per time, [`Error::TooShort`]
+    /// without any, [`Error::NotFinite`] for a time or value that is NaN or
+    /// infinite, [`Error::TimeOrder`] where time does not increase.
+    pub fn new(
+        name: &str,
+        time_s: impl Into<Arc<[f64]>>,
+        values: impl Into<Arc<[f64]>>,
+    ) -> Result<Self, Error> {
+        let (time_s, values) = (time_s.into(), values.into());
+        let name = || name.to_owned();
+        if time_s.len() != values.len() {
+            return Err(Error::Length {
+                name: name(),
+                found: values.len(),
+                expected: time_s.len(),
+            });
+        }
+        if time_s.is_empty() {
+            return Err(Error::TooShort { name: name(), found: 0, needed: 1 });
+        }
+        if let Some(index) =
+            time_s.iter().zip(values.iter()).position(|(t, x)| !(t.is_finite() && x.is_finite()))
+        {
+            return Err(Error::NotFinite { name: name(), index });
+        }
+        if let Some(before) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
+            let index = before + 1;
+            return Err(Error::TimeOrder {
+                name: name(),
+                index,
+                from_s: time_s[before],
+                to_s: time_s[index],
+            });
+        }
+        Ok(Self { time_s, values })
+    }
+
+    /// The values of a grid's instants; `values` has one for each and is finite.
+    ///
+    /// # Errors
+    /// As [`Timed::new`].
+    pub fn on_grid(name: &str, grid: Grid, values: Vec<f64>) -> Result<Self, Error> {
+        Self::new(name, grid.times().collect::<Vec<_>>(), values)
+    }
+
+    /// The times, s, shape (n,).
+    pub fn time_s(&self) -> &[f64] {
+        &self.time_s
+    }
+
+    /// The values, shape (n,).
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// How many samples; never zero.
+    #[expect(clippy::len_without_is_empty, reason = "a series is never empty")]
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// The first time, s.
+    pub fn first_s(&self) -> f64 {
+        self.time_s[0]
+    }
+
+    /// The last time, s.
+    pub fn last_s(&self) -> f64 {
+        self.time_s[self.len() - 1]
+    }
+
+    /// The median interval between samples, s; zero for a single sample.
+    pub fn period_s(&self) -> f64 {
+        let mut steps: Vec<f64> = self.time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        median(&mut steps).unwrap_or(0.0)
+    }
+
+    /// The values transformed one by one; the function must return finite values.
+    pub fn map(&self, f: impl Fn(f64) -> f64) -> Self {
+        Self {
+            time_s: Arc::clone(&self.time_s),
+            values: self.values.iter().map(|&x| f(x)).collect(),
+        }
+    }
+
+    /// Other values at the same times, one for each, finite.
+    ///
+    /// # Errors
+    /// As [`Timed::new`].
+    pub fn with_values(&self, name: &str, values: Vec<f64>) -> Result<Self, Error> {
+        Self::new(name, Arc::clone(&self.time_s), values)
+    }
+
+    /// The samples from `from_s` to `to_s`, both included; `None` if there are none.
+    pub fn window(&self, from_s: f64, to_s: f64) -> Option<Self> {
+        let from = self.time_s.partition_point(|&t| t < from_s);
+        let to = self.time_s.partition_point(|&t| t <= to_s);
+        if (from, to) == (0, self.len()) {
+            return Some(self.clone());
+        }
+        (from < to).then(|| Self {
+            time_s: self.time_s[from..to].into(),
+            values: self.values[from..to].into(),
+        })
+    }
+
+    /// As [`Timed::window`] for a held signal: the sample in force at `from_s` is kept too.
+    pub fn window_held(&self, from_s: f64, to_s: f64) -> Option<Self> {
+        let held = self.time_s.partition_point(|&t| t <= from_s);
+        self.window(self.time_s[held.max(1) - 1].min(from_s), to_s)
+    }
+
+    /// Moves every time by `offset_s`.
+    pub fn shifted(&self, offset_s: f64) -> Self {
+        Self {
+            time_s: self.time_s.iter().map(|t| t + offset_s).collect(),
+            values: Arc::clone(&self.values),
+        }
+    }
+
+    /// The value at `t_s` by linear interpolation; the end values beyond the ends.
+    pub fn at(&self, t_s: f64) -> f64 {
+        let after = self.time_s.partition_point(|&t| t <= t_s);
+        if after == 0 {
+            return self.values[0];
+        }
+        if after == self.len() {
+            return self.values[after - 1];
+        }
+        let (t0, t1) = (self.time_s[after - 1], self.time_s[after]);
+        let weight = (t_s - t0) / (t1 - t0);
+        self.values[after - 1] + weight * (self.values[after] - self.values[after - 1])
+    }
+
+    /// The value in force at `t_s` if each sample is held until the next.
+    pub fn held_at(&self, t_s: f64) -> f64 {
+        let after = self.time_s.partition_point(|&t| t <= t_s);
+        self.values[after.max(1) - 1]
+    }
+
+    /// The intervals longer than `longest_s`.
+    pub fn gaps(&self, longest_s: f64) -> Vec<Gap> {
+        self.time_s
+            .windows(2)
+            .filter(|pair| pair[1] - pair[0] > longest_s)
+            .map(|pair| Gap { from_s: pair[0], to_s: pair[1] })
+            .collect()
+    }
+
+    /// Linear interpolation at each instant of a grid.
+    pub fn interpolate(&self, grid: Grid) -> Vec<f64> {
+        let mut after = 0;
+        let last = self.len() - 1;
+        let at = |t: f64| {
+            while after <= last && self.time_s[after] <= t {
+                after += 1;
+            }
+            if after == 0 {
+                return self.values[0];
+            }
+            if after > last {
+                return self.values[last];
+            }
+            let (t0, t1) = (self.time_s[after - 1], self.time_s[after]);
+            let (x0, x1) = (self.values[after - 1], self.values[after]);
+            x0 + (t - t0) / (t1 - t0) * (x1 - x0)
+        };
+        grid.times().map(at).collect()
+    }
+
+    /// The mean over `[t − ½ period, t + ½ period]` around each instant of a grid,
+    /// of a signal that is held between samples.
+    ///
+    /// A thrust logged at t acts until the next is logged. Reading it at t alone
+    /// leaves it half a sample early beside a centred difference of velocity,
+    /// which the drag estimate pays for.
+    pub fn held_means(&self, grid: Grid) -> Vec<f64> {
+        let half = 0.5 * grid.period_s;
+        let mut integral = HeldIntegral::new(self);
+        let mut before = integral.up_to(grid.start_s - half);
+        (0..grid.len)
+            .map(|k| {
+                let until = integral.up_to(grid.time(k) + half);
+                let mean = (until - before) / grid.period_s;
+                before = until;
+                mean
+            })
+            .collect()
+    }
+}
+
+/// ∫ x dt of a held signal from its first sample, for times that never decrease.
+struct HeldIntegral<'a> {
+    series: &'a Timed,
+    held: usize,
+    to_held: f64,
+}
+
+impl<'a> HeldIntegral<'a> {
+    fn new(series: &'a Timed) -> Self {
+        Self { series, held: 0, to_held: 0.0 }
+    }
+
+    fn up_to(&mut self, t_s: f64) -> f64 {
+        let (time_s, values) = (self.series.time_s(), self.series.values());
+        while self.held + 1 < values.len() && time_s[self.held + 1] <= t_s {
+            self.to_held += values[self.held] * (time_s[self.held + 1] - time_s[self.held]);
+            self.held += 1;
+        }
+        self.to_held + values[self.held] * (t_s - time_s[self.held])
+    }
+}
+
+/// The median, reordering what it is given; `None` of nothing.
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
+    if values.is_empty() {
+        return None;
+    }
+    let middle = values.len() / 2;
+    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series(time_s: &[f64], values: &[f64]) -> Timed {
+        Timed::new("test", time_s, values).expect("valid by construction")
+    }
+
+    #[test]
+    fn averages_a_held_signal_over_each_interval() {
+        // Held: 2 until t = 1, then 4.
+        let thrust = series(&[0.0, 1.0], &[2.0, 4.0]);
+        let grid = Grid { start_s: 0.0, period_s: 1.0, len: 3 };
+        assert_eq!(thrust.held_means(grid), [2.0, 3.0, 4.0]);
+    }
+
+    #[test]
+    fn averages_many_samples_into_few() {
+        let thrust = series(&[0.0, 0.25, 0.5, 0.75, 1.0], &[1.0, -1.0, 1.0, -1.0, 1.0]);
+        let grid = Grid { start_s: 0.5, period_s: 0.5, len: 1 };
+        assert!(thrust.held_means(grid)[0].abs() < 1e-15);
+    }
+
+    #[test]
+    fn keeps_the_sample_in_force_when_a_held_signal_is_cut() {
+        let thrust = series(&[0.0, 10.0, 20.0], &[1.0, 2.0, 3.0]);
+        let cut = thrust.window_held(12.0, 19.0).expect("the sample at 10 s is in force");
+        assert_eq!(cut.values(), [2.0]);
+    }
+
+    #[test]
+    fn refuses_time_that_does_not_increase() {
+        let refused = Timed::new("depth", vec![0.0, 1.0, 1.0], vec![0.0; 3]);
+        assert!(matches!(refused, Err(Error::TimeOrder { index: 2, .. })));
+    }
+
+    #[test]
+    fn refuses_a_value_that_is_not_a_number() {
+        let refused = Timed::new("depth", vec![0.0, 1.0], vec![0.0, f64::NAN]);
+        assert!(matches!(refused, Err(Error::NotFinite { index: 1, .. })));
+    }
+
+    #[test]
+    fn interpolates_alike_one_by_one_and_on_a_grid() {
+        let x = series(&[0.0, 0.3, 1.1], &[1.0, 4.0, -2.0]);
+        let grid = Grid { start_s: -0.2, period_s: 0.17, len: 9 };
+        let single: Vec<f64> = grid.times().map(|t| x.at(t)).collect();
+        assert_eq!(x.interpolate(grid), single);
+    }
+}

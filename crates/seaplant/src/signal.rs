@@ -1,0 +1,13 @@
+//! Filters, derivatives, resampling and spectra of uniform series.
+
+mod derivative;
+mod low_pass;
+mod outliers;
+mod resample;
+mod spectrum;
+
+pub use derivative::{differentiate, differentiate_timed};
+pub use low_pass::LowPass;
+pub use outliers::{Hampel, Masked};
+pub use resample::{Stretch, Stretches, resample, uniform_stretches};
+pub use spectrum::{Spectrum, amplitude_spectrum};

@@ -1,0 +1,72 @@
+use crate::Timed;
+use crate::series::median;
+
+/// Finds samples that stand far off their neighbours' median.
+///
+/// A sample is an outlier if `|x − median| > threshold · max(1.4826 MAD, floor)`
+/// over the `2 half_width + 1` samples around it.
+///
+/// # Source
+/// [Hampel1974]: the Hampel identifier.
+///
+/// ```
+/// use seaplant::{Timed, signal::Hampel};
+/// let mut v: Vec<f64> = (0..50).map(|k| 0.01 * k as f64).collect();
+/// v[20] = 9.0;
+/// let v = Timed::new("u", (0..50).map(|k| 0.1 * k as f64).collect::<Vec<_>>(), v)?;
+/// let masked = Hampel { half_width: 5, threshold: 8.0, floor: 0.01 }.mask(&v);
+/// assert_eq!(masked.removed_s, [2.0]);
+/// # Ok::<(), seaplant::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hampel {
+    /// Samples on either side.
+    pub half_width: usize,
+    /// How many standard deviations are too many.
+    pub threshold: f64,
+    /// The least standard deviation to believe, in units of the signal: a
+    /// quantised or smooth signal has none of its own.
+    pub floor: f64,
+}
+
+/// A series without its outliers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Masked {
+    /// What is left.
+    pub series: Timed,
+    /// When the removed samples were taken, s.
+    pub removed_s: Vec<f64>,
+}
+
+/// Turns a median absolute deviation into a standard deviation, for normal noise.
+const MAD_TO_STD: f64 = 1.4826;
+
+impl Hampel {
+    /// Splits a series into what is plausible and what is not.
+    pub fn mask(&self, series: &Timed) -> Masked {
+        let (t, x) = (series.time_s(), series.values());
+        let (kept, removed): (Vec<usize>, Vec<usize>) =
+            (0..x.len()).partition(|&k| !self.is_outlier(x, k));
+        if removed.is_empty() || kept.is_empty() {
+            return Masked { series: series.clone(), removed_s: Vec::new() };
+        }
+        let pick = |from: &[f64]| kept.iter().map(|&k| from[k]).collect::<Vec<_>>();
+        let left = Timed::new("the plausible samples", pick(t), pick(x))
+            .unwrap_or_else(|_| series.clone());
+        Masked { series: left, removed_s: removed.iter().map(|&k| t[k]).collect() }
+    }
+
+    fn is_outlier(&self, x: &[f64], k: usize) -> bool {
+        let from = k.saturating_sub(self.half_width);
+        let to = (k + self.half_width + 1).min(x.len());
+        let mut around = x[from..to].to_vec();
+        let Some(centre) = median(&mut around) else { return false };
+        let off = (x[k] - centre).abs();
+        if off <= self.threshold * self.floor {
+            return false;
+        }
+        around.iter_mut().for_each(|x| *x = (*x - centre).abs());
+        let spread = median(&mut around).unwrap_or(0.0) * MAD_TO_STD;
+        off > self.threshold * spread.max(self.floor)
+    }
+}

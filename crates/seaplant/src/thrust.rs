@@ -1,0 +1,282 @@
+//! From what a thruster is told, or how fast it turns, to the force it gives.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+/// What a thruster curve reads.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum ThrusterInput {
+    /// Propeller speed, rad/s.
+    Speed,
+    /// Pulse width, µs.
+    Pwm,
+    /// Command, −1 to 1.
+    Command,
+    /// Force itself, N.
+    Force,
+}
+
+impl ThrusterInput {
+    /// The name that channels and curves use.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::Pwm => "pwm",
+            Self::Command => "command",
+            Self::Force => "force",
+        }
+    }
+
+    /// The unit in which Seaplant holds this input.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Speed => "rad/s",
+            Self::Pwm => "us",
+            Self::Command => "1",
+            Self::Force => "N",
+        }
+    }
+}
+
+/// Thrust against the square of an input, with its own coefficient each way.
+///
+/// `F = forward · s|s|` for s > 0 and `F = reverse · s|s|` for s < 0, where s is
+/// the input less `deadband` towards zero: `s = sign(x − neutral) max(0, |x − neutral| − deadband)`.
+///
+/// # Source
+/// [Jason2, fig. 2]: 0.0402 N/(rad/s)² forward, 0.0328 reverse, from bollard pull.
+///
+/// ```
+/// use seaplant::QuadraticThrust;
+/// let curve = QuadraticThrust { forward: 0.0402, reverse: 0.0328, ..Default::default() };
+/// assert!((curve.force(100.0) - 402.0).abs() < 1e-9);
+/// assert!((curve.force(-100.0) + 328.0).abs() < 1e-9);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct QuadraticThrust {
+    /// Coefficient for positive input, N per squared unit of input.
+    pub forward: f64,
+    /// Coefficient for negative input, N per squared unit of input.
+    pub reverse: f64,
+    /// Inputs this close to neutral give no thrust; in units of input.
+    pub deadband: f64,
+    /// The input that means stop: 0 rad/s, or 1500 µs.
+    pub neutral: f64,
+}
+
+impl QuadraticThrust {
+    /// The thrust at one input, N.
+    pub fn force(&self, input: f64) -> f64 {
+        let offset = input - self.neutral;
+        let effective = (offset.abs() - self.deadband).max(0.0).copysign(offset);
+        let coefficient = if offset < 0.0 { self.reverse } else { self.forward };
+        coefficient * effective * effective.abs()
+    }
+}
+
+/// Thrust measured at inputs, linear in between, at one supply voltage.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThrustTable {
+    /// Supply voltage of the measurement, V; needed only beside other tables.
+    pub voltage: Option<f64>,
+    inputs: Vec<f64>,
+    forces: Vec<f64>,
+}
+
+impl ThrustTable {
+    /// Sorts and checks points `(input, force)`; N, and the curve's input unit.
+    ///
+    /// Repeated inputs are averaged. Bench tables wobble: thrust that falls by
+    /// less than 2 % of its range while the input rises is kept as measured.
+    ///
+    /// # Errors
+    /// [`Error::ThrustTable`] with fewer than two distinct inputs, a number that
+    /// is not finite, or thrust that falls further than that.
+    pub fn new(voltage: Option<f64>, mut points: Vec<(f64, f64)>) -> Result<Self, Error> {
+        let refuse = |reason: String| Error::ThrustTable { reason };
+        if points.iter().any(|(x, f)| !(x.is_finite() && f.is_finite())) {
+            return Err(refuse("holds a number that is not finite".into()));
+        }
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut inputs, mut forces) = (Vec::new(), Vec::new());
+        for same in points.chunk_by(|a, b| a.0 == b.0) {
+            inputs.push(same[0].0);
+            forces.push(same.iter().map(|point| point.1).sum::<f64>() / same.len() as f64);
+        }
+        if inputs.len() < 2 {
+            return Err(refuse(format!("has {} distinct inputs and needs 2", inputs.len())));
+        }
+        check_monotone(&inputs, &forces)?;
+        Ok(Self { voltage, inputs, forces })
+    }
+
+    /// The least and greatest input of the table.
+    pub fn range(&self) -> (f64, f64) {
+        (self.inputs[0], self.inputs[self.inputs.len() - 1])
+    }
+
+    /// The thrust at one input, N; the end values beyond the table.
+    pub fn force(&self, input: f64) -> f64 {
+        let after = self.inputs.partition_point(|&x| x <= input);
+        if after == 0 {
+            return self.forces[0];
+        }
+        if after == self.inputs.len() {
+            return self.forces[after - 1];
+        }
+        let (x0, x1) = (self.inputs[after - 1], self.inputs[after]);
+        let (f0, f1) = (self.forces[after - 1], self.forces[after]);
+        f0 + (input - x0) / (x1 - x0) * (f1 - f0)
+    }
+
+    /// The measured points, `(input, force)`.
+    pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.inputs.iter().copied().zip(self.forces.iter().copied())
+    }
+}
+
+/// The part of its range by which a bench table may fall where it should rise.
+const TABLE_WOBBLE: f64 = 0.02;
+
+fn check_monotone(inputs: &[f64], forces: &[f64]) -> Result<(), Error> {
+    let range = forces.iter().copied().fold(f64::MIN, f64::max)
+        - forces.iter().copied().fold(f64::MAX, f64::min);
+    let mut highest = f64::MIN;
+    for (input, &force) in inputs.iter().zip(forces) {
+        if highest - force > TABLE_WOBBLE * range {
+            let reason = format!(
+                "falls from {highest} N to {force} N at input {input}, while thrust must rise with the input"
+            );
+            return Err(Error::ThrustTable { reason });
+        }
+        highest = highest.max(force);
+    }
+    Ok(())
+}
+
+/// How one thruster turns its input into force.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ThrustCurve {
+    /// A square law in the named input.
+    Quadratic {
+        /// What the law reads.
+        input: ThrusterInput,
+        /// The law.
+        law: QuadraticThrust,
+    },
+    /// Measured tables, one for each supply voltage, in rising order of voltage.
+    Table {
+        /// What the tables read.
+        input: ThrusterInput,
+        /// At least one; with several, each has its voltage.
+        tables: Vec<ThrustTable>,
+    },
+}
+
+impl ThrustCurve {
+    /// A curve of measured tables, ordered by voltage.
+    ///
+    /// # Errors
+    /// [`Error::ThrustTable`] without a table, or if one of several lacks its
+    /// voltage or repeats another's.
+    pub fn tables(input: ThrusterInput, mut tables: Vec<ThrustTable>) -> Result<Self, Error> {
+        let refuse = |reason: &str| Error::ThrustTable { reason: reason.into() };
+        if tables.is_empty() {
+            return Err(refuse("is missing"));
+        }
+        if tables.len() > 1 && tables.iter().any(|table| table.voltage.is_none()) {
+            return Err(refuse("stands beside others and needs its supply voltage"));
+        }
+        tables.sort_by(|a, b| a.voltage.unwrap_or(0.0).total_cmp(&b.voltage.unwrap_or(0.0)));
+        if tables.windows(2).any(|pair| pair[0].voltage == pair[1].voltage) {
+            return Err(refuse("has the same supply voltage as another"));
+        }
+        Ok(Self::Table { input, tables })
+    }
+
+    /// What the curve reads.
+    pub const fn input(&self) -> ThrusterInput {
+        match self {
+            Self::Quadratic { input, .. } | Self::Table { input, .. } => *input,
+        }
+    }
+
+    /// The thrust at one input, N; linear between the tables of two voltages.
+    ///
+    /// `voltage` is read only by a curve with several tables; the nearest table
+    /// serves beyond them.
+    pub fn force(&self, input: f64, voltage: Option<f64>) -> f64 {
+        match self {
+            Self::Quadratic { law, .. } => law.force(input),
+            Self::Table { tables, .. } => force_between(tables, input, voltage),
+        }
+    }
+
+    /// Whether the curve needs the supply voltage beside its input.
+    pub fn needs_voltage(&self) -> bool {
+        matches!(self, Self::Table { tables, .. } if tables.len() > 1)
+    }
+
+    /// The inputs that the curve was measured over; unbounded for a law.
+    pub fn range(&self) -> (f64, f64) {
+        match self {
+            Self::Quadratic { .. } => (f64::NEG_INFINITY, f64::INFINITY),
+            Self::Table { tables, .. } => tables
+                .iter()
+                .map(ThrustTable::range)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (from, to)| {
+                    (low.min(from), high.max(to))
+                }),
+        }
+    }
+}
+
+fn force_between(tables: &[ThrustTable], input: f64, voltage: Option<f64>) -> f64 {
+    let Some(voltage) = voltage else { return tables[0].force(input) };
+    let of = |table: &ThrustTable| table.voltage.unwrap_or(voltage);
+    let after = tables.partition_point(|table| of(table) <= voltage);
+    if after == 0 || after == tables.len() {
+        return tables[after.min(tables.len() - 1)].force(input);
+    }
+    let (below, above) = (&tables[after - 1], &tables[after]);
+    let weight = (voltage - of(below)) / (of(above) - of(below));
+    (1.0 - weight) * below.force(input) + weight * above.force(input)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gives_no_thrust_inside_the_deadband() {
+        let law = QuadraticThrust { forward: 1.0, reverse: 0.5, deadband: 25.0, neutral: 1500.0 };
+        assert_eq!(law.force(1524.0), 0.0);
+        assert_eq!(law.force(1535.0), 100.0);
+        assert_eq!(law.force(1465.0), -50.0);
+    }
+
+    #[test]
+    fn reads_between_points_and_between_voltages() {
+        let at = |voltage, top| {
+            ThrustTable::new(Some(voltage), vec![(1900.0, top), (1500.0, 0.0), (1100.0, -top)])
+                .expect("rises")
+        };
+        let curve = ThrustCurve::tables(ThrusterInput::Pwm, vec![at(16.0, 40.0), at(12.0, 20.0)])
+            .expect("two voltages");
+        assert_eq!(curve.force(1700.0, Some(12.0)), 10.0);
+        assert_eq!(curve.force(1700.0, Some(14.0)), 15.0);
+        assert_eq!(curve.force(1900.0, Some(20.0)), 40.0);
+    }
+
+    #[test]
+    fn refuses_a_table_that_falls() {
+        let refused = ThrustTable::new(None, vec![(0.0, 0.0), (1.0, 10.0), (2.0, 5.0)]);
+        let message = refused.expect_err("falls").to_string();
+        assert!(message.contains("falls from 10 N to 5 N at input 2"), "{message}");
+    }
+}

@@ -1,0 +1,136 @@
+//! The vehicle: where its thrusters push and where its instruments sit.
+
+use nalgebra::{Rotation3, Vector3};
+
+use crate::{Dof, Error, ThrustCurve};
+
+/// A thruster, in the body frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Thruster {
+    /// How channels and messages call it.
+    pub name: String,
+    /// Where it pushes, m: x forward, y starboard, z down, from the vehicle's origin.
+    pub position_body: Vector3<f64>,
+    /// Unit vector of positive thrust.
+    pub direction_body: Vector3<f64>,
+    /// From input to force.
+    pub curve: ThrustCurve,
+}
+
+impl Thruster {
+    /// Checks and keeps a thruster; `direction` may have any length but zero.
+    ///
+    /// # Errors
+    /// [`Error::Thruster`] if the direction is zero or a number is not finite.
+    pub fn new(
+        name: &str,
+        position_m: [f64; 3],
+        direction: [f64; 3],
+        curve: ThrustCurve,
+    ) -> Result<Self, Error> {
+        let refuse = |reason| Error::Thruster { name: name.to_owned(), reason };
+        let direction_body = Vector3::from(direction);
+        if !position_m.iter().chain(&direction).all(|x| x.is_finite()) {
+            return Err(refuse("its position or direction is not finite".to_owned()));
+        }
+        let length = direction_body.norm();
+        if length == 0.0 {
+            return Err(refuse("its direction is [0, 0, 0]; give the way it pushes".to_owned()));
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            position_body: position_m.into(),
+            direction_body: direction_body / length,
+            curve,
+        })
+    }
+
+    /// The wrench of one newton of thrust: `[d; r × d]`, N and N m, shape (6,).
+    pub fn unit_wrench(&self) -> [f64; 6] {
+        let d = self.direction_body;
+        let moment = self.position_body.cross(&d);
+        [d.x, d.y, d.z, moment.x, moment.y, moment.z]
+    }
+}
+
+/// How an instrument sits on the vehicle, and how good it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sensor {
+    /// Where it sits, m, body frame.
+    pub position_body: Vector3<f64>,
+    /// Roll, pitch and yaw that turn the vehicle's axes into the instrument's, rad.
+    pub rotation_rad: [f64; 3],
+    /// Standard deviation of one sample: m/s, m or rad.
+    pub std: Option<f64>,
+}
+
+impl Sensor {
+    /// `R_bs`: takes a vector from the instrument's frame to the body's.
+    pub fn to_body(&self) -> Rotation3<f64> {
+        let [roll, pitch, yaw] = self.rotation_rad;
+        Rotation3::from_euler_angles(roll, pitch, yaw)
+    }
+}
+
+/// The instruments of a vehicle; one that is not described sits at the origin, aligned.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sensors {
+    /// Doppler velocity log: std in m/s.
+    pub dvl: Sensor,
+    /// Depth sensor: std in m.
+    pub depth: Sensor,
+    /// Roll, pitch, heading: std in rad.
+    pub attitude: Sensor,
+    /// Positioning antenna, beacon or marker: std in m.
+    pub position: Sensor,
+}
+
+/// A marine vehicle with known thrusters.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Vehicle {
+    /// What it is called.
+    pub name: String,
+    /// Mass in air, kg: added mass comes on top.
+    pub dry_mass_kg: Option<f64>,
+    /// All thrusters.
+    pub thrusters: Vec<Thruster>,
+    /// All instruments.
+    pub sensors: Sensors,
+}
+
+impl Vehicle {
+    /// Whether the named thruster acts on a degree of freedom at all.
+    pub fn acts_on(thruster: &Thruster, dof: Dof) -> bool {
+        // A lever below a micrometre is the rounding of a rotated position.
+        thruster.unit_wrench()[dof.index()].abs() > 1e-6
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{QuadraticThrust, ThrusterInput};
+
+    fn curve() -> ThrustCurve {
+        ThrustCurve::Quadratic { input: ThrusterInput::Speed, law: QuadraticThrust::default() }
+    }
+
+    #[test]
+    fn a_thruster_to_port_pushing_forward_turns_the_bow_to_starboard() {
+        let port = Thruster::new("port", [0.0, -0.5, 0.0], [2.0, 0.0, 0.0], curve()).expect("ok");
+        assert_eq!(port.unit_wrench(), [1.0, 0.0, 0.0, 0.0, 0.0, 0.5]);
+    }
+
+    #[test]
+    fn a_sensor_turned_45_degrees_sees_forward_motion_on_both_axes() {
+        let dvl = Sensor { rotation_rad: [0.0, 0.0, 45_f64.to_radians()], ..Default::default() };
+        let seen = dvl.to_body().inverse() * Vector3::x();
+        assert!((seen - Vector3::new(0.5_f64.sqrt(), -(0.5_f64.sqrt()), 0.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn refuses_a_thruster_without_direction() {
+        let refused = Thruster::new("port", [0.0; 3], [0.0; 3], curve());
+        assert!(refused.expect_err("no direction").to_string().contains("thruster `port`"));
+    }
+}
