@@ -1,1 +1,25 @@
-//! seaplant-campaign
+//! vehicle.toml and campaign.toml: from logs to identified plants.
+//!
+//! Two small files say what a vehicle is and which logs to read; this crate reads both,
+//! brings the logs' columns to SI units and hands the trials to [`seaplant`].
+
+mod bench;
+mod campaign;
+mod campaign_file;
+mod error;
+mod recording;
+mod toml_file;
+mod units;
+mod vehicle_file;
+
+pub use bench::{Bench, BenchColumns, read_bench};
+pub use campaign::{Campaign, bollard_result, fit_bench};
+pub use campaign_file::{
+    BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, FitEntry, LogEntry, SteadyEntry,
+    TimeEntry, TrialEntry,
+};
+pub use error::Error;
+pub use vehicle_file::{
+    AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, QuadraticEntry, SensorEntries, TableEntry,
+    ThrusterEntry, VehicleFile, VoltageEntry, read_vehicle,
+};

@@ -43,6 +43,7 @@ impl Decimal {
             // 1.234 among decimal commas may be a thousand: not for us to say.
             Ok(_) => Cell::Text,
             Err(_) if is_absent(text) => Cell::Missing,
+            Err(_) if unquoted(text) != text => self.read(unquoted(text).as_bytes()),
             Err(_) if *self == Self::Point => Cell::Text,
             Err(_) => match comma_number(text) {
                 Some(number) => {
@@ -53,6 +54,11 @@ impl Decimal {
             },
         }
     }
+}
+
+/// The text within quotation marks, which the CSV reader leaves alone behind a blank.
+fn unquoted(text: &str) -> &str {
+    text.strip_prefix('"').and_then(|t| t.strip_suffix('"')).unwrap_or(text)
 }
 
 /// `1,5`, `-,5e-3`: one comma, digits after it, no point.
@@ -70,32 +76,11 @@ fn comma_number(text: &str) -> Option<f64> {
 
 /// Whether the text is one that programs write for "no value".
 fn is_absent(text: &str) -> bool {
+    #[rustfmt::skip]
     const ABSENT: &[&str] = &[
-        "na",
-        "n/a",
-        "n.a.",
-        "null",
-        "nil",
-        "none",
-        "missing",
-        "-",
-        "--",
-        "---",
-        "?",
-        "*",
-        "nan(ind)",
-        "-nan(ind)",
-        "1.#qnan",
-        "-1.#ind",
-        "1.#inf",
-        "-1.#inf",
-        "#n/a",
-        "#na",
-        "#value!",
-        "#div/0!",
-        "#ref!",
-        "#num!",
-        "#null!",
+        "na", "n/a", "n.a.", "null", "nil", "none", "missing", "-", "--", "---", "?", "*",
+        "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#inf", "-1.#inf", "#n/a", "#na",
+        "#value!", "#div/0!", "#ref!", "#num!", "#null!",
     ];
     text.len() <= 9 && ABSENT.iter().any(|absent| absent.eq_ignore_ascii_case(text))
 }
@@ -105,7 +90,7 @@ fn is_absent(text: &str) -> bool {
 ///
 /// A date-time without an offset is taken as UTC. `2020/07/31` is read like `2020-07-31`.
 pub(crate) fn stamp(cell: &[u8]) -> Option<f64> {
-    let text = std::str::from_utf8(cell).ok()?.trim();
+    let text = unquoted(std::str::from_utf8(cell).ok()?.trim());
     if !text.starts_with(|c: char| c.is_ascii_digit()) || !text.contains(['-', ':', '/']) {
         return None;
     }
@@ -113,6 +98,10 @@ pub(crate) fn stamp(cell: &[u8]) -> Option<f64> {
     let dashed = if slashed { text.replacen('/', "-", 2) } else { String::new() };
     let text = if slashed { &dashed } else { text };
     if text.as_bytes().get(4) != Some(&b'-') {
+        // 10:21 may be minutes and seconds.
+        if text.matches(':').count() != 2 {
+            return None;
+        }
         let time: civil::Time = text.parse().ok()?;
         let whole = f64::from(time.hour()) * 3600.0 + f64::from(time.minute()) * 60.0;
         return Some(whole + f64::from(time.second()) + f64::from(time.subsec_nanosecond()) * 1e-9);
@@ -126,10 +115,11 @@ pub(crate) fn stamp(cell: &[u8]) -> Option<f64> {
 
 /// The text of a cell, whichever of UTF-8 and Windows-1252 it is written in.
 pub(crate) fn decode(cell: &[u8]) -> String {
-    match std::str::from_utf8(cell) {
-        Ok(text) => text.trim().to_owned(),
-        Err(_) => encoding_rs::WINDOWS_1252.decode_without_bom_handling(cell).0.trim().to_owned(),
-    }
+    let text = match std::str::from_utf8(cell) {
+        Ok(text) => text.into(),
+        Err(_) => encoding_rs::WINDOWS_1252.decode_without_bom_handling(cell).0,
+    };
+    unquoted(text.trim()).trim().to_owned()
 }
 
 /// The text of a cell for a message: short, decoded.
@@ -142,4 +132,53 @@ pub(crate) fn excerpt(cell: &[u8]) -> String {
         short.push('…');
     }
     short
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_decimal_sign_decides() {
+        let mut decimal = Decimal::Undecided;
+        assert_eq!(decimal.read(b"7"), Cell::Number(7.0));
+        assert_eq!(decimal.read(b"-1,5e1"), Cell::Number(-15.0));
+        assert_eq!(decimal, Decimal::Comma);
+        assert_eq!(decimal.read(b"1.5"), Cell::Text);
+
+        let mut decimal = Decimal::Undecided;
+        assert_eq!(decimal.read(b"1.5"), Cell::Number(1.5));
+        assert_eq!(decimal.read(b"1,5"), Cell::Text);
+    }
+
+    #[test]
+    fn only_one_comma_between_digits_is_a_decimal_sign() {
+        for text in ["1,", ",", "1,2,3", "1,2.3", "a,5", "1,x", "1, 5", "--1,5"] {
+            assert_eq!(comma_number(text), None, "{text}");
+        }
+        assert_eq!(comma_number("-,5"), Some(-0.5));
+        assert_eq!(comma_number("1,9e999"), None);
+    }
+
+    #[test]
+    fn a_cell_is_a_number_or_missing_or_text() {
+        let read = |cell: &[u8]| Decimal::Point.read(cell);
+        assert_eq!(read(b" +1.5e3 "), Cell::Number(1500.0));
+        assert_eq!(read(b" \"1.5\" "), Cell::Number(1.5));
+        assert_eq!(read(b"1e999"), Cell::Missing);
+        assert_eq!(read(b"\"\""), Cell::Missing);
+        assert_eq!(read(b"12 m"), Cell::Text);
+        assert_eq!(read(b"\xff"), Cell::Text);
+    }
+
+    #[test]
+    fn stamps_are_iso_8601_and_nothing_else() {
+        assert_eq!(stamp(b"1970-01-01T00:01:00+00:01"), Some(0.0));
+        assert_eq!(stamp(b"1970-01-02"), Some(86_400.0));
+        assert_eq!(stamp(b"1969-12-31T23:59:59.5Z"), Some(-0.5));
+        assert_eq!(stamp(b"01:00:01.25"), Some(3601.25));
+        for text in ["10:21", "31/07/2020", "07-31-2020", "2020-13-01", "20200731", "1-2", "x"] {
+            assert_eq!(stamp(text.as_bytes()), None, "{text}");
+        }
+    }
 }

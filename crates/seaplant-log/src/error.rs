@@ -174,7 +174,8 @@ pub enum Error {
     /// The clock was reset.
     #[error(
         "{}:{line}: time goes back from {from_s} s to {to_s} s and stays behind; split the file \
-         there, or name another time column in campaign.toml under [time]",
+         there, correct the row before if its time is wrong, or name another time column in \
+         campaign.toml under [time]",
         path.display()
     )]
     TimeGoesBackwards {

@@ -1,5 +1,6 @@
 //! A text table in memory: columns of numbers, those present only.
 
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use csv::ByteRecord;
@@ -146,26 +147,29 @@ pub(crate) fn read(
 }
 
 /// Gives every column a name and a header text of its own.
-fn tell_apart(headings: Vec<Heading>, path: &Path, notes: &mut Vec<Note>) -> Vec<Heading> {
-    let mut told: Vec<Heading> = Vec::with_capacity(headings.len());
-    for (k, mut heading) in headings.into_iter().enumerate() {
-        if heading.column.is_empty() {
-            heading.column = format!("column {}", k + 1);
-            heading.name = heading.column.clone();
-        }
-        let taken = |text: &str| told.iter().any(|h| h.column == text);
-        if taken(&heading.column) {
-            let number = (2..).find(|n| !taken(&format!("{}.{n}", heading.column)));
-            let number = number.expect("finitely many names are taken");
-            let column = heading.column.clone();
-            heading.column = format!("{column}.{number}");
-            heading.name = format!("{}.{number}", heading.name);
-            let renamed = heading.name.clone();
-            notes.push(Note::DuplicateColumn { path: path.to_owned(), column, renamed });
-        }
-        told.push(heading);
+fn tell_apart(mut headings: Vec<Heading>, path: &Path, notes: &mut Vec<Note>) -> Vec<Heading> {
+    for (k, heading) in headings.iter_mut().enumerate().filter(|(_, h)| h.nameless) {
+        heading.column = format!("column {}", k + 1);
+        heading.name = heading.column.clone();
     }
-    told
+    let mut taken: HashSet<String> = headings.iter().map(|h| h.column.clone()).collect();
+    let mut copies: HashMap<String, usize> = HashMap::new();
+    for heading in &mut headings {
+        let column = heading.column.clone();
+        let copy = copies.entry(column.clone()).or_insert(0);
+        *copy += 1;
+        if *copy == 1 {
+            continue;
+        }
+        while !taken.insert(format!("{column}.{copy}")) {
+            *copy += 1;
+        }
+        heading.column = format!("{column}.{copy}");
+        heading.name = format!("{}.{copy}", heading.name);
+        let renamed = heading.name.clone();
+        notes.push(Note::DuplicateColumn { path: path.to_owned(), column, renamed });
+    }
+    headings
 }
 
 /// The state of reading row after row.
@@ -188,6 +192,7 @@ struct Irregular {
     ragged: Option<(usize, u64, usize)>,
     skipped: Option<(usize, u64, String)>,
     repeated: Option<(usize, u64)>,
+    run_on: Option<(usize, u64)>,
 }
 
 impl Irregular {
@@ -211,7 +216,12 @@ impl Irregular {
             count,
             first_line,
         });
-        [ragged, skipped, repeated].into_iter().flatten()
+        let run_on = self.run_on.map(|(count, first_line)| Note::RunOnCell {
+            path: path(),
+            count,
+            first_line,
+        });
+        [ragged, skipped, repeated, run_on].into_iter().flatten()
     }
 }
 
@@ -251,6 +261,9 @@ impl<'a> Rows<'a> {
             open_quote = layout::has_open_quote(&record).then_some(line);
             read += 1;
             if read > layout.skip {
+                if reader.position().line() > before + 1 && record.as_slice().contains(&b'\n') {
+                    self.irregular.run_on.get_or_insert((0, line)).0 += 1;
+                }
                 self.take(&record, line, layout);
             }
         }
@@ -349,5 +362,33 @@ impl<'a> Rows<'a> {
             },
             found => found,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_found_again_across_jumps() {
+        let mut lines = Lines::default();
+        let written = [2, 3, 4, 9, 10, 20];
+        for (row, line) in written.into_iter().enumerate() {
+            lines.push(row, line);
+        }
+        assert_eq!(lines.0.len(), 3);
+        for (row, line) in written.into_iter().enumerate() {
+            assert_eq!(lines.of(row), line);
+        }
+    }
+
+    #[test]
+    fn names_are_told_apart_without_taking_one_that_exists() {
+        let headings = ["u", "u.2", "u", "", "u"].map(Heading::parse).into();
+        let mut notes = Vec::new();
+        let told = tell_apart(headings, Path::new("log.csv"), &mut notes);
+        let names: Vec<&str> = told.iter().map(|h| h.column.as_str()).collect();
+        assert_eq!(names, ["u", "u.2", "u.3", "column 4", "u.4"]);
+        assert_eq!(notes.len(), 2);
     }
 }

@@ -21,7 +21,7 @@ impl Heading {
         let split = bracketed(&column).and_then(|(name, inside)| {
             // "thruster (1)" counts thrusters; "command [1]" is a ratio.
             let counts = inside == "1" && column.ends_with(')');
-            let unit = if counts { None } else { Unit::parse(inside).ok() }?;
+            let unit = if counts { None } else { Unit::find(inside) }?;
             Some((name.to_owned(), unit))
         });
         match split {
@@ -48,5 +48,26 @@ fn bracketed(text: &str) -> Option<(&str, &str)> {
 pub(crate) fn lone_unit(text: &str) -> Option<Unit> {
     let text = text.trim();
     let bare = text.strip_prefix(['[', '(']).and_then(|t| t.strip_suffix([']', ')']));
-    Unit::parse(bare.unwrap_or(text)).ok()
+    Unit::find(bare.unwrap_or(text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_is_what_the_last_brackets_hold() {
+        let parts = |text: &str| {
+            let Heading { name, unit, .. } = Heading::parse(text);
+            (name, unit.map(|unit| unit.symbol().to_owned()))
+        };
+        let some = |name: &str, unit: &str| (name.to_owned(), Some(unit.to_owned()));
+        assert_eq!(parts(" u_velo [m/s] "), some("u_velo", "m/s"));
+        assert_eq!(parts("rate(deg/s)"), some("rate", "deg/s"));
+        assert_eq!(parts("force {N}"), some("force", "N"));
+        assert_eq!(parts("force (port) [N]"), some("force (port)", "N"));
+        for text in ["depth, m", "u (raw)", "[m]", "u [m/s", "u m/s]", "thruster (1)", ""] {
+            assert_eq!(parts(text), (text.to_owned(), None));
+        }
+    }
 }

@@ -51,33 +51,19 @@ impl Input {
         let mut head = Vec::new();
         (&mut file).take(HEAD as u64).read_to_end(&mut head).map_err(failed)?;
         let mut whole = head.len() < HEAD;
-        let mut encoding = None;
-        let mut hash = Sha256::new();
-        hash.update(&head);
-        let mut bytes = head.len() as u64;
-
         let marked = encoding_rs::Encoding::for_bom(&head);
-        if let Some((wide, mark)) = marked.filter(|(e, _)| *e != encoding_rs::UTF_8) {
-            let read = head.len();
+        let wide = marked.map(|(encoding, _)| encoding).filter(|e| *e != encoding_rs::UTF_8);
+        if wide.is_some() {
             file.read_to_end(&mut head).map_err(failed)?;
-            hash.update(&head[read..]);
-            bytes = head.len() as u64;
             whole = true;
-            encoding = Some(wide.name());
-            head = wide.decode_without_bom_handling(&head[mark..]).0.into_owned().into_bytes();
-        } else if let Some((_, mark)) = marked {
-            head.drain(..mark);
         }
-
-        if let Some(looks_like) = binary(&head) {
-            return Err(Error::Binary { path: path.to_owned(), looks_like: looks_like.to_owned() });
+        let (hash, bytes) = (Sha256::new_with_prefix(&head), head.len() as u64);
+        head.drain(..marked.map_or(0, |(_, mark)| mark));
+        if let Some(wide) = wide {
+            head = wide.decode_without_bom_handling(&head).0.into_owned().into_bytes();
         }
-        if whole && head.iter().all(u8::is_ascii_whitespace) {
-            return Err(Error::Empty { path: path.to_owned() });
-        }
+        check(&head, whole, path)?;
         let newline = newline(&head);
-        // The end of the last record must count as a line like any other.
-        let closing: &[u8] = if newline == Newline::CrLf { b"\r\n" } else { b"\n" };
         Ok(Self {
             path: path.to_owned(),
             head,
@@ -87,8 +73,9 @@ impl Input {
             hash,
             bytes,
             newline,
-            closing,
-            encoding,
+            // The end of the last record must count as a line like any other.
+            closing: if newline == Newline::CrLf { b"\r\n" } else { b"\n" },
+            encoding: wide.map(encoding_rs::Encoding::name),
             squeeze: None,
             scratch: Vec::new(),
         })
@@ -116,6 +103,11 @@ impl Input {
             Some(end) => &self.head[..=end],
             None => &self.head,
         }
+    }
+
+    /// Whether the head is the whole text.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.whole
     }
 
     /// From here on, runs of blanks arrive as one tab.
@@ -213,8 +205,21 @@ impl Squeeze {
     }
 }
 
+/// Refuses what is no text.
+fn check(head: &[u8], whole: bool, path: &Path) -> Result<(), Error> {
+    let path = path.to_owned();
+    if let Some(name) = binary(head) {
+        return Err(Error::Binary { path, looks_like: name.to_owned() });
+    }
+    if whole && head.iter().all(u8::is_ascii_whitespace) {
+        return Err(Error::Empty { path });
+    }
+    Ok(())
+}
+
 fn newline(head: &[u8]) -> Newline {
-    match head.iter().position(|&b| b == b'\n') {
+    // The last, since a preamble may be written by another hand than the rows.
+    match head.iter().rposition(|&b| b == b'\n') {
         Some(0) => Newline::Lf,
         Some(end) if head[end - 1] == b'\r' => Newline::CrLf,
         Some(_) => Newline::Lf,
@@ -265,4 +270,50 @@ fn binary(head: &[u8]) -> Option<&'static str> {
 /// Eight bytes of time, then a MAVLink start mark.
 fn is_mavlink(head: &[u8]) -> bool {
     head.len() > 8 && head[0] == 0 && matches!(head[8], 0xfe | 0xfd)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn squeeze(pieces: &[&str]) -> String {
+        let mut squeeze = Squeeze::default();
+        let mut squeezed = Vec::new();
+        for piece in pieces {
+            let mut buffer = vec![0; piece.len() + 1];
+            let written = squeeze.pass(piece.as_bytes(), &mut buffer);
+            squeezed.extend_from_slice(&buffer[..written]);
+        }
+        String::from_utf8(squeezed).unwrap()
+    }
+
+    #[test]
+    fn runs_of_blanks_become_one_tab() {
+        assert_eq!(squeeze(&["  a \t b\r\n c   d  \n"]), "a\tb\r\nc\td\n");
+    }
+
+    #[test]
+    fn brackets_and_quotes_keep_their_blanks() {
+        assert_eq!(
+            squeeze(&["u [m s-1]  \"a  b\" F (Kg f)\n( a\nb c"]),
+            "u [m s-1]\t\"a  b\"\tF (Kg f)\n( a\nb\tc"
+        );
+    }
+
+    #[test]
+    fn where_the_buffer_ends_does_not_matter() {
+        let text = " time [s]  u \n 0   1.5\n";
+        let expected = squeeze(&[text]);
+        for cut in 0..text.len() {
+            assert_eq!(squeeze(&[&text[..cut], &text[cut..]]), expected, "{cut}");
+        }
+    }
+
+    #[test]
+    fn newlines_are_told_by_the_last() {
+        assert_eq!(newline(b"a\r\nb\r\n"), Newline::CrLf);
+        assert_eq!(newline(b"# a\nb\r\nc\r\n"), Newline::CrLf);
+        assert_eq!(newline(b"a\rb"), Newline::Cr);
+        assert_eq!((newline(b"\n"), newline(b"a")), (Newline::Lf, Newline::Lf));
+    }
 }

@@ -112,7 +112,7 @@ struct Row {
 }
 
 impl Row {
-    fn new(mut record: ByteRecord, line: u64, decimal: &mut Decimal) -> Self {
+    fn new(mut record: ByteRecord, line: u64, mut decimal: Decimal) -> Self {
         let comment = is_comment(&record);
         if comment {
             record = without_mark(&record);
@@ -162,20 +162,21 @@ fn without_mark(record: &ByteRecord) -> ByteRecord {
 /// Finds the table at the start of a text.
 ///
 /// # Errors
-/// [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`], [`Error::TooFewRows`].
+/// [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`], [`Error::TooFewRows`],
+/// [`Error::OpenQuote`].
 pub(crate) fn find(input: &Input) -> Result<Layout, Error> {
-    let squeezed = {
-        let mut squeezed = vec![0; input.head().len() + 1];
-        let written = Squeeze::default().pass(input.head(), &mut squeezed);
-        squeezed.truncate(written);
-        squeezed
-    };
+    let mut squeezed = vec![0; input.head().len() + 1];
+    let written = Squeeze::default().pass(input.head(), &mut squeezed);
+    squeezed.truncate(written);
     let mut best: Option<(usize, Layout)> = None;
+    let mut open_quote = None;
     let mut failed: Option<(usize, Vec<Row>)> = None;
     for delimiter in [Delimiter::Comma, Delimiter::Semicolon, Delimiter::Tab, Delimiter::Blanks] {
         let text = if delimiter == Delimiter::Blanks { &squeezed } else { input.head() };
         let rows = sample(text, delimiter, input.newline());
-        match header(&rows) {
+        open_quote =
+            open_quote.or(rows.last().filter(|r| has_open_quote(&r.record)).map(|r| r.line));
+        match header(&rows, delimiter) {
             Some((score, at)) if best.as_ref().is_none_or(|(other, _)| score > *other) => {
                 best = Some((score, layout(&rows, at, delimiter)));
             }
@@ -188,14 +189,14 @@ pub(crate) fn find(input: &Input) -> Result<Layout, Error> {
             }
         }
     }
-    match best {
-        Some((_, layout)) => Ok(layout),
-        None => Err(why_not(input, &failed.map(|(_, rows)| rows).unwrap_or_default())),
+    match (best, open_quote) {
+        (Some((_, layout)), _) => Ok(layout),
+        (None, Some(line)) => Err(Error::OpenQuote { path: input.path().to_owned(), line }),
+        (None, None) => Err(why_not(input, &failed.map(|(_, rows)| rows).unwrap_or_default())),
     }
 }
 
 fn sample(text: &[u8], delimiter: Delimiter, newline: Newline) -> Vec<Row> {
-    let mut decimal = Decimal::of(delimiter.byte());
     let closed: &[u8] = if text.ends_with(b"\n") { b"" } else { b"\n" };
     let mut reader = csv_reader(std::io::Read::chain(text, closed), delimiter);
     let mut rows = Vec::new();
@@ -206,7 +207,8 @@ fn sample(text: &[u8], delimiter: Delimiter, newline: Newline) -> Vec<Row> {
             break;
         }
         let line = line_of(&reader, newline, before, &record);
-        rows.push(Row::new(record.clone(), line, &mut decimal));
+        // A version number above the table says nothing of the decimal sign in it.
+        rows.push(Row::new(record.clone(), line, Decimal::of(delimiter.byte())));
     }
     rows
 }
@@ -214,12 +216,15 @@ fn sample(text: &[u8], delimiter: Delimiter, newline: Newline) -> Vec<Row> {
 /// The header that most numbers stand below, with its score.
 ///
 /// Of two, one that is no comment; then the later, which is nearer to the numbers.
-fn header(rows: &[Row]) -> Option<(usize, usize)> {
+fn header(rows: &[Row], delimiter: Delimiter) -> Option<(usize, usize)> {
+    // Any text is one column of another delimiter, and "0,1" then a decimal comma.
+    let least = if delimiter == Delimiter::Comma { 1 } else { 2 };
     let score = |at: usize| -> usize {
         let below = rows[at + 1..].iter().filter(|row| row.is_data() && rows[at].heads(row));
         below.map(|row| 2 * row.numbers - row.texts).sum()
     };
-    let candidates = (0..rows.len()).filter(|&at| rows[at].may_be_header());
+    let candidates =
+        (0..rows.len()).filter(|&at| rows[at].may_be_header() && rows[at].record.len() >= least);
     let scored = candidates.map(|at| (score(at), !rows[at].comment, at)).filter(|s| s.0 > 0);
     scored.max().map(|(score, _, at)| (score, at))
 }
@@ -256,13 +261,12 @@ fn row_of_names(rows: &[Row], at: usize) -> Option<usize> {
 /// Why no table was found in these rows.
 fn why_not(input: &Input, rows: &[Row]) -> Error {
     let path = input.path().to_owned();
-    if let Some(open) = rows.last().filter(|row| has_open_quote(&row.record)) {
-        return Error::OpenQuote { path, line: open.line };
-    }
     let Some(first) = rows.iter().position(Row::is_data) else {
         let texts: Vec<&Row> = rows.iter().filter(|row| !row.comment).collect();
         return match texts[..] {
-            [only] if only.record.len() > 1 => Error::TooFewRows { path, rows: 0, needed: 1 },
+            [only] if only.record.len() > 1 && input.is_whole() => {
+                Error::TooFewRows { path, rows: 0, needed: 1 }
+            }
             _ => Error::NotATable { path, rows: rows.len() },
         };
     };

@@ -137,3 +137,40 @@ pub(crate) fn list(names: &[String]) -> String {
         more => format!("{} and {more} more", shown.join(", ")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn candidate<'a>(column: &'a str, name: &'a str, path: &'a str) -> Candidate<'a> {
+        Candidate { column, name, path: Path::new(path), empty: false }
+    }
+
+    #[test]
+    fn the_header_goes_before_the_name_and_the_name_before_its_case() {
+        let all = [
+            candidate("u [m/s]", "u", "a/dvl.csv"),
+            candidate("u", "u", "a/dvl.csv"),
+            candidate("U", "U", "a/dvl.csv"),
+            candidate("Heave  Rate [m/s]", "Heave  Rate", "a/dvl.csv"),
+        ];
+        let found = |name| find(name, &all).unwrap();
+        assert_eq!((found("u"), found(" u [m/s] "), found("U")), (1, 0, 2));
+        assert_eq!((found("heave rate"), found("heave rate [M/S]")), (3, 3));
+    }
+
+    #[test]
+    fn a_column_may_hold_a_colon() {
+        let all = [candidate("a:b", "a:b", "log.csv"), candidate("b", "b", "a.csv")];
+        assert_eq!((find("a:b", &all).unwrap(), find("a.csv:b", &all).unwrap()), (0, 1));
+        assert_eq!(find("log:a:b", &all).unwrap(), 0);
+    }
+
+    #[test]
+    fn the_nearest_name_comes_first_and_strangers_never() {
+        let names = ["depth", "heading", "heave"];
+        let near = |wanted| nearest(wanted, names.iter().map(|n| (*n, *n)), 3);
+        assert_eq!(near("heav"), ["heave", "heading"]);
+        assert_eq!(near("xyz"), Vec::<&str>::new());
+    }
+}

@@ -72,6 +72,16 @@ pub enum Note {
         /// The first of them.
         first_line: u64,
     },
+    /// Rows with a quoted cell that runs over several lines; each was read as one row, which a
+    /// stray quotation mark makes of many.
+    RunOnCell {
+        /// The file.
+        path: PathBuf,
+        /// How many rows.
+        count: usize,
+        /// The first of them.
+        first_line: u64,
+    },
     /// Text in a column of numbers; it counts as missing.
     NotANumber {
         /// The file.
@@ -160,6 +170,7 @@ impl Note {
             | Self::RaggedRows { path, .. }
             | Self::SkippedRows { path, .. }
             | Self::RepeatedHeader { path, .. }
+            | Self::RunOnCell { path, .. }
             | Self::NotANumber { path, .. }
             | Self::TextColumn { path, .. }
             | Self::AllMissing { path, .. }
@@ -179,7 +190,8 @@ impl Note {
             | Self::MissingTime { first_line, .. }
             | Self::RaggedRows { first_line, .. }
             | Self::SkippedRows { first_line, .. }
-            | Self::RepeatedHeader { first_line, .. } => Some(*first_line),
+            | Self::RepeatedHeader { first_line, .. }
+            | Self::RunOnCell { first_line, .. } => Some(*first_line),
             Self::NotANumber { line, .. }
             | Self::TextColumn { line, .. }
             | Self::DecimalComma { line, .. } => Some(*line),
@@ -218,9 +230,9 @@ impl fmt::Display for Note {
             }
             Self::RaggedRows { count, found, expected, .. } => write!(
                 f,
-                "{} not {expected} cells (here {found}); absent cells count as missing, further \
+                "{} have {expected} cells (here {found}); absent cells count as missing, further \
                  ones are dropped",
-                first_of(*count, "row has", "rows have")
+                first_of(*count, "row does not", "rows do not")
             ),
             Self::SkippedRows { count, text, .. } => write!(
                 f,
@@ -230,6 +242,12 @@ impl fmt::Display for Note {
             Self::RepeatedHeader { count, .. } => {
                 write!(f, "{} the header; skipped", first_of(*count, "row repeats", "rows repeat"))
             }
+            Self::RunOnCell { count, .. } => write!(
+                f,
+                "{} a quoted cell that runs over several lines; read as one row: check the \
+                 quotation marks",
+                first_of(*count, "row holds", "rows hold")
+            ),
             Self::NotANumber { column, text, count, .. } => write!(
                 f,
                 "column {column:?} has {} not a number (here {text:?}); counted as missing",

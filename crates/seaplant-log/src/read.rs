@@ -126,7 +126,8 @@ impl<'a> Assembly<'a> {
             let (path, column) = (path.to_owned(), chosen.column);
             return Err(Error::TimeNotReadable { path, column, line, text });
         }
-        let scale = chosen.seconds.unwrap_or(1.0);
+        // A date-time is in seconds already, whatever unit the header states.
+        let scale = if grid.stamped { 1.0 } else { chosen.seconds.unwrap_or(1.0) };
         let mut samples = column.samples;
         for time in &mut samples.values {
             *time = *time * scale + options.offset_s;

@@ -11,31 +11,11 @@ use crate::read::TimeColumn;
 use crate::unit::{Dimension, Unit, symbols_of};
 
 /// Names that time goes by, the surest first.
+#[rustfmt::skip]
 const NAMES: &[&str] = &[
-    "time",
-    "t",
-    "timestamp",
-    "elapsed",
-    "elapsed time",
-    "elapsed_time",
-    "datetime",
-    "date_time",
-    "date time",
-    "date/time",
-    "utc",
-    "utc time",
-    "utc_time",
-    "unix_time",
-    "unix time",
-    "unixtime",
-    "epoch",
-    "stamp",
-    "time stamp",
-    "time_stamp",
-    "timestamps",
-    "seconds",
-    "sec",
-    "secs",
+    "time", "t", "timestamp", "elapsed", "elapsed time", "elapsed_time", "datetime", "date_time",
+    "date time", "date/time", "utc", "utc time", "utc_time", "unix_time", "unix time", "unixtime",
+    "epoch", "__time", "stamp", "time stamp", "time_stamp", "timestamps", "seconds", "sec", "secs",
 ];
 
 /// Names that state seconds by themselves.
@@ -72,9 +52,9 @@ pub(crate) fn choose(
     let stated = wanted.unit.as_deref().or(heading.unit.as_ref().map(Unit::symbol));
     let seconds = match stated {
         None => suffix_unit(&heading.name),
-        Some(symbol) => match Unit::parse_as(symbol, Dimension::Time) {
-            Ok(unit) => Some(unit.factor()),
-            Err(_) => {
+        Some(symbol) => match Unit::find_as(symbol, Dimension::Time) {
+            Some(unit) => Some(unit.factor()),
+            None => {
                 let accepted = symbols_of(Dimension::Time).collect();
                 let (path, unit) = (path.to_owned(), symbol.to_owned());
                 return Err(Error::TimeUnit { path, column, unit, accepted });
@@ -94,27 +74,27 @@ fn recognise(headings: &[Heading], path: &Path) -> Result<Chosen, Error> {
         return Err(Error::NoTime { path: path.to_owned(), columns });
     };
     let heading = &headings[index];
-    let stated = heading.unit.as_ref().and_then(|unit| unit.resolve(Dimension::Time).ok());
     Ok(Chosen {
         index,
         column: heading.column.clone(),
-        seconds: stated.map(|unit| unit.factor()).or_else(|| suffix_unit(&heading.name)),
+        seconds: heading.unit.as_ref().and_then(seconds).or_else(|| suffix_unit(&heading.name)),
         others: ranked[1..].iter().map(|&(_, k)| headings[k].column.clone()).collect(),
     })
 }
 
+/// The seconds in a unit, if it measures time.
+fn seconds(unit: &Unit) -> Option<f64> {
+    Unit::find_as(unit.symbol(), Dimension::Time).map(|unit| unit.factor())
+}
+
 /// How likely a heading is to be that of time: a place in [`NAMES`], `None` for one that is not.
 fn rank(heading: &Heading) -> Option<usize> {
-    if heading.unit.as_ref().is_some_and(|unit| unit.resolve(Dimension::Time).is_err()) {
+    if heading.unit.as_ref().is_some_and(|unit| seconds(unit).is_none()) {
         return None;
     }
     let name = fold(&heading.name);
     let place = |name: &str| NAMES.iter().position(|known| *known == name);
-    place(&name).or_else(|| {
-        let (base, suffix) = name.rsplit_once('_')?;
-        Unit::parse_as(suffix, Dimension::Time).ok()?;
-        place(base)
-    })
+    place(&name).or_else(|| place(suffixed(&name)?.0))
 }
 
 /// The unit in a time column's name: `t_ms`, `seconds`. Of no other column is that guessed.
@@ -123,8 +103,20 @@ fn suffix_unit(name: &str) -> Option<f64> {
     if SECONDS.contains(&name.as_str()) {
         return Some(1.0);
     }
-    let (_, suffix) = name.rsplit_once('_')?;
-    Unit::parse_as(suffix, Dimension::Time).ok().map(|unit| unit.factor())
+    suffixed(&name).map(|(_, unit)| unit.factor())
+}
+
+/// `t_ms` or `timeus` as name and unit of time.
+fn suffixed(name: &str) -> Option<(&str, Unit)> {
+    /// Units told without a separator; `s` is not one, for "times" is a plural.
+    const JOINED: &[&str] = &["us", "ms", "ns", "sec"];
+    let joined = || {
+        let (base, unit) =
+            JOINED.iter().find_map(|unit| Some((name.strip_suffix(unit)?, *unit)))?;
+        NAMES.contains(&base).then_some((base, unit))
+    };
+    let (base, unit) = name.rsplit_once(['_', ' ', '-']).or_else(joined)?;
+    Some((base, Unit::find_as(unit, Dimension::Time)?))
 }
 
 /// Looks for times that go back. Late rows are noted; a clock that was reset is refused.
@@ -142,34 +134,82 @@ pub(crate) fn check_order(
     path: &Path,
 ) -> Result<Option<Note>, Error> {
     let mut latest = f64::NEG_INFINITY;
-    let (mut count, mut first_line, mut furthest) = (0, 0, 0.0_f64);
-    let mut run: Option<(usize, f64, f64)> = None;
+    let mut late: Vec<usize> = Vec::new();
+    let mut backwards_by_s = 0.0_f64;
+    // The run of late rows that is under way: its first row, the time before it, its own.
+    let mut run = None;
     let mut length = 0;
     for (k, &(row, time)) in times.iter().enumerate() {
         if time >= latest {
-            latest = time;
-            run = None;
-            length = 0;
+            (latest, run, length) = (time, None, 0);
             continue;
         }
-        count += 1;
+        late.push(row);
         length += 1;
-        furthest = furthest.max(latest - time);
-        let line = lines.of(row);
-        if count == 1 {
-            first_line = line;
-        }
+        backwards_by_s = backwards_by_s.max(latest - time);
         let (start, from_s, to_s) = *run.get_or_insert((row, latest, time));
-        let at_end = k + 1 == times.len();
-        if length > 1 && (10 * length > times.len() || at_end) {
+        let lasts = k + 1 == times.len() || 10 * length > times.len();
+        if length > 1 && lasts {
             let line = lines.of(start);
             return Err(Error::TimeGoesBackwards { path: path.to_owned(), line, from_s, to_s });
         }
     }
-    Ok((count > 0).then(|| Note::OutOfOrder {
+    Ok(late.first().map(|&first| Note::OutOfOrder {
         path: path.to_owned(),
-        count,
-        first_line,
-        backwards_by_s: furthest,
+        count: late.len(),
+        first_line: lines.of(first),
+        backwards_by_s,
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chosen(headers: &[&str]) -> Option<(usize, Option<f64>)> {
+        let headings: Vec<Heading> = headers.iter().map(|h| Heading::parse(h)).collect();
+        let chosen = choose(None, &headings, Path::new("log.csv")).ok()?;
+        Some((chosen.index, chosen.seconds))
+    }
+
+    #[test]
+    fn the_surest_name_is_taken_wherever_it_stands() {
+        assert_eq!(chosen(&["u", "stamp", "Time [ms]"]), Some((2, Some(1e-3))));
+        assert_eq!(chosen(&["seconds", "t"]), Some((1, None)));
+        assert_eq!(chosen(&["TimeUS", "Roll"]), Some((0, Some(1e-6))));
+        assert_eq!(chosen(&["timestamp_ns"]), Some((0, Some(1e-9))));
+        assert_eq!(chosen(&["__time"]), Some((0, None)));
+        for header in ["times", "status", "u_ms", "runtime", "T (degC)", "t [m]", "date"] {
+            assert_eq!(chosen(&[header]), None, "{header}");
+        }
+    }
+
+    fn order(times: &[f64]) -> Result<Option<Note>, Error> {
+        let rows: Vec<(usize, f64)> = times.iter().copied().enumerate().collect();
+        check_order(&rows, &Lines::default(), Path::new("log.csv"))
+    }
+
+    #[test]
+    fn few_late_rows_are_noted() {
+        assert_eq!(order(&[0.0, 1.0, 1.0, 2.0]).unwrap(), None);
+        let late = order(&[0.0, 5.0, 4.0, 6.0, 6.5, 6.0]).unwrap();
+        let Some(Note::OutOfOrder { count, backwards_by_s, .. }) = late else { panic!("{late:?}") };
+        assert_eq!((count, backwards_by_s), (2, 1.0));
+    }
+
+    #[test]
+    fn many_late_rows_and_a_late_end_are_refused() {
+        let count = |late: usize| {
+            let mut times: Vec<f64> = (0..50).map(f64::from).collect();
+            times.extend((0..late).map(|k| 40.0 + 0.1 * k as f64));
+            times.extend((50..100 - late).map(|k| k as f64));
+            order(&times)
+        };
+        assert!(count(10).is_ok());
+        assert!(matches!(
+            count(11),
+            Err(Error::TimeGoesBackwards { from_s: 49.0, to_s: 40.0, .. })
+        ));
+        assert!(order(&[0.0, 1.0, 2.0, 3.0, 0.0, 1.0]).is_err());
+    }
 }

@@ -94,8 +94,18 @@ impl Unit {
     /// # Errors
     /// [`Error::UnknownUnit`], with the nearest known one.
     pub fn parse(text: &str) -> Result<Self, Error> {
-        let definition = meanings(text).next().ok_or_else(|| unknown(text))?;
-        Ok(definition.written_as(text))
+        Self::find(text).ok_or_else(|| unknown(text))
+    }
+
+    /// [`Unit::parse`] for text that need not be a unit.
+    pub(crate) fn find(text: &str) -> Option<Self> {
+        meanings(text).next().map(|meaning| meaning.written_as(text))
+    }
+
+    /// [`Unit::parse_as`] for text that need not be a unit.
+    pub(crate) fn find_as(text: &str, expected: Dimension) -> Option<Self> {
+        let meaning = meanings(text).find(|meaning| meaning.dimension == expected)?;
+        Some(meaning.written_as(text))
     }
 
     /// Recognises a unit of a given dimension: `us` as a time, `lb` as a force.
@@ -111,20 +121,12 @@ impl Unit {
     /// # Ok::<(), seaplant_log::Error>(())
     /// ```
     pub fn parse_as(text: &str, expected: Dimension) -> Result<Self, Error> {
-        let mut found = None;
-        for definition in meanings(text) {
-            if definition.dimension == expected {
-                return Ok(definition.written_as(text));
-            }
-            found = found.or(Some(definition.dimension));
+        if let Some(unit) = Self::find_as(text, expected) {
+            return Ok(unit);
         }
-        Err(match found {
-            None => unknown(text),
-            Some(found) => {
-                let accepted = symbols_of(expected).collect();
-                Error::Dimension { unit: text.trim().to_owned(), found, expected, accepted }
-            }
-        })
+        let Unit { symbol, dimension, .. } = Self::parse(text)?;
+        let accepted = symbols_of(expected).collect();
+        Err(Error::Dimension { unit: symbol, found: dimension, expected, accepted })
     }
 
     /// The same symbol read as a unit of `expected`: see [`Unit::parse_as`].
@@ -321,4 +323,137 @@ fn unknown(text: &str) -> Error {
     let spellings = UNITS.iter().flat_map(|u| u.spellings.iter().map(|s| (*s, u.spellings[0])));
     let near = nearest(&written, spellings, 1);
     Error::UnknownUnit { unit: text.trim().to_owned(), nearest: near.first().copied() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_spelling_is_found_and_every_factor_is_sound() {
+        for definition in UNITS {
+            assert!(definition.factor.is_finite() && definition.factor > 0.0);
+            for spelling in definition.spellings {
+                assert_eq!(normalise(spelling), *spelling, "spellings are in normal form");
+                let unit = Unit::parse_as(spelling, definition.dimension).unwrap();
+                assert_eq!(unit.factor(), definition.factor, "{spelling}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_spelling_has_two_sizes_in_one_dimension() {
+        for (k, a) in UNITS.iter().enumerate() {
+            for b in UNITS[k + 1..].iter().filter(|b| b.dimension == a.dimension) {
+                assert!(a.spellings.iter().all(|s| !b.spellings.contains(s)), "{:?}", a.spellings);
+            }
+        }
+    }
+
+    #[test]
+    fn units_that_differ_by_case_alone_are_listed_as_such() {
+        let all = || UNITS.iter().flat_map(|u| u.spellings.iter());
+        for a in all() {
+            for b in all().filter(|b| *b != a && b.to_lowercase() == a.to_lowercase()) {
+                assert!(CASE_DECIDES.contains(&a.to_lowercase().as_str()), "{a} and {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn spelling_is_lenient() {
+        use Dimension::*;
+        for (text, dimension, factor) in [
+            ("µs", PulseWidth, 1.0),
+            ("μs", PulseWidth, 1.0),
+            ("microseconds", PulseWidth, 1.0),
+            ("M/S", Velocity, 1.0),
+            (" m / s ", Velocity, 1.0),
+            ("m s-1", Velocity, 1.0),
+            ("m·s⁻¹", Velocity, 1.0),
+            ("m s^-1", Velocity, 1.0),
+            ("kn", Velocity, 1852.0 / 3600.0),
+            ("km/h", Velocity, 1.0 / 3.6),
+            ("m/s²", Acceleration, 1.0),
+            ("m/s^2", Acceleration, 1.0),
+            ("°", Angle, std::f64::consts::PI / 180.0),
+            ("Degrees", Angle, std::f64::consts::PI / 180.0),
+            ("RPM", AngularVelocity, std::f64::consts::TAU / 60.0),
+            ("rps", AngularVelocity, std::f64::consts::TAU),
+            ("Kg f", Force, 9.806_65),
+            ("kN", Force, 1e3),
+            ("N·m", Moment, 1.0),
+            ("N*m", Moment, 1.0),
+            ("Nm", Moment, 1.0),
+            ("lb", Mass, 0.453_592_37),
+            ("dbar", Pressure, 1e4),
+            ("%", Ratio, 0.01),
+            ("-", Ratio, 1.0),
+            ("v", Voltage, 1.0),
+        ] {
+            let unit = Unit::parse(text).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!((unit.dimension(), unit.factor()), (dimension, factor), "{text}");
+            assert_eq!(unit.symbol(), text.trim());
+        }
+    }
+
+    #[test]
+    fn derived_factors_agree_with_published_ones() {
+        // NIST SP 811, appendix B.8, to the digits printed there.
+        for (text, dimension, factor, digits) in [
+            ("lbf", Dimension::Force, 4.448_222, 1e-6),
+            ("psi", Dimension::Pressure, 6.894_757e3, 1e-3),
+            ("lbf ft", Dimension::Moment, 1.355_818, 1e-6),
+            ("kn", Dimension::Velocity, 5.144_444e-1, 1e-7),
+            ("rpm", Dimension::AngularVelocity, 1.047_198e-1, 1e-7),
+        ] {
+            let found = Unit::parse_as(text, dimension).unwrap().factor();
+            assert!((found - factor).abs() < digits, "{text}: {found}");
+        }
+    }
+
+    #[test]
+    fn an_ambiguous_symbol_takes_the_dimension_wanted() {
+        let factor = |text, dimension| Unit::parse_as(text, dimension).unwrap().factor();
+        assert_eq!(factor("us", Dimension::Time), 1e-6);
+        assert_eq!(factor("ms", Dimension::PulseWidth), 1e3);
+        assert_eq!(factor("kg", Dimension::Force), 9.806_65);
+        assert_eq!(factor("g", Dimension::Acceleration), 9.806_65);
+        let pound = Unit::parse("lb").unwrap().resolve(Dimension::Force).unwrap();
+        assert_eq!((pound.symbol(), pound.factor()), ("lb", 0.453_592_37 * 9.806_65));
+    }
+
+    #[test]
+    fn case_decides_where_units_differ_by_it() {
+        for text in ["KN", "nm", "NM", "MV", "mpa", "T"] {
+            assert!(Unit::parse(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_unit_names_the_nearest_or_all() {
+        let message = |text| Unit::parse(text).unwrap_err().to_string();
+        assert_eq!(message("knotz"), "unknown unit \"knotz\"; did you mean \"kn\"?");
+        let all = message("☃");
+        assert!(all.starts_with("unknown unit \"☃\"; write one of us, s, ms, ns, min, h, m, cm"));
+        assert!(all.ends_with(", 1, %"), "{all}");
+    }
+
+    #[test]
+    fn a_unit_of_another_dimension_lists_those_that_would_do() {
+        let error = Unit::parse_as("m/s", Dimension::Force).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "\"m/s\" is a unit of velocity where one of force is needed; write one of N, kN, mN, \
+             lbf, kgf, gf, lb, kg, g"
+        );
+    }
+
+    #[test]
+    fn known_units_are_listed_once() {
+        let known: Vec<&str> = Unit::known().collect();
+        let distinct: std::collections::HashSet<_> = known.iter().collect();
+        assert_eq!(known.len(), distinct.len());
+        assert!(known.iter().all(|symbol| Unit::parse(symbol).is_ok()));
+    }
 }

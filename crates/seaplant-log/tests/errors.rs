@@ -183,7 +183,7 @@ fn a_clock_that_was_reset_is_refused_where_it_was() {
         text.push_str(&format!("{},{k}\n", if k < 40 { 100 + k } else { k - 40 }));
     }
     let message = "log.csv:42: time goes back from 139 s to 0 s and stays behind; split the file \
-                   there, or name another time column in campaign.toml under [time]";
+                   there, correct the row before if its time is wrong, or name another time column in campaign.toml under [time]";
     assert_eq!(failure(&text), message);
 
     // The second clock overtakes the first, so that the log ends on its latest time.

@@ -55,7 +55,7 @@ fn ragged_rows_lose_or_lack_cells() {
     let log = read_text("time [s],u,v\n0,1,2\n1,3\n2,5,6,7\n3,7,8\n").unwrap();
     assert_eq!(
         notes(&log),
-        ["log.csv:3: 2 rows have not 3 cells (here 2); absent cells count as missing, further \
+        ["log.csv:3: 2 rows do not have 3 cells (here 2); absent cells count as missing, further \
           ones are dropped"]
     );
     assert_eq!(log.channel("v").unwrap().time_s(), [0.0, 2.0, 3.0]);
@@ -77,6 +77,17 @@ fn a_header_within_the_rows_is_skipped() {
     let log = read_text("time [s],u\n0,1\ntime [s],u\n1,2\n").unwrap();
     assert_eq!(notes(&log), ["log.csv:3: 1 row repeats the header; skipped"]);
     assert_eq!(log.channel("u").unwrap().len(), 2);
+}
+
+#[test]
+fn a_stray_pair_of_quotes_that_swallows_rows_is_told() {
+    let log = read_text("time [s],u\n0,1\n1,\"2\n2,3\n3,\"4\n4,5\n").unwrap();
+    assert_eq!(
+        notes(&log)[0],
+        "log.csv:3: 1 row holds a quoted cell that runs over several lines; read as one row: \
+         check the quotation marks"
+    );
+    assert_eq!(log.channel("u").unwrap().time_s(), [0.0, 4.0]);
 }
 
 #[test]

@@ -1,10 +1,13 @@
 //! Identifies plant models of marine vehicles.
 
+mod bollard;
 mod caveat;
+mod diagnose;
 mod dof;
 mod error;
 pub mod estimate;
 mod evaluate;
+mod identify;
 pub mod navigation;
 mod plant;
 pub mod quantity;
@@ -16,13 +19,16 @@ mod simulate;
 mod terms;
 mod thrust;
 mod trial;
+pub mod twin;
 mod vehicle;
 
+pub use bollard::{BollardFit, fit_bollard_pull};
 pub use caveat::{Caveat, CaveatCode, Severity};
 pub use dof::{Dof, Units};
 pub use error::Error;
 pub use estimate::{Estimate, Fit, Method};
 pub use evaluate::{Agreement, Comparison, PositionComparison, evaluate};
+pub use identify::{IdentifyOptions, identify};
 pub use navigation::{Motion, Navigated, Recording};
 pub use plant::{LumpedParameters, PhysicalParameters, Stability};
 pub use quantity::Quantity;

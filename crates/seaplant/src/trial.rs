@@ -74,6 +74,7 @@ pub struct Trial {
     setup: TrialSetup,
     force: BTreeMap<Dof, Timed>,
     navigated: Navigated,
+    rates_hz: BTreeMap<Quantity, f64>,
     saturated: Vec<Saturation>,
     caveats: Vec<Caveat>,
 }
@@ -152,11 +153,18 @@ impl Trial {
             let of_dof = force_along(&setup.name, dof, &recording, vehicle, &mut saturated)?;
             force.insert(dof, of_dof);
         }
-        let trial = Self { setup, force, navigated, saturated, caveats };
+        let rates_hz = recording.iter().map(|(what, x)| (what.clone(), rate_hz(x))).collect();
+        let trial = Self { setup, force, navigated, rates_hz, saturated, caveats };
         for &dof in &trial.setup.dofs {
             trial.axis(dof, VelocitySource::Measured)?;
         }
         Ok(trial)
+    }
+
+    /// Adds doubts that the log's reader had.
+    pub fn with_caveats(mut self, caveats: impl IntoIterator<Item = Caveat>) -> Self {
+        self.caveats.extend(caveats);
+        self
     }
 
     /// What the trial is called.
@@ -182,6 +190,11 @@ impl Trial {
     /// How the vehicle moved.
     pub fn navigated(&self) -> &Navigated {
         &self.navigated
+    }
+
+    /// The median rate at which a quantity was logged, Hz; `None` if it was not.
+    pub fn rate_hz(&self, quantity: &Quantity) -> Option<f64> {
+        self.rates_hz.get(quantity).copied()
     }
 
     /// The raw record of one degree of freedom, cut to the trial's window.

@@ -1,0 +1,187 @@
+//! Bollard-pull tables: thrust against what the thruster was told, or how fast it turned.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use seaplant::ThrusterInput;
+use seaplant::results::InputFile;
+use seaplant_log::{Dimension, Table, TableColumn, Unit, read_table};
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::units::dimension_of_input;
+
+/// Which columns of a bollard-pull table to read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BenchColumns {
+    /// The column of inputs; told by its unit and name if not said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub input: Option<String>,
+    /// Its unit, if the header does not state it: rad/s, rpm, us, 1, or (rad/s)^2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub input_unit: Option<String>,
+    /// The column of forces; told by its unit if not said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force: Option<String>,
+    /// Its unit, if the header does not state it: N, kgf, lbf.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_unit: Option<String>,
+}
+
+impl BenchColumns {
+    pub(crate) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// A bollard-pull table, in rad/s, us or as a ratio, and N.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bench {
+    /// What the inputs are.
+    pub input: ThrusterInput,
+    /// The header of the input column.
+    pub input_column: String,
+    /// The header of the force column.
+    pub force_column: String,
+    /// (input, N).
+    pub points: Vec<(f64, f64)>,
+    /// Rows that lacked one of the two.
+    pub missing: usize,
+    /// What provenance says of the file.
+    pub source: InputFile,
+}
+
+/// How a square of speed is written as a unit.
+const SQUARED_SPEED: [&str; 3] = ["(rad/s)^2", "(rad/s)²", "rad²/s²"];
+
+/// Reads a bollard-pull table.
+///
+/// `wanted` tells which input to read where the table holds several (pulse width and
+/// rpm, say); without it pulse width goes before speed, and speed before command.
+///
+/// # Errors
+/// [`Error::Table`] for a table or column that cannot be read, [`Error::Value`] if no
+/// column is a force, or an input.
+pub fn read_bench(
+    path: &Path,
+    columns: &BenchColumns,
+    wanted: Option<ThrusterInput>,
+) -> Result<Bench, Error> {
+    let table = read_table(path).map_err(|error| Error::Table(Box::new(error)))?;
+    let force = force_column(path, &table, columns)?;
+    let (input_column, reading) = input_column(path, &table, columns, wanted)?;
+    let pairs = input_column.values.iter().zip(&force.0.values);
+    let points: Vec<(f64, f64)> =
+        pairs.filter_map(|(x, f)| Some((reading.convert((*x)?), force.1.to_si((*f)?)))).collect();
+    Ok(Bench {
+        input: reading.input(),
+        input_column: input_column.column.clone(),
+        force_column: force.0.column.clone(),
+        missing: table.rows() - points.len(),
+        points,
+        source: InputFile {
+            path: path.display().to_string(),
+            bytes: table.source.bytes,
+            sha256: table.source.sha256.clone(),
+        },
+    })
+}
+
+/// How a column of inputs is turned into what a curve reads.
+enum Reading {
+    /// A unit of the input itself.
+    Plain(ThrusterInput, Unit),
+    /// ω|ω| or ω².
+    SquaredSpeed,
+}
+
+impl Reading {
+    fn input(&self) -> ThrusterInput {
+        match self {
+            Self::Plain(input, _) => *input,
+            Self::SquaredSpeed => ThrusterInput::Speed,
+        }
+    }
+
+    fn convert(&self, x: f64) -> f64 {
+        match self {
+            Self::Plain(_, unit) => unit.to_si(x),
+            Self::SquaredSpeed => x.abs().sqrt().copysign(x),
+        }
+    }
+}
+
+fn force_column<'a>(
+    path: &Path,
+    table: &'a Table,
+    columns: &BenchColumns,
+) -> Result<(&'a TableColumn, Unit), Error> {
+    let stated = columns.force_unit.as_deref();
+    let unit_of = |column: &TableColumn| match stated {
+        Some(unit) => Unit::parse_as(unit, Dimension::Force).ok(),
+        None => column.unit.as_ref().and_then(|unit| unit.resolve(Dimension::Force).ok()),
+    };
+    if let Some(name) = &columns.force {
+        let column = table.column(name).map_err(|error| Error::Table(Box::new(error)))?;
+        let unit = unit_of(column).ok_or_else(|| {
+            let reason = "states no unit of force; add force_unit = \"N\", \"kgf\" or \"lbf\"";
+            Error::value(path, format!("column `{}`", column.column), reason)
+        })?;
+        return Ok((column, unit));
+    }
+    table.columns.iter().find_map(|column| Some((column, unit_of(column)?))).ok_or_else(|| {
+        let reason = "no column states a unit of force; name one and its unit (N, kgf, lbf)";
+        Error::value(path, "force", reason)
+    })
+}
+
+/// In this order a table's inputs are taken where nothing is said.
+const INPUTS: [ThrusterInput; 3] =
+    [ThrusterInput::Pwm, ThrusterInput::Speed, ThrusterInput::Command];
+
+fn input_column<'a>(
+    path: &Path,
+    table: &'a Table,
+    columns: &BenchColumns,
+    wanted: Option<ThrusterInput>,
+) -> Result<(&'a TableColumn, Reading), Error> {
+    let candidates: Vec<ThrusterInput> =
+        INPUTS.into_iter().filter(|input| wanted.is_none_or(|wanted| wanted == *input)).collect();
+    let read =
+        |column: &TableColumn| candidates.iter().find_map(|&input| reading(column, columns, input));
+    let found = match &columns.input {
+        Some(name) => {
+            let column = table.column(name).map_err(|error| Error::Table(Box::new(error)))?;
+            read(column).map(|reading| (column, reading))
+        }
+        None => candidates.iter().find_map(|&input| {
+            let of = |column| Some((column, reading(column, columns, input)?));
+            table.columns.iter().find_map(of)
+        }),
+    };
+    found.ok_or_else(|| {
+        let key = columns.input.as_ref().map_or("input".to_owned(), |name| format!("column `{name}`"));
+        let reason = "no unit says that this is a speed (rad/s, rpm, (rad/s)^2), a pulse width (us) or a command (1); name the column and its unit";
+        Error::value(path, key, reason)
+    })
+}
+
+fn reading(column: &TableColumn, columns: &BenchColumns, input: ThrusterInput) -> Option<Reading> {
+    let dimension = dimension_of_input(input);
+    let is_square = |text: &str| SQUARED_SPEED.contains(&text.trim());
+    let speed = input == ThrusterInput::Speed;
+    if let Some(stated) = &columns.input_unit {
+        if speed && is_square(stated) {
+            return Some(Reading::SquaredSpeed);
+        }
+        return Unit::parse_as(stated, dimension).ok().map(|unit| Reading::Plain(input, unit));
+    }
+    if speed && SQUARED_SPEED.iter().any(|unit| column.column.contains(unit)) {
+        return Some(Reading::SquaredSpeed);
+    }
+    // Bench tables often head a column with its unit alone: `RPM`.
+    let by_name = || Unit::parse_as(column.name.trim(), dimension).ok();
+    let by_header = column.unit.as_ref().map(|unit| unit.resolve(dimension).ok());
+    by_header.unwrap_or_else(by_name).map(|unit| Reading::Plain(input, unit))
+}

@@ -1,0 +1,226 @@
+//! A campaign: its trials read from their logs, and identified.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use seaplant::estimate::steady::SteadyOptions;
+use seaplant::results::{BollardPullResult, Identification, InputFile, Parameter};
+use seaplant::{
+    BollardFit, Dof, IdentifyOptions, Term, Terms, ThrusterInput, Trial, Vehicle, fit_bollard_pull,
+    identify,
+};
+
+use crate::bench::{Bench, read_bench};
+use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, TrialEntry};
+use crate::recording::{ChannelMap, read_trial};
+use crate::vehicle_file::read_vehicle;
+use crate::{Error, toml_file};
+
+/// A campaign, read and checked.
+#[derive(Clone, Debug)]
+pub struct Campaign {
+    /// The campaign file.
+    pub path: PathBuf,
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// The trials, in the file's order.
+    pub trials: Vec<Trial>,
+    /// What to identify, and how.
+    pub options: IdentifyOptions,
+    /// Thrust curves fitted to bollard-pull data, if there are any.
+    pub bollard_pull: Option<BollardPullResult>,
+    inputs: Vec<InputFile>,
+    files_of: BTreeMap<String, Vec<String>>,
+}
+
+impl Campaign {
+    /// Reads a campaign file, its vehicle and the logs of its trials.
+    ///
+    /// Paths in a file are relative to it.
+    ///
+    /// # Errors
+    /// Every [`Error`]: each names the file, trial or channel, what was found, what was
+    /// expected and what to do.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let (file, input): (CampaignFile, _) = toml_file::read(path)?;
+        let base = path.parent().unwrap_or(Path::new("")).to_owned();
+        let (vehicle, vehicle_inputs) = read_vehicle(&base.join(&file.vehicle))?;
+        let options = options(path, &file)?;
+        check_trials(path, &file.trial)?;
+        let mut campaign = Self {
+            path: path.to_owned(),
+            vehicle,
+            trials: Vec::with_capacity(file.trial.len()),
+            options,
+            bollard_pull: None,
+            inputs: std::iter::once(input).chain(vehicle_inputs).collect(),
+            files_of: BTreeMap::new(),
+        };
+        for entry in &file.trial {
+            campaign.read(&base, &file, entry)?;
+        }
+        if let Some(entry) = &file.bollard_pull {
+            campaign.bollard_pull = Some(campaign.bollard(path, &base, entry)?);
+        }
+        Ok(campaign)
+    }
+
+    /// Identifies the plant, with what the results need to be believed.
+    ///
+    /// `command` is what repeats it.
+    pub fn identify(&self, command: &str) -> Identification {
+        let mut found = identify(&self.vehicle, &self.trials, &self.options);
+        let results = &mut found.results;
+        results.provenance.command = command.to_owned();
+        results.provenance.inputs.clone_from(&self.inputs);
+        results.bollard_pull.clone_from(&self.bollard_pull);
+        for trial in &mut results.trials {
+            if let Some(files) = self.files_of.get(&trial.name) {
+                trial.files.clone_from(files);
+            }
+        }
+        found
+    }
+
+    fn read(&mut self, base: &Path, file: &CampaignFile, entry: &TrialEntry) -> Result<(), Error> {
+        let channels = channel_map(&self.path, file, entry)?;
+        let read = read_trial(&self.path, base, file.time.as_ref(), entry, &channels)?;
+        let names = read.inputs.iter().map(|input| input.path.clone()).collect();
+        self.files_of.insert(entry.name.clone(), names);
+        for input in read.inputs {
+            if !self.inputs.contains(&input) {
+                self.inputs.push(input);
+            }
+        }
+        let trial = Trial::new(read.setup, &read.recording, &self.vehicle)
+            .map_err(Error::model(&self.path))?;
+        self.trials.push(trial.with_caveats(read.caveats));
+        Ok(())
+    }
+
+    fn bollard(
+        &mut self,
+        path: &Path,
+        base: &Path,
+        entry: &BollardPullEntry,
+    ) -> Result<BollardPullResult, Error> {
+        let bench = read_bench(&base.join(&entry.file), &entry.columns, None)?;
+        let fit = fit_bench(&bench, entry.neutral)
+            .map_err(|error| Error::value(path, "bollard-pull", error.to_string()))?;
+        self.inputs.push(bench.source.clone());
+        Ok(bollard_result(&bench, &fit))
+    }
+}
+
+/// The pulse width that stops a hobby speed controller, us.
+const STOPPED_US: f64 = 1500.0;
+
+/// Fits a thrust curve to a bollard-pull table; `neutral` is 1500 us for pulse widths and
+/// 0 else, if not given.
+///
+/// # Errors
+/// As [`fit_bollard_pull`].
+pub fn fit_bench(bench: &Bench, neutral: Option<f64>) -> Result<BollardFit, seaplant::Error> {
+    let stop = if bench.input == ThrusterInput::Pwm { STOPPED_US } else { 0.0 };
+    fit_bollard_pull(&bench.points, neutral.unwrap_or(stop))
+}
+
+/// A fitted thrust curve as results have it.
+pub fn bollard_result(bench: &Bench, fit: &BollardFit) -> BollardPullResult {
+    let unit = bench.input.unit();
+    let squared = if unit == "1" { "N".to_owned() } else { format!("N/({unit})²") };
+    BollardPullResult {
+        file: bench.source.path.clone(),
+        input_unit: unit.to_owned(),
+        neutral: fit.law.neutral,
+        forward: fit.forward.map(|k| Parameter::new(k, &squared)),
+        reverse: fit.reverse.map(|k| Parameter::new(k, &squared)),
+        deadband: fit.deadband.map(|d| Parameter::new(d, unit)),
+        residual_rms: fit.residual_rms,
+        r_squared: fit.r_squared,
+        points: fit.points.clone(),
+        caveats: fit.caveats.clone(),
+    }
+}
+
+fn options(path: &Path, file: &CampaignFile) -> Result<IdentifyOptions, Error> {
+    let terms = |key: &str, terms: &[Term]| {
+        Terms::new(terms).map_err(|error| Error::value(path, key, error.to_string()))
+    };
+    let mut options = IdentifyOptions {
+        paper: file.paper,
+        equation_error: file.equation_error,
+        steady: SteadyOptions {
+            window_s: file.steady.window_s,
+            slope: file.steady.slope_m_s2,
+            thrust_part: file.steady.thrust_part,
+        },
+        ..Default::default()
+    };
+    if let Some(methods) = &file.methods {
+        if methods.is_empty() {
+            return Err(Error::value(path, "methods", "is empty; leave it out or name one"));
+        }
+        options.methods.clone_from(methods);
+    }
+    if let Some(chosen) = &file.fit.terms {
+        options.terms = terms("fit.terms", chosen)?;
+    }
+    for (dof, entry) in file.fit.by_dof() {
+        if let Some(entry) = entry {
+            options.terms_of.insert(dof, terms(&format!("fit.{dof}.terms"), &entry.terms)?);
+        }
+    }
+    Ok(options)
+}
+
+fn check_trials(path: &Path, trials: &[TrialEntry]) -> Result<(), Error> {
+    if trials.is_empty() {
+        return Err(Error::value(path, "trial", "there is none; add a [[trial]] with a log"));
+    }
+    let mut names = BTreeSet::new();
+    for trial in trials {
+        let key = format!("trial `{}`", trial.name);
+        let refuse = |reason: &str| Err(Error::value(path, key.clone(), reason));
+        if !names.insert(&trial.name) {
+            return refuse("stands twice; give each trial its own name");
+        }
+        if trial.dof.is_empty() {
+            return refuse("names no degree of freedom; add dof = [\"surge\"], say");
+        }
+        if trial.log.files().is_empty() {
+            return refuse("names no log; add log = \"...\"");
+        }
+        if trial.from_s.zip(trial.to_s).is_some_and(|(from, to)| from >= to) {
+            return refuse("ends before it starts; from_s must be less than to_s");
+        }
+        let mut twice: Vec<Dof> = trial.dof.clone();
+        twice.sort();
+        twice.dedup();
+        if twice.len() < trial.dof.len() {
+            return refuse("names a degree of freedom twice");
+        }
+    }
+    Ok(())
+}
+
+/// The campaign's channels with the trial's own over them.
+fn channel_map(path: &Path, file: &CampaignFile, trial: &TrialEntry) -> Result<ChannelMap, Error> {
+    let mut map = ChannelMap::new();
+    let all = file.channels.iter().chain(&trial.channels);
+    for (name, entry) in all {
+        let quantity = name.parse().map_err(|error: seaplant::Error| {
+            let near = seaplant::Quantity::all_but_thrusters();
+            let near: Vec<String> = near.iter().map(ToString::to_string).collect();
+            let near = toml_file::nearest(name, near.iter().map(String::as_str));
+            let hint = near.map_or_else(String::new, |near| format!(" (did you mean `{near}`?)"));
+            Error::value(path, format!("channels.\"{name}\""), format!("{error}{hint}"))
+        })?;
+        map.insert(quantity, ChannelEntry::clone(entry));
+    }
+    if map.is_empty() {
+        let reason = "is empty; map the log's columns, such as \"depth\" = { column = \"Z (m)\" }";
+        return Err(Error::value(path, "channels", reason));
+    }
+    Ok(map)
+}

@@ -1,0 +1,213 @@
+//! campaign.toml.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use seaplant::estimate::steady::SteadyOptions;
+use seaplant::estimate::{EquationErrorOptions, PaperOptions};
+use seaplant::{Dof, Method, Role, Term};
+use serde::{Deserialize, Serialize};
+
+use crate::bench::BenchColumns;
+
+/// What a campaign.toml says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CampaignFile {
+    /// The vehicle file.
+    pub vehicle: PathBuf,
+    /// Where time is in the logs; recognised by name if not said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time: Option<TimeEntry>,
+    /// The trials.
+    pub trial: Vec<TrialEntry>,
+    /// Which column holds which quantity, in every trial that does not say otherwise.
+    #[serde(default)]
+    pub channels: BTreeMap<String, ChannelEntry>,
+    /// The methods; the first gives the recommended plant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<Method>>,
+    /// The terms to fit, everywhere or by degree of freedom.
+    #[serde(default, skip_serializing_if = "FitEntry::is_default")]
+    pub fit: FitEntry,
+    /// Settings of the paper's method.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub paper: PaperOptions,
+    /// Settings of equation error.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub equation_error: EquationErrorOptions,
+    /// What counts as steady.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub steady: SteadyEntry,
+    /// Bollard-pull data of the thrusters, for the report's figure of thrust.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bollard_pull: Option<BollardPullEntry>,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+/// Where time is in a log.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TimeEntry {
+    /// The time column.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+    /// Its unit, if the header does not state it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// The rate of a log without a time column, Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub equal_sampling_hz: Option<f64>,
+}
+
+/// A trial: one stretch of one log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrialEntry {
+    /// How tables and messages call it.
+    pub name: String,
+    /// Its log file, or files.
+    pub log: LogEntry,
+    /// The degrees of freedom that it exercises.
+    pub dof: Vec<Dof>,
+    /// What it is for: fit (the default), hold-out or steady.
+    #[serde(default)]
+    pub role: Role,
+    /// Its start, in seconds after the first sample of its logs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from_s: Option<f64>,
+    /// Its end, in seconds after the first sample of its logs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to_s: Option<f64>,
+    /// Steady stretches `[from, to]`, likewise; found by themselves if not given.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub segments_s: Vec<[f64; 2]>,
+    /// Seconds to add to the clock of a file, by its name as in `log`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub offset_s: BTreeMap<String, f64>,
+    /// Columns that are called otherwise in this trial.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub channels: BTreeMap<String, ChannelEntry>,
+}
+
+/// One file or several.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a file name or a list of them")]
+pub enum LogEntry {
+    /// One file.
+    One(PathBuf),
+    /// Several files that were logged side by side.
+    Several(Vec<PathBuf>),
+}
+
+impl LogEntry {
+    /// All files.
+    pub fn files(&self) -> &[PathBuf] {
+        match self {
+            Self::One(file) => std::slice::from_ref(file),
+            Self::Several(files) => files,
+        }
+    }
+}
+
+/// The column that holds a quantity.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelEntry {
+    /// Its header, with or without the unit; `FILE:COLUMN` where several files have it.
+    pub column: String,
+    /// Its unit, if the header does not state it or is wrong.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Whether to turn its sign: a height in place of a depth, a heading to port.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub negate: bool,
+    /// Whether a trial may go without it.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub optional: bool,
+}
+
+/// The terms to fit: force, quadratic, linear, bias.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[expect(missing_docs, reason = "each is a degree of freedom by name")]
+pub struct FitEntry {
+    /// In every degree of freedom that is not named below.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub terms: Option<Vec<Term>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surge: Option<DofEntry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sway: Option<DofEntry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heave: Option<DofEntry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roll: Option<DofEntry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pitch: Option<DofEntry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub yaw: Option<DofEntry>,
+}
+
+/// The terms to fit in one degree of freedom.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DofEntry {
+    /// force, quadratic, linear, bias.
+    pub terms: Vec<Term>,
+}
+
+impl FitEntry {
+    fn is_default(&self) -> bool {
+        is_default(self)
+    }
+
+    /// Each degree of freedom with its own choice, if it has one.
+    pub fn by_dof(&self) -> [(Dof, Option<&DofEntry>); 6] {
+        [
+            (Dof::Surge, self.surge.as_ref()),
+            (Dof::Sway, self.sway.as_ref()),
+            (Dof::Heave, self.heave.as_ref()),
+            (Dof::Roll, self.roll.as_ref()),
+            (Dof::Pitch, self.pitch.as_ref()),
+            (Dof::Yaw, self.yaw.as_ref()),
+        ]
+    }
+}
+
+/// What counts as steady.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SteadyEntry {
+    /// Length of the window that must be steady, s.
+    pub window_s: f64,
+    /// The greatest drift of velocity in it, m/s² or rad/s².
+    pub slope_m_s2: f64,
+    /// The greatest standard deviation of thrust in it, as a part of the trial's maximum.
+    pub thrust_part: f64,
+}
+
+impl Default for SteadyEntry {
+    fn default() -> Self {
+        let SteadyOptions { window_s, slope, thrust_part } = SteadyOptions::default();
+        Self { window_s, slope_m_s2: slope, thrust_part }
+    }
+}
+
+/// A bollard-pull table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BollardPullEntry {
+    /// The table.
+    pub file: PathBuf,
+    /// Which columns of it; told by their units and names if not said.
+    #[serde(default, skip_serializing_if = "BenchColumns::is_default")]
+    pub columns: BenchColumns,
+    /// The input that means stop: 0 by default, 1500 for pulse widths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub neutral: Option<f64>,
+}

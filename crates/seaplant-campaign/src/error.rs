@@ -1,0 +1,88 @@
+use std::path::{Path, PathBuf};
+
+/// Why a campaign could not be read or run.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The operating system would not give a file.
+    #[error("cannot read {}: {source}; check the path, which is relative to the file that names it", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A file is not the TOML that it should be.
+    #[error("{}: {message}{advice}", path.display())]
+    Toml {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with line, column and the line itself.
+        message: String,
+        /// What may have been meant.
+        advice: String,
+    },
+    /// A value that is well-formed and wrong.
+    #[error("{}: {key}: {reason}", path.display())]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        key: String,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+    /// A log lacks what a trial needs of it.
+    #[error("trial `{trial}`, {quantity}: {source}")]
+    Channel {
+        /// Which trial.
+        trial: String,
+        /// The quantity that was mapped.
+        quantity: String,
+        /// Why it cannot be had.
+        source: Box<seaplant_log::Error>,
+    },
+    /// A channel has no unit.
+    #[error(
+        "trial `{trial}`, {quantity}: column `{column}` states no unit; write it in the header, as `{column} [{example}]`, or in the campaign, as {{ column = \"{column}\", unit = \"{example}\" }}"
+    )]
+    NoUnit {
+        /// Which trial.
+        trial: String,
+        /// The quantity that was mapped.
+        quantity: String,
+        /// The column.
+        column: String,
+        /// A unit that would do.
+        example: String,
+    },
+    /// A log could not be read.
+    #[error("trial `{trial}`: {source}")]
+    Log {
+        /// Which trial.
+        trial: String,
+        /// Why.
+        source: Box<seaplant_log::Error>,
+    },
+    /// A table could not be read.
+    #[error(transparent)]
+    Table(Box<seaplant_log::Error>),
+    /// The mathematics refused.
+    #[error("{}: {source}", path.display())]
+    Model {
+        /// The campaign or vehicle file.
+        path: PathBuf,
+        /// Why.
+        source: seaplant::Error,
+    },
+}
+
+impl Error {
+    pub(crate) fn value(path: &Path, key: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Value { path: path.to_owned(), key: key.into(), reason: reason.into() }
+    }
+
+    pub(crate) fn model(path: &Path) -> impl FnOnce(seaplant::Error) -> Self + '_ {
+        move |source| Self::Model { path: path.to_owned(), source }
+    }
+}

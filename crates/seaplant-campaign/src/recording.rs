@@ -1,0 +1,161 @@
+//! One trial's logs, brought to quantities in SI units.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use seaplant::results::InputFile;
+use seaplant::{Caveat, CaveatCode, Quantity, Recording, Timed, TrialSetup};
+use seaplant_log::{Channel, Log, ReadOptions, TimeColumn, Unit};
+
+use crate::Error;
+use crate::campaign_file::{ChannelEntry, TimeEntry, TrialEntry};
+use crate::units::{dimension_of, example_unit};
+
+/// Which column holds which quantity.
+pub(crate) type ChannelMap = BTreeMap<Quantity, ChannelEntry>;
+
+/// A trial's logs, read.
+pub(crate) struct TrialRead {
+    pub setup: TrialSetup,
+    pub recording: Recording,
+    pub inputs: Vec<InputFile>,
+    pub caveats: Vec<Caveat>,
+}
+
+/// Reads the logs of a trial and brings its mapped columns to SI units, on a clock that
+/// starts with the first sample of all of them.
+pub(crate) fn read_trial(
+    path: &Path,
+    base: &Path,
+    time: Option<&TimeEntry>,
+    entry: &TrialEntry,
+    channels: &ChannelMap,
+) -> Result<TrialRead, Error> {
+    let files = read_options(path, base, time, entry)?;
+    let log = Log::open(&files)
+        .map_err(|source| Error::Log { trial: entry.name.clone(), source: Box::new(source) })?;
+    let mut caveats: Vec<Caveat> = log
+        .notes()
+        .iter()
+        .map(|note| Caveat::note(CaveatCode::Log, format!("trial `{}`: {note}", entry.name)))
+        .collect();
+    let start_s = log
+        .channels()
+        .iter()
+        .filter_map(|channel| channel.time_s().first().copied())
+        .fold(f64::INFINITY, f64::min);
+    let mut recording = Recording::new();
+    for (quantity, mapped) in channels {
+        let channel = match log.channel(&mapped.column) {
+            Ok(channel) => channel,
+            Err(_) if mapped.optional => continue,
+            Err(source) => {
+                return Err(Error::Channel {
+                    trial: entry.name.clone(),
+                    quantity: quantity.to_string(),
+                    source: Box::new(source),
+                });
+            }
+        };
+        let series = to_si(entry, quantity, mapped, channel, start_s, &mut caveats)?;
+        recording.insert(quantity.clone(), series);
+    }
+    let inputs = log.sources().iter().map(|source| InputFile {
+        path: source.path.display().to_string(),
+        bytes: source.bytes,
+        sha256: source.sha256.clone(),
+    });
+    let setup = TrialSetup {
+        name: entry.name.clone(),
+        role: entry.role,
+        dofs: entry.dof.clone(),
+        from_s: entry.from_s,
+        to_s: entry.to_s,
+        segments_s: entry.segments_s.clone(),
+    };
+    Ok(TrialRead { setup, recording, inputs: inputs.collect(), caveats })
+}
+
+fn read_options(
+    path: &Path,
+    base: &Path,
+    time: Option<&TimeEntry>,
+    entry: &TrialEntry,
+) -> Result<Vec<(PathBuf, ReadOptions)>, Error> {
+    let files = entry.log.files();
+    if let Some(stray) =
+        entry.offset_s.keys().find(|name| !files.iter().any(|file| file == Path::new(name)))
+    {
+        let reason = "is not among the trial's log = [...]; write the file as it stands there";
+        let key = format!("trial `{}`, offset_s.\"{stray}\"", entry.name);
+        return Err(Error::value(path, key, reason));
+    }
+    let options = |file: &PathBuf| {
+        let offset_s = entry.offset_s.iter().find(|(name, _)| file == Path::new(name));
+        ReadOptions {
+            time: time.and_then(|time| {
+                let column = time.column.clone()?;
+                Some(TimeColumn { column, unit: time.unit.clone() })
+            }),
+            offset_s: offset_s.map_or(0.0, |(_, offset_s)| *offset_s),
+            equal_sampling_hz: time.and_then(|time| time.equal_sampling_hz),
+        }
+    };
+    Ok(files.iter().map(|file| (base.join(file), options(file))).collect())
+}
+
+fn to_si(
+    entry: &TrialEntry,
+    quantity: &Quantity,
+    mapped: &ChannelEntry,
+    channel: &Channel,
+    start_s: f64,
+    caveats: &mut Vec<Caveat>,
+) -> Result<Timed, Error> {
+    let unit = unit_of(entry, quantity, mapped, channel, caveats)?;
+    let sign = if mapped.negate { -1.0 } else { 1.0 };
+    let time_s: Vec<f64> = channel.time_s().iter().map(|t| t - start_s).collect();
+    let values: Vec<f64> = channel.values().iter().map(|x| sign * unit.to_si(*x)).collect();
+    Timed::new(&quantity.to_string(), time_s, values)
+        .map_err(Error::model(Path::new(&mapped.column)))
+}
+
+/// The campaign's unit, else the header's; a header that says otherwise is noted.
+fn unit_of(
+    entry: &TrialEntry,
+    quantity: &Quantity,
+    mapped: &ChannelEntry,
+    channel: &Channel,
+    caveats: &mut Vec<Caveat>,
+) -> Result<Unit, Error> {
+    let wanted = dimension_of(quantity.kind());
+    let refuse = |source| Error::Channel {
+        trial: entry.name.clone(),
+        quantity: quantity.to_string(),
+        source: Box::new(source),
+    };
+    match (&mapped.unit, &channel.unit) {
+        (Some(stated), header) => {
+            let unit = Unit::parse_as(stated, wanted).map_err(refuse)?;
+            if let Some(header) = header
+                && header.resolve(wanted).map_or(true, |header| header.factor() != unit.factor())
+            {
+                let message = format!(
+                    "trial `{}`: the header of `{}` says {}, the campaign {stated}; the campaign's is used",
+                    entry.name,
+                    channel.column,
+                    header.symbol()
+                );
+                caveats.push(Caveat::warning(CaveatCode::SuspiciousUnit, message));
+            }
+            Ok(unit)
+        }
+        (None, Some(header)) => header.resolve(wanted).map_err(refuse),
+        (None, None) => Err(Error::NoUnit {
+            trial: entry.name.clone(),
+            quantity: quantity.to_string(),
+            column: channel.column.clone(),
+            example: example_unit(quantity.kind()).to_owned(),
+        }),
+    }
+}

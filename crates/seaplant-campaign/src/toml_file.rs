@@ -1,0 +1,90 @@
+//! TOML files, read strictly: an unknown key is an error, with the near one.
+
+use std::path::Path;
+
+use seaplant::results::InputFile;
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
+
+use crate::Error;
+
+/// Reads a TOML file, and what provenance says of it.
+pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<(T, InputFile), Error> {
+    let bytes =
+        std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    let input = InputFile {
+        path: path.display().to_string(),
+        bytes: bytes.len() as u64,
+        sha256: Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect(),
+    };
+    let text = String::from_utf8(bytes).map_err(|_| Error::Toml {
+        path: path.to_owned(),
+        message: "is not UTF-8 text".to_owned(),
+        advice: "; give a TOML file here, and logs under log = [...]".to_owned(),
+    })?;
+    Ok((parse(path, &text)?, input))
+}
+
+pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
+    toml::from_str(text).map_err(|error| Error::Toml {
+        path: path.to_owned(),
+        message: error.to_string().trim_end().to_owned(),
+        advice: suggestion(error.message()),
+    })
+}
+
+/// What was probably meant, read off a message such as
+/// ``unknown field `postion_m`, expected one of `name`, `position_m` ``.
+fn suggestion(message: &str) -> String {
+    let Some((found, expected)) = message
+        .strip_prefix("unknown field ")
+        .or_else(|| message.strip_prefix("unknown variant "))
+        .and_then(|rest| rest.split_once(", expected "))
+    else {
+        return String::new();
+    };
+    let found = found.trim_matches('`');
+    let known = expected.split('`').skip(1).step_by(2);
+    nearest(found, known).map_or_else(String::new, |near| format!("\ndid you mean `{near}`?"))
+}
+
+/// The known name that is most like the found one, if any is like it at all.
+pub(crate) fn nearest<'a>(
+    found: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|name| (strsim::jaro_winkler(&found.to_lowercase(), &name.to_lowercase()), name))
+        .filter(|(likeness, _)| *likeness > 0.8)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "only its errors matter here")]
+    struct Sample {
+        position_m: [f64; 3],
+        direction: [f64; 3],
+    }
+
+    #[test]
+    fn an_unknown_key_brings_its_line_and_the_near_one() {
+        let text = "direction = [1.0, 0.0, 0.0]\npostion_m = [0.0, 0.0, 0.0]\n";
+        let error = parse::<Sample>(Path::new("vehicle.toml"), text).expect_err("misspelt");
+        let message = error.to_string();
+        assert!(message.contains("line 2, column 1"), "{message}");
+        assert!(message.ends_with("did you mean `position_m`?"), "{message}");
+    }
+
+    #[test]
+    fn a_key_like_no_other_brings_no_guess() {
+        let error = parse::<Sample>(Path::new("v.toml"), "zzz = 1").expect_err("unknown");
+        assert!(!error.to_string().contains("did you mean"));
+    }
+}

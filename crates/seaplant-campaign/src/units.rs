@@ -1,0 +1,43 @@
+//! From the mathematics' kinds of quantity to the logs' dimensions.
+
+use seaplant::ThrusterInput;
+use seaplant::quantity::Kind;
+use seaplant_log::Dimension;
+
+pub(crate) const fn dimension_of(kind: Kind) -> Dimension {
+    match kind {
+        Kind::AngularVelocity => Dimension::AngularVelocity,
+        Kind::PulseWidth => Dimension::PulseWidth,
+        Kind::Ratio => Dimension::Ratio,
+        Kind::Force => Dimension::Force,
+        Kind::Moment => Dimension::Moment,
+        Kind::Velocity => Dimension::Velocity,
+        Kind::Length => Dimension::Length,
+        Kind::Angle => Dimension::Angle,
+        Kind::Voltage => Dimension::Voltage,
+    }
+}
+
+pub(crate) const fn dimension_of_input(input: ThrusterInput) -> Dimension {
+    match input {
+        ThrusterInput::Speed => Dimension::AngularVelocity,
+        ThrusterInput::Pwm => Dimension::PulseWidth,
+        ThrusterInput::Command => Dimension::Ratio,
+        ThrusterInput::Force => Dimension::Force,
+    }
+}
+
+/// The unit that Seaplant holds such a quantity in, as an example to users.
+pub(crate) const fn example_unit(kind: Kind) -> &'static str {
+    match kind {
+        Kind::AngularVelocity => "rad/s",
+        Kind::PulseWidth => "us",
+        Kind::Ratio => "1",
+        Kind::Force => "N",
+        Kind::Moment => "N m",
+        Kind::Velocity => "m/s",
+        Kind::Length => "m",
+        Kind::Angle => "rad",
+        Kind::Voltage => "V",
+    }
+}

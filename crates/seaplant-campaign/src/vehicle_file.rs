@@ -1,0 +1,299 @@
+//! vehicle.toml.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use schemars::JsonSchema;
+use seaplant::results::InputFile;
+use seaplant::{
+    QuadraticThrust, Sensor, Sensors, ThrustCurve, ThrustTable, Thruster, ThrusterInput, Vehicle,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::bench::{BenchColumns, read_bench};
+use crate::{Error, toml_file};
+
+/// What a vehicle.toml says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VehicleFile {
+    /// What the vehicle is called.
+    pub name: String,
+    /// Mass in air, kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dry_mass_kg: Option<f64>,
+    /// The thrusters.
+    #[serde(default)]
+    pub thruster: Vec<ThrusterEntry>,
+    /// The instruments; one that is left out sits at the origin, aligned.
+    #[serde(default)]
+    pub sensor: SensorEntries,
+}
+
+/// A thruster.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ThrusterEntry {
+    /// How channels call it: `thruster.NAME.speed`.
+    pub name: String,
+    /// Where it pushes, m: x forward, y starboard, z down.
+    pub position_m: [f64; 3],
+    /// The way that positive thrust pushes the vehicle; any length but zero.
+    pub direction: [f64; 3],
+    /// From input to force.
+    pub curve: CurveEntry,
+}
+
+/// A thrust curve.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum CurveEntry {
+    /// Force by the square of the input.
+    Quadratic(QuadraticEntry),
+    /// Force by measured points.
+    Table(TableEntry),
+}
+
+/// `F = forward s|s|` or `reverse s|s|`, s being the input beyond the deadband.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct QuadraticEntry {
+    /// N per squared unit of input, for positive input: N/(rad/s)² for a speed.
+    pub forward: f64,
+    /// N per squared unit of input, for negative input.
+    pub reverse: f64,
+    /// What is logged: speed (rad/s), pwm (us) or command (−1 to 1).
+    #[serde(default = "speed")]
+    pub input: ThrusterInput,
+    /// Inputs this close to neutral give no thrust; rad/s, us or a ratio.
+    #[serde(default)]
+    pub deadband: f64,
+    /// The input that means stop: 0 by default, 1500 for pwm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub neutral: Option<f64>,
+}
+
+const fn speed() -> ThrusterInput {
+    ThrusterInput::Speed
+}
+
+/// Points, or a file of them; several files for several supply voltages.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TableEntry {
+    /// What is logged: speed (rad/s), pwm (us) or command (−1 to 1).
+    pub input: Option<ThrusterInput>,
+    /// Points `[input, force in N]`, input in rad/s, us or as a ratio.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<[f64; 2]>,
+    /// A table with a column of inputs and one of forces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// Which columns of it; told by their units and names if not said.
+    #[serde(skip_serializing_if = "BenchColumns::is_default")]
+    pub columns: BenchColumns,
+    /// Tables measured at several supply voltages, in place of one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub voltages: Vec<VoltageEntry>,
+}
+
+/// A table measured at one supply voltage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VoltageEntry {
+    /// Supply voltage, V.
+    pub voltage_v: f64,
+    /// The table.
+    pub file: PathBuf,
+}
+
+/// The instruments.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensorEntries {
+    /// Doppler velocity log.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dvl: Option<DvlEntry>,
+    /// Depth sensor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth: Option<PositionEntry>,
+    /// Roll, pitch and heading.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub attitude: Option<AttitudeEntry>,
+    /// Positioning antenna, beacon or marker.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<PositionEntry>,
+}
+
+/// A Doppler velocity log.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DvlEntry {
+    /// Where it sits, m, body frame.
+    pub position_m: [f64; 3],
+    /// Roll, pitch, yaw that turn the vehicle's axes into the instrument's, deg.
+    pub rotation_deg: [f64; 3],
+    /// Standard deviation of one sample, m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_m_s: Option<f64>,
+}
+
+/// An instrument that measures position.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PositionEntry {
+    /// Where it sits, m, body frame.
+    pub position_m: [f64; 3],
+    /// Standard deviation of one sample, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_m: Option<f64>,
+}
+
+/// An instrument that measures attitude.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct AttitudeEntry {
+    /// Roll, pitch, yaw that turn the vehicle's axes into the instrument's, deg.
+    pub rotation_deg: [f64; 3],
+    /// Standard deviation of one sample, deg.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_deg: Option<f64>,
+}
+
+/// Reads a vehicle.toml, and the curve tables that it names.
+///
+/// # Errors
+/// [`Error::Io`], [`Error::Toml`], and [`Error::Value`] for what is well-formed and wrong.
+pub fn read_vehicle(path: &Path) -> Result<(Vehicle, Vec<InputFile>), Error> {
+    let (file, input): (VehicleFile, _) = toml_file::read(path)?;
+    let mut inputs = vec![input];
+    let vehicle = file.into_vehicle(path, &mut inputs)?;
+    Ok((vehicle, inputs))
+}
+
+impl VehicleFile {
+    fn into_vehicle(self, path: &Path, inputs: &mut Vec<InputFile>) -> Result<Vehicle, Error> {
+        let mut names = BTreeSet::new();
+        if let Some(twice) = self.thruster.iter().find(|entry| !names.insert(&entry.name)) {
+            let reason = "stands twice; give each thruster its own name";
+            return Err(Error::value(path, format!("thruster `{}`", twice.name), reason));
+        }
+        if self.dry_mass_kg.is_some_and(|mass| !(mass > 0.0 && mass.is_finite())) {
+            return Err(Error::value(path, "dry_mass_kg", "must be a positive number of kg"));
+        }
+        let mut thrusters = Vec::with_capacity(self.thruster.len());
+        for entry in &self.thruster {
+            let curve = entry.curve.read(path, &entry.name, inputs)?;
+            let thruster = Thruster::new(&entry.name, entry.position_m, entry.direction, curve)
+                .map_err(Error::model(path))?;
+            thrusters.push(thruster);
+        }
+        let sensors = self.sensor.into_sensors();
+        Ok(Vehicle { name: self.name, dry_mass_kg: self.dry_mass_kg, thrusters, sensors })
+    }
+}
+
+impl SensorEntries {
+    fn into_sensors(self) -> Sensors {
+        let sensor = |position_m: [f64; 3], rotation_deg: [f64; 3], std| Sensor {
+            position_body: position_m.into(),
+            rotation_rad: rotation_deg.map(f64::to_radians),
+            std,
+        };
+        let (dvl, depth) = (self.dvl.unwrap_or_default(), self.depth.unwrap_or_default());
+        let (attitude, position) =
+            (self.attitude.unwrap_or_default(), self.position.unwrap_or_default());
+        let level = [0.0; 3];
+        Sensors {
+            dvl: sensor(dvl.position_m, dvl.rotation_deg, dvl.std_m_s),
+            depth: sensor(depth.position_m, level, depth.std_m),
+            attitude: sensor(
+                [0.0; 3],
+                attitude.rotation_deg,
+                attitude.std_deg.map(f64::to_radians),
+            ),
+            position: sensor(position.position_m, level, position.std_m),
+        }
+    }
+}
+
+impl CurveEntry {
+    fn read(
+        &self,
+        path: &Path,
+        thruster: &str,
+        inputs: &mut Vec<InputFile>,
+    ) -> Result<ThrustCurve, Error> {
+        let key = format!("thruster `{thruster}`, curve");
+        match self {
+            Self::Quadratic(entry) => entry.curve(path, &key),
+            Self::Table(entry) => entry.curve(path, &key, inputs),
+        }
+    }
+}
+
+/// The pulse width that stops a hobby speed controller, us.
+const STOPPED_US: f64 = 1500.0;
+
+impl QuadraticEntry {
+    fn curve(&self, path: &Path, key: &str) -> Result<ThrustCurve, Error> {
+        if self.input == ThrusterInput::Force {
+            let reason = "input = \"force\" needs no curve; use speed, pwm or command";
+            return Err(Error::value(path, key, reason));
+        }
+        let numbers = [self.forward, self.reverse, self.deadband];
+        if numbers.iter().any(|x| !(x.is_finite() && *x >= 0.0)) || self.forward == 0.0 {
+            let reason = "forward must be positive, reverse and deadband not negative; the sign of reverse thrust comes from the input";
+            return Err(Error::value(path, key, reason));
+        }
+        let neutral = match self.input {
+            ThrusterInput::Pwm => STOPPED_US,
+            _ => 0.0,
+        };
+        let law = QuadraticThrust {
+            forward: self.forward,
+            reverse: self.reverse,
+            deadband: self.deadband,
+            neutral: self.neutral.unwrap_or(neutral),
+        };
+        Ok(ThrustCurve::Quadratic { input: self.input, law })
+    }
+}
+
+impl TableEntry {
+    fn curve(
+        &self,
+        path: &Path,
+        key: &str,
+        inputs: &mut Vec<InputFile>,
+    ) -> Result<ThrustCurve, Error> {
+        let base = path.parent().unwrap_or(Path::new(""));
+        let given = [!self.points.is_empty(), self.file.is_some(), !self.voltages.is_empty()];
+        if given.iter().filter(|given| **given).count() != 1 {
+            let reason =
+                "give one of points = [[input, N], ...], file = \"...\" or voltages = [...]";
+            return Err(Error::value(path, key, reason));
+        }
+        let bad = |source: seaplant::Error| Error::value(path, key, source.to_string());
+        let mut found = self.input;
+        let mut from_file = |file: &Path, voltage| -> Result<ThrustTable, Error> {
+            let bench = read_bench(&base.join(file), &self.columns, self.input)?;
+            inputs.push(bench.source.clone());
+            found = Some(bench.input);
+            ThrustTable::new(voltage, bench.points).map_err(bad)
+        };
+        let tables = if let Some(file) = &self.file {
+            vec![from_file(file, None)?]
+        } else if self.voltages.is_empty() {
+            let points = self.points.iter().map(|[x, force]| (*x, *force)).collect();
+            vec![ThrustTable::new(None, points).map_err(bad)?]
+        } else {
+            let of = |entry: &VoltageEntry| from_file(&entry.file, Some(entry.voltage_v));
+            self.voltages.iter().map(of).collect::<Result<_, _>>()?
+        };
+        let input = found.ok_or_else(|| {
+            Error::value(path, key, "points need input = \"speed\", \"pwm\" or \"command\"")
+        })?;
+        ThrustCurve::tables(input, tables).map_err(bad)
+    }
+}

@@ -1,0 +1,58 @@
+/// Why a report could not be made or results not be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Results that this version does not read.
+    #[error(
+        "the results say schema `{found}` and this version of Seaplant reads `{known}`; identify again with this version, or read them with the one that wrote them"
+    )]
+    Schema {
+        /// What they say.
+        found: String,
+        /// What is read.
+        known: &'static str,
+    },
+    /// JSON that is no results file.
+    #[error("this is no results.json of Seaplant: it has no `schema` of its own; give the file that `seaplant identify` wrote")]
+    NoSchema,
+    /// JSON that is damaged or not of the contract.
+    #[error("line {line}, column {column}: {cause}; identify again, or mend the file there")]
+    Json {
+        /// Where, from 1; 0 on writing.
+        line: usize,
+        /// Where, from 1; 0 on writing.
+        column: usize,
+        /// What is wrong.
+        cause: String,
+    },
+    /// A page that could not be filled in.
+    #[error("the report's page could not be made: {cause}; please report this with the results")]
+    Template {
+        /// Why.
+        cause: String,
+    },
+    /// A figure that could not be drawn.
+    #[error("a figure could not be drawn: {cause}; please report this with the results")]
+    Figure {
+        /// Why.
+        cause: String,
+    },
+    /// A figure that could not be written as PNG.
+    #[error("a figure could not be written as PNG: {0}; please report this with the results")]
+    Png(#[from] png::EncodingError),
+    /// A table that could not be written as CSV.
+    #[error("a table could not be written as CSV: {0}; please report this with the results")]
+    Csv(#[from] csv::Error),
+}
+
+impl From<serde_json::Error> for Error {
+    fn from(cause: serde_json::Error) -> Self {
+        Self::Json { line: cause.line(), column: cause.column(), cause: cause.to_string() }
+    }
+}
+
+impl From<minijinja::Error> for Error {
+    fn from(cause: minijinja::Error) -> Self {
+        Self::Template { cause: cause.to_string() }
+    }
+}

@@ -1,0 +1,189 @@
+//! Numbers as people read them.
+
+use seaplant::results::Parameter;
+
+/// Between groups of three digits: narrow, and never broken across lines.
+const THIN_SPACE: char = '\u{202f}';
+
+/// What stands where there is no number.
+pub(crate) const ABSENT: &str = "–";
+
+/// Beyond these magnitudes a number is written with a power of ten.
+const PLAIN: std::ops::Range<f64> = 1e-4..1e9;
+
+/// Significant digits of a number whose uncertainty is not known.
+const DIGITS_ALONE: i32 = 4;
+
+/// How many decimals to write: below zero, how many digits before the point are rounded off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Decimals(i32);
+
+impl Decimals {
+    /// Two significant digits of the standard deviation decide.
+    pub(crate) fn of_std(value: f64, std: f64) -> Self {
+        if std.is_finite() && std > 0.0 {
+            Self::significant(std, 2)
+        } else {
+            Self::significant(value, DIGITS_ALONE)
+        }
+    }
+
+    /// As many as give a number that many significant digits.
+    pub(crate) fn significant(value: f64, digits: i32) -> Self {
+        if !value.is_finite() || value == 0.0 {
+            return Self(0);
+        }
+        let exponent = |x: f64| x.abs().log10().floor() as i32;
+        let decimals = digits - 1 - exponent(value);
+        // 0.0996 to two digits is 0.10: rounding may carry into the next power.
+        let carried = round(value, decimals);
+        Self(digits - 1 - exponent(if carried == 0.0 { value } else { carried }))
+    }
+
+    /// A number with these decimals.
+    pub(crate) fn write(self, value: f64) -> String {
+        if !value.is_finite() {
+            return ABSENT.to_owned();
+        }
+        let rounded = round(value, self.0);
+        let text = format!("{:.*}", self.0.clamp(0, 17) as usize, rounded.abs());
+        let zero = text.bytes().all(|b| b == b'0' || b == b'.');
+        let sign = if value < 0.0 && !zero { "−" } else { "" };
+        let (whole, fraction) = text.split_once('.').unwrap_or((&text, ""));
+        let point = if fraction.is_empty() { "" } else { "." };
+        format!("{sign}{}{point}{fraction}", grouped(whole))
+    }
+}
+
+fn round(value: f64, decimals: i32) -> f64 {
+    if decimals >= 0 { value } else { (value * 10_f64.powi(decimals)).round() * 10_f64.powi(-decimals) }
+}
+
+fn grouped(digits: &str) -> String {
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (k, digit) in digits.chars().enumerate() {
+        // Four digits read well as they are.
+        if k > 0 && digits.len() > 4 && (digits.len() - k).is_multiple_of(3) {
+            text.push(THIN_SPACE);
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A number by itself, with so many significant digits.
+pub(crate) fn significant(value: f64, digits: i32) -> String {
+    if !value.is_finite() {
+        return ABSENT.to_owned();
+    }
+    if value != 0.0 && !PLAIN.contains(&value.abs()) {
+        return with_power_of_ten(value, digits);
+    }
+    Decimals::significant(value, digits).write(value)
+}
+
+/// A number that may be missing.
+pub(crate) fn or_absent(value: Option<f64>, digits: i32) -> String {
+    value.map_or_else(|| ABSENT.to_owned(), |value| significant(value, digits))
+}
+
+fn with_power_of_ten(value: f64, digits: i32) -> String {
+    let text = format!("{:.*e}", (digits - 1).max(0) as usize, value);
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let raised: String = exponent.chars().map(superscript).collect();
+    format!("{} × 10{raised}", mantissa.replace('-', "−"))
+}
+
+fn superscript(c: char) -> char {
+    match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' | '4'..='9' => char::from_u32('⁰' as u32 + c as u32 - '0' as u32).unwrap_or(c),
+        other => other,
+    }
+}
+
+/// A percentage of two significant digits, with its sign.
+pub(crate) fn signed_percent(part: f64) -> String {
+    let percent = 100.0 * part;
+    let digits = if percent.abs() < 1.0 { 1 } else { 2 };
+    let text = significant(percent, digits);
+    let plus = if percent > 0.0 { "+" } else { "" };
+    format!("{plus}{text} %")
+}
+
+/// `12 970 ± 250`, the pieces of it.
+pub(crate) struct Rounded {
+    pub(crate) value: String,
+    pub(crate) std: String,
+    pub(crate) low95: String,
+    pub(crate) high95: String,
+}
+
+impl Rounded {
+    /// Two significant digits of the standard deviation decide all four.
+    pub(crate) fn of(parameter: &Parameter) -> Self {
+        let Parameter { value, std, low95, high95, .. } = *parameter;
+        let decimals = Decimals::of_std(value, std);
+        let extreme = [value, std].iter().any(|x| *x != 0.0 && !PLAIN.contains(&x.abs()));
+        let write = |x: f64| if extreme { significant(x, DIGITS_ALONE) } else { decimals.write(x) };
+        Self {
+            value: write(value),
+            std: if extreme { significant(std, 2) } else { decimals.write(std) },
+            low95: write(low95),
+            high95: write(high95),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rounded(value: f64, std: f64) -> String {
+        let unit = String::new();
+        let all = Rounded::of(&Parameter {
+            value,
+            std,
+            low95: value - 2.0 * std,
+            high95: value + 2.0 * std,
+            unit,
+        });
+        format!("{} ± {} [{}, {}]", all.value, all.std, all.low95, all.high95)
+            .replace(THIN_SPACE, " ")
+    }
+
+    #[test]
+    fn the_deviation_decides_the_decimals() {
+        assert_eq!(rounded(12970.2, 253.0), "12 970 ± 250 [12 460, 13 480]");
+        assert_eq!(rounded(0.27812, 0.0341), "0.278 ± 0.034 [0.210, 0.346]");
+        assert_eq!(rounded(-255.5, 9.96), "−256 ± 10 [−275, −236]");
+        assert_eq!(rounded(2230.9, 0.0), "2231 ± 0 [2231, 2231]");
+    }
+
+    #[test]
+    fn rounding_may_carry() {
+        assert_eq!(significant(0.0996, 2), "0.10");
+        assert_eq!(significant(9.96, 2), "10");
+        assert_eq!(significant(-0.00004, 1), "−4 × 10⁻⁵");
+        assert_eq!(significant(7.71e-5, 3), "7.71 × 10⁻⁵");
+        assert_eq!(significant(123_456.0, 3).replace(THIN_SPACE, " "), "123 000");
+    }
+
+    #[test]
+    fn writes_no_negative_zero_and_no_nan() {
+        assert_eq!(Decimals(2).write(-0.001), "0.00");
+        assert_eq!(Decimals(2).write(f64::NAN), ABSENT);
+        assert_eq!(significant(0.0, 3), "0");
+        assert_eq!(rounded(f64::INFINITY, f64::NAN), "– ± – [–, –]");
+    }
+
+    #[test]
+    fn percentages_carry_their_sign() {
+        assert_eq!(signed_percent(0.982), "+98 %");
+        assert_eq!(signed_percent(-0.004), "−0.4 %");
+        assert_eq!(signed_percent(0.0), "0 %");
+    }
+}

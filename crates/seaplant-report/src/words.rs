@@ -1,0 +1,87 @@
+//! What methods, caveats and filters are called in prose.
+
+use seaplant::estimate::Filters;
+use seaplant::results::Score;
+use seaplant::{CaveatCode, Dof, LowPass, Method, Role, Severity, Term};
+
+use crate::number::significant;
+
+/// "equation error", "the paper's method".
+pub(crate) fn method(method: Method) -> String {
+    match method {
+        Method::Paper => "the paper’s method".to_owned(),
+        other => other.name().replace('-', " "),
+    }
+}
+
+/// The first letter in upper case.
+pub(crate) fn capitalised(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map_or_else(String::new, |first| first.to_uppercase().chain(chars).collect())
+}
+
+pub(crate) fn role(role: Role) -> &'static str {
+    match role {
+        Role::Fit => "fitted",
+        Role::HoldOut => "held out",
+        Role::Steady => "steady",
+    }
+}
+
+pub(crate) const fn severity(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Note => "note",
+        Severity::Warning => "warning",
+        Severity::Severe => "severe",
+    }
+}
+
+/// "filter attenuates excitation", from the name that `results.json` writes.
+pub(crate) fn caveat(code: CaveatCode) -> String {
+    let name = serde_json::to_value(code).ok();
+    let name = name.as_ref().and_then(|name| name.as_str()).unwrap_or("caveat");
+    capitalised(&name.replace('-', " "))
+}
+
+pub(crate) const fn mass(dof: Dof) -> &'static str {
+    if dof.is_rotation() { "Inertia" } else { "Mass" }
+}
+
+pub(crate) const fn bias_force(dof: Dof) -> &'static str {
+    if dof.is_rotation() { "Bias moment" } else { "Bias force" }
+}
+
+pub(crate) const fn term_symbol(term: Term) -> &'static str {
+    match term {
+        Term::Force => "τ",
+        Term::Quadratic => "v|v|",
+        Term::Linear => "v",
+        Term::Bias => "1",
+    }
+}
+
+pub(crate) fn terms(terms: &[Term]) -> String {
+    terms.iter().map(|term| term_symbol(*term)).collect::<Vec<_>>().join(", ")
+}
+
+pub(crate) fn filters(filters: &Filters) -> String {
+    let one = |what: &str, filter: Option<LowPass>| {
+        filter.map(|LowPass { cutoff_hz, order }| {
+            format!("{what} below {} Hz (order {order}, both ways)", significant(cutoff_hz, 3))
+        })
+    };
+    let all: Vec<String> =
+        [one("velocity", filters.velocity), one("every term", filters.every_term)]
+            .into_iter()
+            .flatten()
+            .collect();
+    if all.is_empty() { "none".to_owned() } else { all.join("; ") }
+}
+
+/// "the held-out trial" or "the 3 held-out trials".
+pub(crate) fn held_out(score: &Score) -> String {
+    match score.trials.len() {
+        0 | 1 => "the held-out trial".to_owned(),
+        n => format!("the {n} held-out trials"),
+    }
+}

@@ -1,0 +1,413 @@
+//! Finds reasons to doubt a fit, from its numbers and its trials.
+
+use crate::estimate::{EquationErrorOptions, Fit, Method, fit_equation_error};
+use crate::signal::{LowPass, amplitude_spectrum};
+use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Role, Stability, Trial, Vehicle};
+
+/// A filter that passes less than this of the excited motion is worth a word.
+const PASSED_PART: f64 = 0.97;
+
+/// Variance inflation above this means that two terms are hard to tell apart.
+const HIGH_INFLATION: f64 = 10.0;
+
+/// Fewer independent samples than this make intervals that cannot be believed.
+const FEW_SAMPLES: f64 = 20.0;
+
+/// Drag below this part of thrust is seen only through the mass.
+const WEAK_DRAG_PART: f64 = 0.1;
+
+/// What a fit is judged with.
+pub(crate) struct Evidence<'a> {
+    /// The fit.
+    pub fit: &'a Fit,
+    /// The records that it was fitted to.
+    pub axes: &'a [AxisRecord],
+    /// The trials that they are from.
+    pub trials: &'a [&'a Trial],
+    /// The vehicle.
+    pub vehicle: &'a Vehicle,
+}
+
+/// Every doubt about one fit.
+pub(crate) fn caveats(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
+    let mut caveats = evidence.fit.caveats.clone();
+    for trial in evidence.trials {
+        caveats.extend(trial.caveats(evidence.fit.dof));
+    }
+    caveats.extend(signs(evidence.fit));
+    caveats.extend(below_dry_mass(evidence.fit, evidence.vehicle));
+    caveats.extend(conditioning(evidence.fit));
+    caveats.extend(excitation(evidence)?);
+    caveats.extend(one_way_bias(evidence));
+    if evidence.fit.method == Method::Paper {
+        caveats.extend(attenuation(evidence)?);
+    }
+    Ok(caveats)
+}
+
+fn signs(fit: &Fit) -> Vec<Caveat> {
+    let estimates = fit.estimates();
+    let wrong = [
+        (
+            "mass",
+            Some(estimates.mass),
+            "thrust or velocity has the wrong sign, or thrust explains nothing",
+        ),
+        (
+            "quadratic drag",
+            estimates.d_quadratic,
+            "the trial holds too little speed, or a lag, delay or current bends it",
+        ),
+        ("linear drag", estimates.d_linear, "a delay between thrust and motion looks like that"),
+    ];
+    let mut caveats: Vec<Caveat> = wrong
+        .into_iter()
+        .filter_map(|(name, estimate, cause)| {
+            let estimate = estimate.filter(|estimate| estimate.value <= 0.0)?;
+            let message = format!(
+                "the {name} in {} comes out as {:.4}, and no vehicle has that below zero: {cause}",
+                fit.dof, estimate.value
+            );
+            Some(if estimate.high95 < 0.0 || name == "mass" {
+                Caveat::severe(CaveatCode::WrongSign, message)
+            } else {
+                Caveat::warning(CaveatCode::WrongSign, message)
+            })
+        })
+        .collect();
+    let stability = fit.lumped.stability();
+    if stability != Stability::Stable {
+        let message = format!(
+            "the {} plant is not stable ({stability} {}): do not simulate it outside of its trials",
+            fit.dof,
+            fit.dof.units().velocity
+        );
+        caveats.push(Caveat::warning(CaveatCode::Unstable, message));
+    }
+    caveats
+}
+
+fn below_dry_mass(fit: &Fit, vehicle: &Vehicle) -> Option<Caveat> {
+    let dry = vehicle.dry_mass_kg.filter(|_| !fit.dof.is_rotation())?;
+    let mass = fit.estimates().mass;
+    (mass.value < dry).then(|| {
+        let message = format!(
+            "the {} mass of {:.0} kg is below the {dry:.0} kg that the vehicle weighs in air, while water can only add to it: check the thrust curve and units",
+            fit.dof, mass.value
+        );
+        if mass.high95 < dry {
+            Caveat::severe(CaveatCode::MassBelowDryMass, message)
+        } else {
+            Caveat::warning(CaveatCode::MassBelowDryMass, message)
+        }
+    })
+}
+
+fn conditioning(fit: &Fit) -> Vec<Caveat> {
+    let mut caveats = Vec::new();
+    if let Some((term, inflation)) = fit.inflation.iter().find(|(_, vif)| *vif > HIGH_INFLATION) {
+        let message = format!(
+            "in {} the {} term can hardly be told from the others (variance inflation {inflation:.0}): add a trial with another speed or frequency, or drop a term",
+            fit.dof,
+            term.name()
+        );
+        caveats.push(Caveat::warning(CaveatCode::Collinear, message));
+    }
+    if fit.effective_samples < FEW_SAMPLES {
+        let message = format!(
+            "the {} fit rests on about {:.0} independent samples (of {} rows): its intervals are rough; use a longer trial",
+            fit.dof, fit.effective_samples, fit.samples
+        );
+        caveats.push(Caveat::warning(CaveatCode::FewEffectiveSamples, message));
+    }
+    caveats
+}
+
+/// Sums over all rows of a fit's trials that tell how they were driven.
+#[derive(Default)]
+struct Drive {
+    rows: usize,
+    positive: usize,
+    negative: usize,
+    ahead: usize,
+    astern: usize,
+    thrust: f64,
+    drag: f64,
+    forces: Vec<f64>,
+}
+
+fn drive(evidence: &Evidence<'_>) -> Result<Drive, Error> {
+    let plant = evidence.fit.lumped;
+    let mut all = Drive::default();
+    for axis in evidence.axes {
+        for stretch in axis.uniform(0)?.stretches {
+            for (&tau, &v) in stretch.tau.iter().zip(&stretch.v) {
+                all.rows += 1;
+                all.positive += usize::from(tau > 0.0);
+                all.negative += usize::from(tau < 0.0);
+                all.ahead += usize::from(v > 0.0);
+                all.astern += usize::from(v < 0.0);
+                all.thrust += (plant.alpha * tau).abs();
+                all.drag += ((plant.beta * v.abs() + plant.mu) * v).abs();
+            }
+            all.forces.extend(stretch.tau);
+        }
+    }
+    Ok(all)
+}
+
+fn excitation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
+    let fit = evidence.fit;
+    let mut drive = drive(evidence)?;
+    let mut caveats = Vec::new();
+    let few = drive.rows / 50;
+    if drive.positive.min(drive.negative) < few.max(1) {
+        let way = if drive.positive > drive.negative { "positive" } else { "negative" };
+        let message = format!(
+            "thrust in {} is {way} nearly always: forward and reverse drag cannot be compared, and a bias force hides in the drag; drive both ways",
+            fit.dof
+        );
+        caveats.push(Caveat::warning(CaveatCode::OneSignedThrust, message));
+    }
+    if is_two_level(&mut drive.forces) {
+        let message = format!(
+            "thrust in {} takes two values only, so that a wrong thrust curve would not show: vary its size",
+            fit.dof
+        );
+        caveats.push(Caveat::note(CaveatCode::TwoLevelThrust, message));
+    }
+    if drive.drag < WEAK_DRAG_PART * drive.thrust {
+        let message = format!(
+            "drag in {} is {:.0} % of thrust on average: the trial says much of the mass and little of the drag; add long runs at speed",
+            fit.dof,
+            100.0 * drive.drag / drive.thrust
+        );
+        caveats.push(Caveat::warning(CaveatCode::WeakDrag, message));
+    }
+    Ok(caveats)
+}
+
+/// Whether 95 % of the forces lie within 2 % of the range of one of two levels.
+fn is_two_level(forces: &mut [f64]) -> bool {
+    forces.sort_by(f64::total_cmp);
+    let n = forces.len();
+    if n < 8 {
+        return false;
+    }
+    let (low, high) = (forces[n / 20], forces[n - 1 - n / 20]);
+    let near = 0.02 * (high - low);
+    let off = forces.iter().filter(|f| **f > low + near && **f < high - near).count();
+    high > low && off < n / 20
+}
+
+fn one_way_bias(evidence: &Evidence<'_>) -> Option<Caveat> {
+    let fit = evidence.fit;
+    let bias = fit.estimates().bias_force.filter(|bias| !bias.covers(0.0))?;
+    if !matches!(fit.dof, Dof::Surge | Dof::Sway) || headings_are_reversed(evidence.trials) {
+        return None;
+    }
+    let message = format!(
+        "a bias force of {:.0} {} was found in {}, on one heading only: a current does the same, and then the drag is off too; repeat the trial on the opposite heading",
+        bias.value,
+        fit.dof.units().force,
+        fit.dof
+    );
+    Some(Caveat::warning(CaveatCode::BiasOneDirection, message))
+}
+
+/// Whether mean headings of two trials differ by more than 120°.
+fn headings_are_reversed(trials: &[&Trial]) -> bool {
+    let means: Vec<f64> = trials
+        .iter()
+        .filter_map(|trial| trial.navigated().position.get(&Dof::Yaw))
+        .map(|heading| heading.values().iter().sum::<f64>() / heading.len() as f64)
+        .collect();
+    means.iter().any(|a| means.iter().any(|b| (a - b).cos() < -0.5))
+}
+
+/// What the paper's filter does to the excited motion, trial by trial.
+fn attenuation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
+    let Some(filter) = evidence.fit.filters.velocity else { return Ok(Vec::new()) };
+    let mut worst: Option<(f64, f64, &str)> = None;
+    for axis in evidence.axes {
+        let Some(frequency_hz) = dominant_force_hz(axis)? else { continue };
+        let gain = filter.zero_phase_gain(frequency_hz);
+        if worst.is_none_or(|(least, _, _)| gain < least) {
+            worst = Some((gain, frequency_hz, &axis.trial));
+        }
+    }
+    let Some((gain, frequency_hz, trial)) = worst.filter(|(gain, _, _)| *gain < PASSED_PART) else {
+        return Ok(Vec::new());
+    };
+    let LowPass { cutoff_hz, .. } = filter;
+    let factor = 1.0 / gain;
+    let dof = evidence.fit.dof;
+    let mass = if dof.is_rotation() { "inertia" } else { "mass" };
+    let attenuates = format!(
+        "the {cutoff_hz} Hz filter passes {:.0} % of the motion at {frequency_hz:.3} Hz, where trial `{trial}` is driven, and all of the thrust: expect the {dof} {mass} to come out {factor:.2} times too large; use equation-error, which filters both alike",
+        100.0 * gain
+    );
+    let unequal = format!(
+        "v|v| in {dof} is formed from the weakened velocity, so the drag is off as well, by an amount that depends on the trial"
+    );
+    Ok(vec![
+        Caveat::warning(CaveatCode::FilterAttenuatesExcitation, attenuates),
+        Caveat::warning(CaveatCode::UnequalFiltering, unequal),
+    ])
+}
+
+/// The frequency at which a record's force is greatest, Hz.
+pub(crate) fn dominant_force_hz(axis: &AxisRecord) -> Result<Option<f64>, Error> {
+    let uniform = axis.uniform(0)?;
+    let longest = uniform.stretches.iter().max_by_key(|stretch| stretch.tau.len());
+    Ok(longest
+        .and_then(|stretch| amplitude_spectrum(&stretch.tau, uniform.sample_hz).dominant_hz()))
+}
+
+/// Thrust that acts later than it was logged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lateness {
+    /// How much later, s.
+    pub delay_s: f64,
+    /// Quadratic drag if that is allowed for; m/s or rad/s based.
+    pub d_quadratic: f64,
+    /// Mass if that is allowed for.
+    pub mass: f64,
+}
+
+/// Delays that are tried, s.
+const DELAYS_S: (f64, f64, f64) = (-0.5, 1.5, 0.05);
+
+/// A delay must explain this much: twice the log-likelihood ratio of one parameter
+/// exceeds it by chance once in a thousand fits.
+const LIKELIHOOD_RATIO: f64 = 10.8;
+
+/// Delays below this do no harm that would show.
+const HARMLESS_S: f64 = 0.08;
+
+/// Fits the plant with thrust moved in time, and tells whether that explains the motion
+/// better: a thruster lag, a delay or clocks that differ all look like this.
+pub(crate) fn lateness(
+    fit: &Fit,
+    axes: &[AxisRecord],
+    options: &EquationErrorOptions,
+) -> Option<Lateness> {
+    let (from, to, step) = DELAYS_S;
+    let refit = |delay_s: f64| -> Option<Fit> {
+        let late: Vec<AxisRecord> = axes
+            .iter()
+            .map(|axis| AxisRecord { force: axis.force.shifted(delay_s), ..axis.clone() })
+            .collect();
+        fit_equation_error(fit.dof, &late, fit.terms, options).ok()
+    };
+    let steps = ((to - from) / step).round() as usize;
+    let tried = (0..=steps).map(|k| from + k as f64 * step);
+    let (delay_s, best) = tried
+        .filter_map(|delay_s| refit(delay_s).map(|refit| (delay_s, refit)))
+        .min_by(|a, b| a.1.residual_rms.total_cmp(&b.1.residual_rms))?;
+    let ratio = fit.effective_samples * 2.0 * (fit.residual_rms / best.residual_rms).ln();
+    let physical = best.physical();
+    (ratio > LIKELIHOOD_RATIO && delay_s.abs() > HARMLESS_S).then_some(Lateness {
+        delay_s,
+        d_quadratic: physical.d_quadratic,
+        mass: physical.mass,
+    })
+}
+
+/// [`lateness`], in words.
+pub(crate) fn lateness_caveat(fit: &Fit, late: Lateness) -> Caveat {
+    let units = fit.dof.units();
+    let physical = fit.physical();
+    let when = if late.delay_s > 0.0 { "later" } else { "earlier" };
+    let message = format!(
+        "the {} motion fits best if thrust acts {:.2} s {when} than it was logged (a thruster lag, a delay in the log, or clocks that differ): with that the mass would be {:.0} in place of {:.0} {}, and quadratic drag {:.0} in place of {:.0} {}",
+        fit.dof,
+        late.delay_s.abs(),
+        late.mass,
+        physical.mass,
+        units.mass,
+        late.d_quadratic,
+        physical.d_quadratic,
+        units.quadratic_drag
+    );
+    Caveat::warning(CaveatCode::LagOrDelay, message)
+}
+
+/// Fits of one degree of freedom that differ by more than their intervals allow.
+///
+/// The caveat goes with the fit that is not recommended if that one has a known fault,
+/// else with both.
+pub(crate) fn disagreement(recommended: &Fit, other: &Fit) -> Option<Caveat> {
+    let (a, b) = (recommended.estimates(), other.estimates());
+    let pairs = [
+        ("mass", Some(a.mass), Some(b.mass)),
+        ("quadratic drag", a.d_quadratic, b.d_quadratic),
+        ("linear drag", a.d_linear, b.d_linear),
+    ];
+    let apart = pairs.into_iter().find_map(|(name, a, b)| {
+        let (a, b) = a.zip(b)?;
+        let sigma = a.std.hypot(b.std);
+        let off = (a.value - b.value).abs();
+        // Below 5 % no one minds, however sharp both are.
+        (off > 2.0 * sigma && off > 0.05 * a.value.abs()).then_some((name, a, b))
+    })?;
+    let (name, a, b) = apart;
+    let message = format!(
+        "{} and {} disagree on the {name} in {}: {:.0} ± {:.0} against {:.0} ± {:.0}; their intervals do not cover what causes it",
+        recommended.method, other.method, recommended.dof, a.value, a.std, b.value, b.std
+    );
+    Some(Caveat::warning(CaveatCode::MethodsDisagree, message))
+}
+
+/// Doubts about how a plant was scored.
+pub(crate) fn scoring(
+    dof: Dof,
+    fit_error: (Option<f64>, f64),
+    hold_out: Option<(Option<f64>, f64)>,
+) -> Vec<Caveat> {
+    let mut caveats = Vec::new();
+    if hold_out.is_none() {
+        let message = format!(
+            "the {dof} plant is scored on the trial that it was fitted to, which flatters it: give a trial with role = \"{}\"",
+            Role::HoldOut.name()
+        );
+        caveats.push(Caveat::note(CaveatCode::ScoredOnFit, message));
+    }
+    let (error, null, which) = match hold_out {
+        Some((error, null)) => (error, null, "held-out"),
+        None => (fit_error.0, fit_error.1, "fitted"),
+    };
+    let units = dof.units();
+    match error {
+        None => caveats.push(Caveat::severe(
+            CaveatCode::NoBetterThanNull,
+            format!("the simulated {dof} velocity runs away on a {which} trial"),
+        )),
+        Some(error) if error >= null => caveats.push(Caveat::severe(
+            CaveatCode::NoBetterThanNull,
+            format!(
+                "on {which} trials the {dof} model is off by {error:.3} {} on average, no better than a model that never moves ({null:.3})",
+                units.velocity
+            ),
+        )),
+        Some(_) => {}
+    }
+    caveats
+}
+
+/// Whether unsteady and steady drag differ by more than their intervals allow.
+pub(crate) fn steady_against_unsteady(
+    fit: &Fit,
+    steady: &crate::estimate::steady::SteadyFit,
+) -> Option<Caveat> {
+    let unsteady = fit.estimates().d_quadratic?;
+    let joint = steady.joint?.d_quadratic;
+    let off = (unsteady.value - joint.value).abs();
+    (off > 2.0 * unsteady.std.hypot(joint.std) && off > 0.05 * joint.value.abs()).then(|| {
+        let message = format!(
+            "quadratic drag in {} is {:.0} ± {:.0} when the vehicle oscillates and {:.0} ± {:.0} in steady runs: use the one that is nearer to how the model will be used",
+            fit.dof, unsteady.value, unsteady.std, joint.value, joint.std
+        );
+        Caveat::warning(CaveatCode::SteadyUnsteadyDisagree, message)
+    })
+}

@@ -1,0 +1,591 @@
+//! The whole identification: trials in, every plant with its doubts out.
+
+use std::collections::BTreeMap;
+
+use crate::diagnose::{
+    Evidence, caveats, disagreement, dominant_force_hz, lateness, lateness_caveat, scoring,
+    steady_against_unsteady,
+};
+use crate::estimate::steady::{SteadyFit, SteadyOptions, fit_steady};
+use crate::estimate::{
+    EquationErrorOptions, Fit, Method, PaperOptions, fit_equation_error, fit_paper,
+};
+use crate::results::{
+    AxisResult, ComparisonFigure, Failure, FigureData, Identification, PairResult, Parameter,
+    Parameters, PlantResult, Provenance, RegressionResult, Results, SCHEMA, Score, SegmentResult,
+    SensorResult, SpectrumFigure, SteadyFigure, SteadyResult, SubsetResult, ThrusterResult,
+    TrialResult, TrialScore,
+};
+use crate::signal::amplitude_spectrum;
+use crate::{
+    AxisRecord, Caveat, CaveatCode, Comparison, Dof, Error, LumpedParameters, Motion, Quantity,
+    Role, Sensor, Terms, ThrustCurve, Thruster, Trial, Vehicle, VelocitySource, evaluate,
+};
+
+/// What to identify, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IdentifyOptions {
+    /// The methods, each once; the recommended plant is the first's.
+    pub methods: Vec<Method>,
+    /// The terms to fit where `terms_of` does not say otherwise.
+    pub terms: Terms,
+    /// The terms to fit in some degrees of freedom.
+    pub terms_of: BTreeMap<Dof, Terms>,
+    /// Settings of the paper's method.
+    pub paper: PaperOptions,
+    /// Settings of equation error.
+    pub equation_error: EquationErrorOptions,
+    /// What counts as steady.
+    pub steady: SteadyOptions,
+}
+
+impl Default for IdentifyOptions {
+    fn default() -> Self {
+        Self {
+            methods: vec![Method::RECOMMENDED, Method::Paper],
+            terms: Terms::default(),
+            terms_of: BTreeMap::new(),
+            paper: PaperOptions::default(),
+            equation_error: EquationErrorOptions::default(),
+            steady: SteadyOptions::default(),
+        }
+    }
+}
+
+impl IdentifyOptions {
+    /// The terms to fit in one degree of freedom.
+    pub fn terms_for(&self, dof: Dof) -> Terms {
+        self.terms_of.get(&dof).copied().unwrap_or(self.terms)
+    }
+}
+
+/// Identifies every degree of freedom of the trials with every method, scores each plant
+/// on fitted and held-out trials, finds steady drag, and gathers the doubts.
+///
+/// What cannot be done in one degree of freedom or by one method is listed among the
+/// results' failures; it does not stop the others.
+pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) -> Identification {
+    let mut found = Identification {
+        results: empty_results(vehicle, trials, options),
+        figures: FigureData::default(),
+    };
+    for dof in Dof::ALL {
+        let work = Work { dof, vehicle, options, trials: TrialsOf::new(dof, trials) };
+        work.unsteady(&mut found);
+        work.steady(&mut found);
+    }
+    let scale = "the scale of the thrust curve cannot be seen in motion: if all thrusters give 10 % less than their curves say, mass, drag and bias force are 10 % less too";
+    found.results.caveats.push(Caveat::note(CaveatCode::ThrustScale, scale));
+    found
+}
+
+/// The trials of one degree of freedom, by role.
+struct TrialsOf<'a> {
+    fit: Vec<&'a Trial>,
+    hold_out: Vec<&'a Trial>,
+    steady: Vec<&'a Trial>,
+}
+
+impl<'a> TrialsOf<'a> {
+    fn new(dof: Dof, trials: &'a [Trial]) -> Self {
+        let of =
+            |role| trials.iter().filter(|t| t.role() == role && t.dofs().contains(&dof)).collect();
+        Self { fit: of(Role::Fit), hold_out: of(Role::HoldOut), steady: of(Role::Steady) }
+    }
+}
+
+/// The identification of one degree of freedom.
+struct Work<'a> {
+    dof: Dof,
+    vehicle: &'a Vehicle,
+    options: &'a IdentifyOptions,
+    trials: TrialsOf<'a>,
+}
+
+impl Work<'_> {
+    fn unsteady(&self, found: &mut Identification) {
+        if self.trials.fit.is_empty() {
+            return;
+        }
+        let mut fits = Vec::new();
+        for &method in &self.options.methods {
+            match self.fit(method, self.options.terms_for(self.dof)) {
+                Ok(fit) => fits.push(fit),
+                Err(error) => found.results.failures.push(self.failure(method.name(), &error)),
+            }
+        }
+        let recommended = fits.first().map(|(fit, _)| fit.clone());
+        for (fit, axes) in &fits {
+            match self.plant(fit, axes, recommended.as_ref(), found) {
+                Ok(plant) => {
+                    if recommended.as_ref().is_some_and(|first| first.method == fit.method) {
+                        found.results.plants.insert(self.dof, plant.clone());
+                    }
+                    found.results.methods.entry(self.dof).or_default().insert(fit.method, plant);
+                }
+                Err(error) => {
+                    found.results.failures.push(self.failure(fit.method.name(), &error));
+                }
+            }
+        }
+        if let Some(fit) = &recommended {
+            found.results.subsets.insert(self.dof, self.subsets(fit.method));
+        }
+        if let Ok(spectra) = self.spectra() {
+            found.figures.spectra.extend(spectra);
+        }
+    }
+
+    fn failure(&self, method: &str, error: &Error) -> Failure {
+        Failure { dof: self.dof, method: method.to_owned(), message: error.to_string() }
+    }
+
+    fn axes(&self, source: VelocitySource) -> Result<Vec<AxisRecord>, Error> {
+        self.trials.fit.iter().map(|trial| trial.axis(self.dof, source)).collect()
+    }
+
+    fn fit(&self, method: Method, terms: Terms) -> Result<(Fit, Vec<AxisRecord>), Error> {
+        let (axes, fit);
+        match method {
+            Method::Paper => {
+                axes = self.axes(VelocitySource::Position)?;
+                fit = fit_paper(self.dof, &axes, terms, &self.options.paper)?;
+            }
+            Method::EquationError => {
+                axes = self.axes(VelocitySource::Measured)?;
+                fit = fit_equation_error(self.dof, &axes, terms, &self.options.equation_error)?;
+            }
+        }
+        Ok((fit, axes))
+    }
+
+    fn plant(
+        &self,
+        fit: &Fit,
+        axes: &[AxisRecord],
+        recommended: Option<&Fit>,
+        found: &mut Identification,
+    ) -> Result<PlantResult, Error> {
+        let fit_score = self.score(fit, &self.trials.fit, found)?;
+        let hold_out = match self.trials.hold_out.as_slice() {
+            [] => None,
+            trials => Some(self.score(fit, trials, found)?),
+        };
+        let evidence = Evidence { fit, axes, trials: &self.trials.fit, vehicle: self.vehicle };
+        let mut doubts = caveats(&evidence)?;
+        if fit.method == Method::EquationError {
+            let late = lateness(fit, axes, &self.options.equation_error);
+            doubts.extend(late.map(|late| lateness_caveat(fit, late)));
+        }
+        if let Some(recommended) = recommended.filter(|first| first.method != fit.method) {
+            doubts.extend(disagreement(recommended, fit));
+        }
+        let of = |score: &Score| (score.mean_abs_error, score.null_error);
+        doubts.extend(scoring(self.dof, of(&fit_score), hold_out.as_ref().map(of)));
+        doubts.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
+        doubts.dedup();
+        Ok(plant_result(fit, fit_score, hold_out, doubts))
+    }
+
+    fn score(
+        &self,
+        fit: &Fit,
+        trials: &[&Trial],
+        found: &mut Identification,
+    ) -> Result<Score, Error> {
+        let comparisons = compare(self.dof, &fit.lumped, trials)?;
+        let score = total_score(&comparisons);
+        for (trial, comparison) in trials.iter().zip(comparisons) {
+            if let Outcome::Compared(comparison) = comparison {
+                let (method, role) = (fit.method, trial.role());
+                found.figures.comparisons.push(ComparisonFigure { method, role, comparison });
+            }
+        }
+        Ok(score)
+    }
+
+    fn subsets(&self, method: Method) -> Vec<SubsetResult> {
+        let error = |plant: &LumpedParameters, trials: &[&Trial]| {
+            let compared = compare(self.dof, plant, trials).ok()?;
+            total_score(&compared).mean_abs_error
+        };
+        let of = |terms: Terms| {
+            let (fit, _) = self.fit(method, terms).ok()?;
+            Some(SubsetResult {
+                terms: terms.fitted(),
+                lumped: fit.lumped,
+                stable: fit.lumped.stability().is_stable(),
+                fit_error: error(&fit.lumped, &self.trials.fit),
+                hold_out_error: error(&fit.lumped, &self.trials.hold_out)
+                    .filter(|_| !self.trials.hold_out.is_empty()),
+                condition: fit.condition,
+            })
+        };
+        Terms::subsets().into_iter().filter_map(of).collect()
+    }
+
+    fn spectra(&self) -> Result<Vec<SpectrumFigure>, Error> {
+        let mut spectra = Vec::new();
+        for axis in self.axes(VelocitySource::Measured)? {
+            let uniform = axis.uniform(0)?;
+            let longest = uniform.stretches.iter().max_by_key(|stretch| stretch.v.len());
+            if let Some(stretch) = longest {
+                spectra.push(SpectrumFigure {
+                    dof: self.dof,
+                    trial: axis.trial.clone(),
+                    force: amplitude_spectrum(&stretch.tau, uniform.sample_hz),
+                    velocity: amplitude_spectrum(&stretch.v, uniform.sample_hz),
+                });
+            }
+        }
+        Ok(spectra)
+    }
+
+    fn steady(&self, found: &mut Identification) {
+        if self.trials.steady.is_empty() {
+            return;
+        }
+        match fit_steady(self.dof, &self.trials.steady, &self.options.steady) {
+            Ok(fit) => {
+                self.compare_with_unsteady(&fit, found);
+                found.results.steady.insert(self.dof, steady_result(&fit));
+            }
+            Err(error) => found.results.failures.push(self.failure("steady", &error)),
+        }
+        for trial in &self.trials.steady {
+            if let Ok(figure) = steady_figure(self.dof, trial) {
+                found.figures.steady.push(figure);
+            }
+        }
+    }
+
+    fn compare_with_unsteady(&self, steady: &SteadyFit, found: &mut Identification) {
+        let Some(plant) = found.results.plants.get_mut(&self.dof) else { return };
+        let Ok((fit, _)) = self.fit(plant.method, self.options.terms_for(self.dof)) else { return };
+        plant.caveats.extend(steady_against_unsteady(&fit, steady));
+        let kept = plant.caveats.clone();
+        let methods = found.results.methods.entry(self.dof).or_default();
+        if let Some(same) = methods.get_mut(&plant.method) {
+            same.caveats = kept;
+        }
+    }
+}
+
+/// One trial simulated, or not.
+enum Outcome {
+    Compared(Comparison),
+    Diverged { trial: String, null_error: f64, samples: usize },
+}
+
+fn compare(dof: Dof, plant: &LumpedParameters, trials: &[&Trial]) -> Result<Vec<Outcome>, Error> {
+    let of = |trial: &&Trial| match evaluate(dof, plant, trial) {
+        Ok(comparison) => Ok(Outcome::Compared(comparison)),
+        Err(Error::Diverged { .. }) => {
+            let velocity = trial.axis(dof, VelocitySource::Measured)?.velocity()?;
+            let samples = velocity.len();
+            let null_error =
+                velocity.values().iter().map(|v| v.abs()).sum::<f64>() / samples as f64;
+            Ok(Outcome::Diverged { trial: trial.name().to_owned(), null_error, samples })
+        }
+        Err(other) => Err(other),
+    };
+    trials.iter().map(of).collect()
+}
+
+fn total_score(outcomes: &[Outcome]) -> Score {
+    let (mut measured, mut simulated) = (Vec::new(), Vec::new());
+    let mut diverged = false;
+    let mut null = (0.0, 0);
+    let mut trials = Vec::new();
+    for outcome in outcomes {
+        let score = match outcome {
+            Outcome::Compared(comparison) => {
+                measured.extend_from_slice(&comparison.measured);
+                simulated.extend_from_slice(&comparison.simulated);
+                trial_score(comparison)
+            }
+            Outcome::Diverged { trial, null_error, samples } => {
+                diverged = true;
+                TrialScore {
+                    trial: trial.clone(),
+                    mean_abs_error: None,
+                    null_error: *null_error,
+                    r_squared: None,
+                    position_r_squared: None,
+                    position_mean_abs_error: None,
+                    samples: *samples,
+                }
+            }
+        };
+        null.0 += score.null_error * score.samples as f64;
+        null.1 += score.samples;
+        trials.push(score);
+    }
+    let all = crate::Agreement::of(&measured, &simulated, 0.0);
+    Score {
+        mean_abs_error: (!diverged).then_some(all.mean_abs_error),
+        null_error: if null.1 == 0 { 0.0 } else { null.0 / null.1 as f64 },
+        r_squared: all.r_squared.filter(|_| !diverged),
+        trials,
+    }
+}
+
+fn trial_score(comparison: &Comparison) -> TrialScore {
+    let position = comparison.position.as_ref().map(|position| position.agreement);
+    TrialScore {
+        trial: comparison.trial.clone(),
+        mean_abs_error: Some(comparison.velocity.mean_abs_error),
+        null_error: comparison.velocity.null_error,
+        r_squared: comparison.velocity.r_squared,
+        position_r_squared: position.and_then(|agreement| agreement.r_squared),
+        position_mean_abs_error: position.map(|agreement| agreement.mean_abs_error),
+        samples: comparison.velocity.samples,
+    }
+}
+
+fn plant_result(
+    fit: &Fit,
+    fit_score: Score,
+    hold_out: Option<Score>,
+    caveats: Vec<Caveat>,
+) -> PlantResult {
+    let units = fit.dof.units();
+    let estimates = fit.estimates();
+    let correlation = fit.correlation();
+    let stability = fit.lumped.stability();
+    let std = |j: usize| fit.covariance[(j, j)].sqrt();
+    PlantResult {
+        method: fit.method,
+        terms: fit.terms.fitted(),
+        stable: stability.is_stable(),
+        stability,
+        parameters: Parameters {
+            mass: Parameter::new(estimates.mass, units.mass),
+            quadratic_drag: estimates.d_quadratic.map(|d| Parameter::new(d, units.quadratic_drag)),
+            linear_drag: estimates.d_linear.map(|d| Parameter::new(d, units.linear_drag)),
+            bias_force: estimates.bias_force.map(|b| Parameter::new(b, units.force)),
+        },
+        lumped: fit.lumped,
+        lumped_std: LumpedParameters { alpha: std(0), beta: std(1), mu: std(2), bias: std(3) },
+        correlation: std::array::from_fn(|i| std::array::from_fn(|j| correlation[(i, j)])),
+        nuisances: BTreeMap::new(),
+        regression: RegressionResult {
+            samples: fit.samples,
+            effective_samples: fit.effective_samples,
+            condition: fit.condition,
+            variance_inflation: fit.inflation.iter().copied().collect(),
+            residual_rms: fit.residual_rms,
+            filters: fit.filters,
+        },
+        fit: fit_score,
+        hold_out,
+        caveats,
+    }
+}
+
+fn steady_result(fit: &SteadyFit) -> SteadyResult {
+    let units = fit.dof.units();
+    let greatest = fit.segments.iter().fold(0.0_f64, |greatest, s| greatest.max(s.tau.abs()));
+    SteadyResult {
+        segments: fit
+            .segments
+            .iter()
+            .map(|s| SegmentResult {
+                trial: s.trial.clone(),
+                from_s: s.from_s,
+                to_s: s.to_s,
+                force: s.tau,
+                force_part: s.tau / greatest,
+                velocity: s.v,
+                velocity_std: s.v_std,
+                quadratic_drag: Parameter::new(s.d_quadratic, units.quadratic_drag),
+                mean_abs_error: s.mean_abs_error,
+                joint_error: s.joint_error,
+            })
+            .collect(),
+        mean_quadratic_drag: fit.mean_d_quadratic,
+        quadratic_drag: fit.joint.map(|j| Parameter::new(j.d_quadratic, units.quadratic_drag)),
+        bias_force: fit.joint.map(|j| Parameter::new(j.bias_force, units.force)),
+        pairs: fit
+            .pairs
+            .iter()
+            .map(|pair| PairResult {
+                positive: fit.segments[pair.positive].trial.clone(),
+                negative: fit.segments[pair.negative].trial.clone(),
+                bias_force: Parameter::new(pair.bias_force, units.force),
+            })
+            .collect(),
+        caveats: fit.caveats.clone(),
+    }
+}
+
+fn steady_figure(dof: Dof, trial: &Trial) -> Result<SteadyFigure, Error> {
+    let axis = trial.axis(dof, VelocitySource::Measured)?;
+    let velocity = axis.velocity()?;
+    let (position_time_s, position) = axis
+        .position
+        .as_ref()
+        .map_or_else(Default::default, |p| (p.time_s().to_vec(), p.values().to_vec()));
+    Ok(SteadyFigure {
+        dof,
+        trial: trial.name().to_owned(),
+        force: velocity.time_s().iter().map(|&t| axis.force.held_at(t)).collect(),
+        time_s: velocity.time_s().to_vec(),
+        velocity: velocity.values().to_vec(),
+        position_time_s,
+        position,
+    })
+}
+
+fn empty_results(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) -> Results {
+    Results {
+        schema: SCHEMA.to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        vehicle: vehicle.name.clone(),
+        dry_mass_kg: vehicle.dry_mass_kg,
+        provenance: Provenance { settings: settings(options), ..Default::default() },
+        plants: BTreeMap::new(),
+        methods: BTreeMap::new(),
+        subsets: BTreeMap::new(),
+        steady: BTreeMap::new(),
+        thrusters: vehicle.thrusters.iter().map(thruster_result).collect(),
+        bollard_pull: None,
+        sensors: sensor_results(vehicle, trials),
+        trials: trials.iter().map(trial_result).collect(),
+        truth: None,
+        failures: Vec::new(),
+        caveats: Vec::new(),
+    }
+}
+
+fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
+    let methods: Vec<&str> = options.methods.iter().map(|method| method.name()).collect();
+    let ee = options.equation_error;
+    let steady = options.steady;
+    let mut settings = BTreeMap::from([
+        ("methods".to_owned(), methods.join(", ")),
+        ("terms".to_owned(), options.terms.to_string()),
+        (
+            "paper: velocity filter".to_owned(),
+            format!(
+                "{} Hz, order {}",
+                options.paper.velocity_filter.cutoff_hz, options.paper.velocity_filter.order
+            ),
+        ),
+        (
+            "equation-error: filters".to_owned(),
+            format!(
+                "{} Hz, order {} on velocity; {} Hz, order {} on every term",
+                ee.velocity_filter.cutoff_hz,
+                ee.velocity_filter.order,
+                ee.term_filter.cutoff_hz,
+                ee.term_filter.order
+            ),
+        ),
+        (
+            "steady".to_owned(),
+            format!(
+                "windows of {} s, drift below {} per s², thrust within {} %",
+                steady.window_s,
+                steady.slope,
+                100.0 * steady.thrust_part
+            ),
+        ),
+    ]);
+    for (dof, terms) in &options.terms_of {
+        settings.insert(format!("terms: {dof}"), terms.to_string());
+    }
+    settings
+}
+
+fn thruster_result(thruster: &Thruster) -> ThrusterResult {
+    let input = thruster.curve.input();
+    let curve = match &thruster.curve {
+        ThrustCurve::Quadratic { law, .. } => format!(
+            "{} forward, {} reverse, N/({})², deadband {}",
+            law.forward,
+            law.reverse,
+            input.unit(),
+            law.deadband
+        ),
+        ThrustCurve::Table { tables, .. } => {
+            let points: usize = tables.iter().map(|table| table.points().count()).sum();
+            let voltages: Vec<String> =
+                tables.iter().filter_map(|table| table.voltage).map(|v| format!("{v} V")).collect();
+            format!("table of {points} points {}", voltages.join(", "))
+        }
+    };
+    ThrusterResult {
+        name: thruster.name.clone(),
+        position_m: thruster.position_body.into(),
+        direction: thruster.direction_body.into(),
+        input: input.name().to_owned(),
+        curve: curve.trim_end().to_owned(),
+    }
+}
+
+fn sensor_results(vehicle: &Vehicle, trials: &[Trial]) -> Vec<SensorResult> {
+    use crate::quantity::{Attitude, Axis, World};
+    let sensors = &vehicle.sensors;
+    let all = [
+        ("dvl", &sensors.dvl, Quantity::DvlVelocity(Axis::X), "m/s"),
+        ("depth", &sensors.depth, Quantity::Depth, "m"),
+        ("attitude", &sensors.attitude, Quantity::Attitude(Attitude::Heading), "rad"),
+        ("position", &sensors.position, Quantity::Position(World::North), "m"),
+    ];
+    let result = |(name, sensor, quantity, unit): (&str, &Sensor, Quantity, &str)| {
+        let rate_hz = trials.iter().find_map(|trial| trial.rate_hz(&quantity));
+        let used = rate_hz.is_some() || *sensor != Sensor::default();
+        used.then(|| SensorResult {
+            name: name.to_owned(),
+            position_m: sensor.position_body.into(),
+            rotation_deg: sensor.rotation_rad.map(f64::to_degrees),
+            std: sensor.std,
+            unit: unit.to_owned(),
+            rate_hz,
+        })
+    };
+    all.into_iter().filter_map(result).collect()
+}
+
+fn trial_result(trial: &Trial) -> TrialResult {
+    let axis = |&dof: &Dof| Some((dof, axis_result(dof, trial).ok()?));
+    TrialResult {
+        name: trial.name().to_owned(),
+        role: trial.role(),
+        files: Vec::new(),
+        axes: trial.dofs().iter().filter_map(axis).collect(),
+    }
+}
+
+fn axis_result(dof: Dof, trial: &Trial) -> Result<AxisResult, Error> {
+    let axis = trial.axis(dof, VelocitySource::Measured)?;
+    let uniform = axis.uniform(0)?;
+    let velocity = axis.velocity()?;
+    let dominant_hz = dominant_force_hz(&axis)?;
+    let amplitude = uniform
+        .stretches
+        .iter()
+        .max_by_key(|stretch| stretch.tau.len())
+        .map(|stretch| amplitude_spectrum(&stretch.tau, uniform.sample_hz))
+        .map_or(0.0, |spectrum| spectrum.amplitude.iter().skip(1).copied().fold(0.0, f64::max));
+    let max = |x: &[f64]| x.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+    let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
+    Ok(AxisResult {
+        from_s: velocity.first_s(),
+        to_s: velocity.last_s(),
+        sample_hz: uniform.sample_hz,
+        source_hz: uniform.source_hz,
+        motion: match axis.motion {
+            Motion::Velocity(_) => "velocity".to_owned(),
+            Motion::Position(_) => "position".to_owned(),
+        },
+        dominant_hz,
+        dominant_amplitude: amplitude,
+        force_max: max(axis.force.values()),
+        force_rms: rms(axis.force.values()),
+        speed_max: max(velocity.values()),
+        speed_rms: rms(velocity.values()),
+        gap_s: uniform.gaps.iter().map(|gap| gap.to_s - gap.from_s).sum(),
+    })
+}

@@ -1,0 +1,195 @@
+//! The vehicle in motion: propellers, thrust, drag.
+
+use super::command::Pilot;
+use super::random::{Streams, ornstein_uhlenbeck};
+use super::vehicle::pair;
+use super::water::Water;
+use super::{Disturbance, RPM, STEPS_PER_TICK, TICK_HZ, TwinSpec};
+use crate::{Dof, Error, PhysicalParameters, QuadraticThrust, Vehicle};
+
+/// Standard deviation of propeller speed, rad/s, and its correlation time, s.
+const JITTER_RAD_S: f64 = 5.0 * RPM;
+const JITTER_CORRELATION_S: f64 = 0.5;
+
+pub(super) const STEP_S: f64 = 1.0 / (TICK_HZ * STEPS_PER_TICK as f64);
+
+/// What happened in one trial: states at every step, speeds at every tick.
+#[derive(Default)]
+pub(super) struct Moved {
+    /// Displacement along the degree of freedom, m or rad.
+    pub(super) position: Vec<f64>,
+    /// Velocity over the ground, m/s or rad/s.
+    pub(super) velocity: Vec<f64>,
+    /// Depth below the start, m.
+    pub(super) sunk: Vec<f64>,
+    /// Speed of each propeller of the pair before lag and delay, rad/s.
+    pub(super) speeds: [Vec<f64>; 2],
+}
+
+/// The pair of propellers that drives one degree of freedom.
+struct Propellers {
+    law: QuadraticThrust,
+    /// What one newton of each gives: 1, or ± the arm.
+    weights: [f64; 2],
+    max_speed: f64,
+    jitter: [Vec<f64>; 2],
+    lag_s: f64,
+    delay_s: f64,
+    /// Thrust lost per speed of propeller and of inflow, N s²/(rad m).
+    inflow: f64,
+    turning: [f64; 2],
+}
+
+/// Propeller speeds at the start, the middle and the end of a step, rad/s.
+type StageSpeeds = [[f64; 2]; 3];
+
+impl TwinSpec {
+    /// Thrust lost to inflow per propeller speed and speed through water, N s²/(rad m).
+    ///
+    /// `F = k n|n| − k_in |n| v`, so that 1 m/s takes `strength.inflow_loss` of the
+    /// greatest forward thrust.
+    ///
+    /// # Source
+    /// [Fossen2021, §9.1]: thrust is bilinear in propeller speed and speed of advance.
+    pub(super) fn inflow(&self) -> f64 {
+        let loss = self.strength_of(Disturbance::Inflow, self.strength.inflow_loss);
+        loss * self.thrusters.forward * self.thrusters.max_speed()
+    }
+}
+
+/// Lets the vehicle move for a trial.
+///
+/// # Errors
+/// [`Error::Diverged`] if it runs away.
+pub(super) fn move_vehicle(
+    spec: &TwinSpec,
+    dof: Dof,
+    plant: &PhysicalParameters,
+    mut pilot: Pilot,
+    water: &Water,
+    streams: &Streams<'_>,
+    ticks: usize,
+) -> Result<Moved, Error> {
+    let mut propellers = Propellers::of(spec, &spec.true_vehicle()?, dof, streams, ticks);
+    let mut moved = Moved::default();
+    let (mut position, mut v, mut sunk) = (0.0, 0.0, 0.0);
+    moved.push(position, v, sunk);
+    for tick in 0..ticks {
+        let asked = propellers.allocate(pilot.force(tick, sunk, v), tick);
+        moved.speeds.iter_mut().zip(asked).for_each(|(path, speed)| path.push(speed));
+        for step in tick * STEPS_PER_TICK..(tick + 1) * STEPS_PER_TICK {
+            let t = step as f64 * STEP_S;
+            let speeds = propellers.turn(&moved.speeds, t);
+            let through = |v: f64| v - water.along(tick);
+            let acceleration = |stage: usize, v: f64| {
+                let t = t + 0.5 * STEP_S * stage as f64;
+                let force =
+                    propellers.force(speeds[stage], through(v)) + water.push(tick, t, position);
+                (force - drag(plant, through(v))) / plant.mass
+            };
+            let (moved_by, v_next) = rk4(v, acceleration);
+            let vertical = vertical_part(water, dof, t + 0.5 * STEP_S, position, v);
+            (position, v, sunk) = (position + moved_by, v_next, sunk + vertical * moved_by);
+            moved.push(position, v, sunk);
+        }
+        if !(v.abs() < RUNAWAY) {
+            return Err(Error::Diverged { dof, after_s: tick as f64 / TICK_HZ });
+        }
+    }
+    Ok(moved)
+}
+
+/// Beyond this a velocity is no vehicle's, m/s or rad/s.
+const RUNAWAY: f64 = 1e3;
+
+fn drag(plant: &PhysicalParameters, v: f64) -> f64 {
+    plant.d_quadratic * v * v.abs() + plant.d_linear * v + plant.bias_force
+}
+
+/// How much of a motion along the degree of freedom goes down.
+fn vertical_part(water: &Water, dof: Dof, t_s: f64, position: f64, v: f64) -> f64 {
+    if dof.is_rotation() {
+        return 0.0;
+    }
+    water.attitude(t_s, position, v).rotation()[(2, dof.index())]
+}
+
+/// One classical Runge–Kutta step: the displacement, and the velocity after it.
+///
+/// `acceleration(stage, v)` has stage 0 at the start of the step, 1 in its middle and 2
+/// at its end.
+fn rk4(v: f64, acceleration: impl Fn(usize, f64) -> f64) -> (f64, f64) {
+    let h = STEP_S;
+    let a1 = acceleration(0, v);
+    let v2 = v + 0.5 * h * a1;
+    let a2 = acceleration(1, v2);
+    let v3 = v + 0.5 * h * a2;
+    let a3 = acceleration(1, v3);
+    let v4 = v + h * a3;
+    let a4 = acceleration(2, v4);
+    (h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4), v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4))
+}
+
+impl Moved {
+    fn push(&mut self, position: f64, v: f64, sunk: f64) {
+        self.position.push(position);
+        self.velocity.push(v);
+        self.sunk.push(sunk);
+    }
+}
+
+impl Propellers {
+    fn of(
+        spec: &TwinSpec,
+        vehicle: &Vehicle,
+        dof: Dof,
+        streams: &Streams<'_>,
+        ticks: usize,
+    ) -> Self {
+        let jitter = |purpose| {
+            ornstein_uhlenbeck(streams.of(purpose), JITTER_RAD_S, JITTER_CORRELATION_S, ticks)
+        };
+        Self {
+            law: spec.thrusters.law(),
+            weights: pair(dof).map(|at| vehicle.thrusters[at].unit_wrench()[dof.index()]),
+            max_speed: spec.thrusters.max_speed(),
+            jitter: ["first jitter", "second jitter"].map(jitter),
+            lag_s: spec.strength_of(Disturbance::Lag, spec.strength.lag_s),
+            delay_s: spec.strength_of(Disturbance::Delay, spec.strength.delay_s),
+            inflow: spec.inflow(),
+            turning: [0.0; 2],
+        }
+    }
+
+    /// The speeds that share a force out, limited, with jitter, rad/s.
+    fn allocate(&self, force: f64, tick: usize) -> [f64; 2] {
+        let total: f64 = self.weights.iter().map(|w| w * w).sum();
+        [0, 1].map(|i| {
+            let thrust = force * self.weights[i] / total;
+            let coefficient = if thrust < 0.0 { self.law.reverse } else { self.law.forward };
+            let speed = (thrust.abs() / coefficient).sqrt().min(self.max_speed);
+            speed.copysign(thrust) + self.jitter[i][tick]
+        })
+    }
+
+    /// Turns the propellers for a step after what was asked of them a delay ago.
+    fn turn(&mut self, asked: &[Vec<f64>; 2], t_s: f64) -> StageSpeeds {
+        // A step never straddles a tick; a millionth of one forgives rounding.
+        let tick = (TICK_HZ * (t_s - self.delay_s) + 1e-6).floor();
+        let wanted = [0, 1].map(|i| if tick < 0.0 { 0.0 } else { asked[i][tick as usize] });
+        let after = |part: f64| {
+            let keep = if self.lag_s > 0.0 { (-part * STEP_S / self.lag_s).exp() } else { 0.0 };
+            [0, 1].map(|i| wanted[i] + keep * (self.turning[i] - wanted[i]))
+        };
+        let start = if self.lag_s > 0.0 { self.turning } else { wanted };
+        let stages = [start, after(0.5), after(1.0)];
+        self.turning = stages[2];
+        stages
+    }
+
+    /// Force or moment of the pair where the vehicle moves with `v` through the water.
+    fn force(&self, speeds: [f64; 2], v: f64) -> f64 {
+        let of = |(w, n): (f64, f64)| w * (self.law.force(n) - self.inflow * n.abs() * w * v);
+        self.weights.into_iter().zip(speeds).map(of).sum()
+    }
+}

@@ -1,0 +1,201 @@
+//! Which twins cannot be made, and why.
+
+use super::TwinSpec;
+use super::vehicle::DRIVEN;
+use crate::Error;
+
+/// The shortest trial that is worth a log, s.
+const SHORTEST_S: f64 = 20.0;
+
+/// More than this is no depth, duration, mass or force of a vehicle.
+const LARGEST: f64 = 1e9;
+
+impl TwinSpec {
+    /// The twin of Jason 2: Tables 4 and 5 of the paper.
+    pub fn jason2() -> Self {
+        Self::default()
+    }
+
+    /// Checks that the twin can be made.
+    ///
+    /// # Errors
+    /// [`Error::TwinSpec`] with the setting, what it is and what it must be.
+    pub fn validate(&self) -> Result<(), Error> {
+        self.check_dofs()?;
+        self.check_durations()?;
+        let positive = [
+            ("dry_mass_kg", self.dry_mass_kg),
+            ("start_depth_m", self.start_depth_m),
+            ("thrusters.forward", self.thrusters.forward),
+            ("thrusters.reverse", self.thrusters.reverse),
+            ("thrusters.max_rpm", self.thrusters.max_rpm),
+            ("steady.d_quadratic", self.steady.d_quadratic),
+        ];
+        positive.iter().try_for_each(|(name, value)| above_zero(name, *value))?;
+        finite("steady.bias_force", self.steady.bias_force)?;
+        self.check_plants()?;
+        self.check_excitation()?;
+        self.check_strength()
+    }
+
+    fn check_dofs(&self) -> Result<(), Error> {
+        let expected = "some of surge, sway, heave and yaw: the twin has no thrusters for others";
+        if self.dofs.is_empty() {
+            return Err(refused("list of dofs", "empty", expected));
+        }
+        let named = self.dofs.iter().chain(self.plants.keys()).chain(self.excitation.keys());
+        match named.into_iter().find(|dof| !DRIVEN.contains(dof)) {
+            Some(dof) => Err(refused("list of dofs", &format!("with {dof}"), expected)),
+            None => Ok(()),
+        }
+    }
+
+    fn check_durations(&self) -> Result<(), Error> {
+        let durations = [
+            ("duration_s", self.duration_s),
+            ("hold_out_s", self.hold_out_s),
+            ("steady.duration_s", self.steady.duration_s),
+        ];
+        let wrong = durations.iter().find(|(_, s)| !(SHORTEST_S..=LARGEST).contains(s));
+        wrong.map_or(Ok(()), |(name, s)| {
+            Err(refused(name, &s.to_string(), &format!("{SHORTEST_S} s or more")))
+        })
+    }
+
+    fn check_plants(&self) -> Result<(), Error> {
+        for dof in &self.dofs {
+            let Some(plant) = self.plants.get(dof) else {
+                return Err(refused(&format!("plant of {dof}"), "missing", "given in plants"));
+            };
+            above_zero(&format!("plants.{dof}.mass"), plant.mass)?;
+            not_negative(&format!("plants.{dof}.d_quadratic"), plant.d_quadratic)?;
+            not_negative(&format!("plants.{dof}.d_linear"), plant.d_linear)?;
+            finite(&format!("plants.{dof}.bias_force"), plant.bias_force)?;
+            if plant.d_quadratic + plant.d_linear == 0.0 {
+                let name = format!("drag of {dof}");
+                return Err(refused(&name, "zero", "above 0, or the vehicle never slows down"));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_excitation(&self) -> Result<(), Error> {
+        for dof in &self.dofs {
+            let Some(excitation) = self.excitation.get(dof) else {
+                let name = format!("excitation of {dof}");
+                return Err(refused(&name, "missing", "given in excitation"));
+            };
+            not_negative(&format!("excitation.{dof}.amplitude"), excitation.amplitude)?;
+            not_negative(&format!("excitation.{dof}.joystick"), excitation.joystick)?;
+            above_zero(&format!("excitation.{dof}.frequency_rad_s"), excitation.frequency_rad_s)?;
+        }
+        let parts = self.steady.down.iter().chain(&self.steady.up);
+        let wrong = parts.into_iter().find(|part| !(**part > 0.0 && **part <= 1.0));
+        wrong.map_or(Ok(()), |part| {
+            let expected = "above 0 and at most 1, a part of the greatest thrust";
+            Err(refused("steady thrust", &part.to_string(), expected))
+        })
+    }
+
+    fn check_strength(&self) -> Result<(), Error> {
+        let s = &self.strength;
+        let times = [
+            ("tether_correlation_s", s.tether_correlation_s),
+            ("current_correlation_s", s.current_correlation_s),
+            ("swell_period_s", s.swell_period_s),
+        ];
+        times.iter().try_for_each(|(name, s)| above_zero(&format!("strength.{name}"), *s))?;
+        let sizes = [
+            ("tether_n", s.tether_n),
+            ("current_std_m_s", s.current_std_m_s),
+            ("lag_s", s.lag_s),
+            ("delay_s", s.delay_s),
+            ("lever_rate_rad_s", s.lever_rate_rad_s),
+            ("swell_n", s.swell_n),
+            ("inflow_loss", s.inflow_loss),
+        ];
+        sizes
+            .iter()
+            .try_for_each(|(name, size)| not_negative(&format!("strength.{name}"), *size))?;
+        finite("strength.current_m_s", s.current_m_s)?;
+        finite("strength.lever_m", s.lever_m)
+    }
+}
+
+pub(super) fn refused(name: &str, found: &str, expected: &str) -> Error {
+    Error::TwinSpec {
+        name: name.to_owned(),
+        found: found.to_owned(),
+        expected: expected.to_owned(),
+    }
+}
+
+fn above_zero(name: &str, value: f64) -> Result<(), Error> {
+    let fine = value > 0.0 && value <= LARGEST;
+    if fine { Ok(()) } else { Err(refused(name, &value.to_string(), "above 0, and finite")) }
+}
+
+fn not_negative(name: &str, value: f64) -> Result<(), Error> {
+    let fine = (0.0..=LARGEST).contains(&value);
+    if fine { Ok(()) } else { Err(refused(name, &value.to_string(), "0 or more, and finite")) }
+}
+
+fn finite(name: &str, value: f64) -> Result<(), Error> {
+    let fine = value.abs() <= LARGEST;
+    if fine { Ok(()) } else { Err(refused(name, &value.to_string(), "a finite number")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Dof;
+
+    fn message(change: impl FnOnce(&mut TwinSpec)) -> String {
+        let mut spec = TwinSpec::jason2();
+        change(&mut spec);
+        spec.validate().expect_err("cannot be").to_string()
+    }
+
+    #[test]
+    fn takes_jason_2() {
+        assert_eq!(TwinSpec::jason2().validate(), Ok(()));
+    }
+
+    #[test]
+    fn refuses_a_negative_mass() {
+        let message = message(|spec| spec.plants.get_mut(&Dof::Sway).expect("sway").mass = -3.0);
+        assert_eq!(message, "the twin's plants.sway.mass is -3; it must be above 0, and finite");
+    }
+
+    #[test]
+    fn refuses_a_trial_of_no_length() {
+        let message = message(|spec| spec.duration_s = 0.0);
+        assert_eq!(message, "the twin's duration_s is 0; it must be 20 s or more");
+    }
+
+    #[test]
+    fn refuses_a_number_that_is_none() {
+        assert!(message(|spec| spec.strength.tether_n = f64::NAN).contains("tether_n is NaN"));
+    }
+
+    #[test]
+    fn refuses_a_plant_without_drag() {
+        let change = |spec: &mut TwinSpec| {
+            spec.plants.get_mut(&Dof::Yaw).expect("yaw").d_quadratic = 0.0;
+        };
+        assert!(message(change).contains("never slows down"));
+    }
+
+    #[test]
+    fn refuses_to_roll() {
+        let message = message(|spec| {
+            spec.dofs.insert(Dof::Roll);
+        });
+        assert!(message.contains("with roll; it must be some of surge"), "{message}");
+    }
+
+    #[test]
+    fn refuses_more_than_full_thrust() {
+        assert!(message(|spec| spec.steady.up.push(1.2)).contains("steady thrust is 1.2"));
+    }
+}

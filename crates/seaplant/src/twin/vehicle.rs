@@ -1,0 +1,174 @@
+//! The twin's thrusters and instruments: as they are, and as the analyst has them.
+
+use nalgebra::Vector3;
+
+use super::{Disturbance, NoiseLevel, TwinSpec};
+use crate::{
+    Dof, Error, QuadraticThrust, Sensor, Sensors, ThrustCurve, Thruster, ThrusterInput, Vehicle,
+};
+
+/// The degrees of freedom that thrusters drive.
+pub(super) const DRIVEN: [Dof; 4] = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw];
+
+/// Arm of the lateral thrusters in yaw, m.
+pub(super) const YAW_ARM_M: f64 = 1.1;
+
+/// Name, position (m) and direction of each thruster. The fore-aft pair is abreast, so
+/// that equal thrusts make no moment.
+type Mount = (&'static str, [f64; 3], [f64; 3]);
+const THRUSTERS: [Mount; 6] = [
+    ("fore-aft port", [-1.0, -0.6, 0.0], [1.0, 0.0, 0.0]),
+    ("fore-aft starboard", [-1.0, 0.6, 0.0], [1.0, 0.0, 0.0]),
+    ("lateral fore", [YAW_ARM_M, 0.0, 0.0], [0.0, 1.0, 0.0]),
+    ("lateral aft", [-YAW_ARM_M, 0.0, 0.0], [0.0, 1.0, 0.0]),
+    ("vertical port", [0.0, -0.5, 0.0], [0.0, 0.0, 1.0]),
+    ("vertical starboard", [0.0, 0.5, 0.0], [0.0, 0.0, 1.0]),
+];
+
+const DVL_POSITION_M: [f64; 3] = [0.5, 0.0, 0.8];
+const DVL_YAW_DEG: f64 = 45.0;
+const DEPTH_POSITION_M: [f64; 3] = [-0.3, 0.0, -0.4];
+
+/// Resolution of the depth sensor, m [Jason2, table 3].
+pub(super) const DEPTH_QUANTUM_M: f64 = 0.07;
+
+impl NoiseLevel {
+    /// Standard deviation of each axis of the DVL, m/s.
+    pub const fn dvl_m_s(self) -> f64 {
+        match self {
+            Self::Low => 0.3e-3,
+            Self::Middle => 3e-3,
+            Self::High => 10e-3,
+        }
+    }
+
+    /// Standard deviation of heading, rad.
+    pub const fn heading_rad(self) -> f64 {
+        let deg: f64 = match self {
+            Self::Low => 0.03,
+            Self::Middle => 0.1,
+            Self::High => 0.3,
+        };
+        deg.to_radians()
+    }
+
+    /// Standard deviation of depth before it is rounded, m.
+    pub const fn depth_m(self) -> f64 {
+        match self {
+            Self::Low => 0.0,
+            Self::Middle => 0.02,
+            Self::High => 0.07,
+        }
+    }
+}
+
+impl TwinSpec {
+    /// The vehicle as it is.
+    pub(super) fn true_vehicle(&self) -> Result<Vehicle, Error> {
+        self.vehicle(self.thrusters.law(), 0.0)
+    }
+
+    /// The vehicle as its analyst has it.
+    ///
+    /// With `thrcoef` on, thrust in reverse is taken for what it is forward; with `lever`
+    /// on, the DVL is taken to sit further aft and up by `strength.lever_m` each, so that
+    /// surge, sway and heave all lack that arm.
+    pub(super) fn believed_vehicle(&self) -> Result<Vehicle, Error> {
+        let mut law = self.thrusters.law();
+        if self.has(Disturbance::Thrcoef) {
+            law.reverse = law.forward;
+        }
+        self.vehicle(law, self.strength_of(Disturbance::Lever, self.strength.lever_m))
+    }
+
+    fn vehicle(&self, law: QuadraticThrust, dvl_off_m: f64) -> Result<Vehicle, Error> {
+        let curve = ThrustCurve::Quadratic { input: ThrusterInput::Speed, law };
+        let mount = |(name, position_m, direction): Mount| {
+            Thruster::new(name, position_m, direction, curve.clone())
+        };
+        // A quantum is uniform noise of that width.
+        let depth_std = self.noise.depth_m().hypot(DEPTH_QUANTUM_M / 12_f64.sqrt());
+        let sensor = |position_m: [f64; 3], std| Sensor {
+            position_body: position_m.into(),
+            rotation_rad: [0.0; 3],
+            std: Some(std),
+        };
+        let mut dvl = sensor(DVL_POSITION_M, self.noise.dvl_m_s());
+        dvl.position_body -= Vector3::new(dvl_off_m, 0.0, dvl_off_m);
+        dvl.rotation_rad[2] = DVL_YAW_DEG.to_radians();
+        Ok(Vehicle {
+            name: self.name.clone(),
+            dry_mass_kg: Some(self.dry_mass_kg),
+            thrusters: THRUSTERS.into_iter().map(mount).collect::<Result<_, _>>()?,
+            sensors: Sensors {
+                dvl,
+                depth: sensor(DEPTH_POSITION_M, depth_std),
+                attitude: sensor([0.0; 3], self.noise.heading_rad()),
+                position: Sensor::default(),
+            },
+        })
+    }
+
+    pub(super) fn has(&self, disturbance: Disturbance) -> bool {
+        self.disturbances.contains(&disturbance)
+    }
+
+    /// A disturbance's strength, or zero where it is off.
+    pub(super) fn strength_of(&self, disturbance: Disturbance, strength: f64) -> f64 {
+        if self.has(disturbance) { strength } else { 0.0 }
+    }
+
+    /// What a force at the thrusters' place does in a degree of freedom: 1, or in yaw the
+    /// arm, m.
+    pub(super) fn arm(dof: Dof) -> f64 {
+        if dof.is_rotation() { YAW_ARM_M } else { 1.0 }
+    }
+
+    /// The most that a pair gives with its propellers reversed, N or N m.
+    pub(super) fn reverse_limit(&self, dof: Dof) -> f64 {
+        -2.0 * self.thrusters.law().force(-self.thrusters.max_speed()) * Self::arm(dof)
+    }
+}
+
+/// The two thrusters that drive a degree of freedom, as places in the vehicle's list.
+pub(super) fn pair(dof: Dof) -> [usize; 2] {
+    match dof {
+        Dof::Surge => [0, 1],
+        Dof::Heave => [4, 5],
+        // The lateral pair turns the vehicle by pushing opposite ways; roll and pitch
+        // are refused before a twin is made.
+        Dof::Sway | Dof::Yaw | Dof::Roll | Dof::Pitch => [2, 3],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_pair_drives_its_own_degree_of_freedom_alone() {
+        let vehicle = TwinSpec::jason2().true_vehicle().expect("valid");
+        for dof in DRIVEN {
+            let wrenches = pair(dof).map(|at| vehicle.thrusters[at].unit_wrench());
+            let weights = wrenches.map(|wrench| wrench[dof.index()]);
+            for other in Dof::ALL.into_iter().filter(|other| *other != dof) {
+                let leak: f64 =
+                    wrenches.iter().zip(weights).map(|(x, w)| w * x[other.index()]).sum();
+                assert!(leak.abs() < 1e-12, "{dof} leaks {leak} into {other}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_misled_analyst_lacks_the_arm_in_all_linear_degrees_of_freedom() {
+        let mut spec = TwinSpec::jason2();
+        spec.disturbances = Disturbance::parse_list("lever,thrcoef").expect("both are known");
+        let believed = spec.believed_vehicle().expect("valid");
+        let truth = spec.true_vehicle().expect("valid");
+        let lacks = truth.sensors.dvl.position_body - believed.sensors.dvl.position_body;
+        assert!((lacks - Vector3::new(0.8, 0.0, 0.8)).norm() < 1e-12);
+        let reverse = |vehicle: &Vehicle| vehicle.thrusters[0].curve.force(-100.0, None);
+        assert!((reverse(&truth) + 328.0).abs() < 1e-9);
+        assert!((reverse(&believed) + 402.0).abs() < 1e-9);
+    }
+}
