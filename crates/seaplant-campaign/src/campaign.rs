@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use seaplant::estimate::steady::SteadyOptions;
 use seaplant::results::{BollardPullResult, Identification, InputFile, Parameter};
 use seaplant::{
-    BollardFit, Dof, IdentifyOptions, Term, Terms, ThrusterInput, Trial, Vehicle, fit_bollard_pull,
-    identify,
+    BollardFit, Dof, IdentifyOptions, Role, Term, Terms, ThrusterInput, Trial, Vehicle,
+    fit_bollard_pull, identify,
 };
 
 use crate::bench::{Bench, read_bench};
-use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, TrialEntry};
+use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, LogEntry, TrialEntry};
 use crate::recording::{ChannelMap, read_trial};
 use crate::vehicle_file::read_vehicle;
 use crate::{Error, toml_file};
@@ -43,8 +43,7 @@ impl Campaign {
     /// expected and what to do.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let (file, input): (CampaignFile, _) = toml_file::read(path)?;
-        let base = path.parent().unwrap_or(Path::new("")).to_owned();
-        let (vehicle, vehicle_inputs) = read_vehicle(&base.join(&file.vehicle))?;
+        let (vehicle, vehicle_inputs) = read_vehicle(&toml_file::resolve(path, &file.vehicle)?)?;
         let options = options(path, &file)?;
         check_trials(path, &file.trial)?;
         let mut campaign = Self {
@@ -57,10 +56,10 @@ impl Campaign {
             files_of: BTreeMap::new(),
         };
         for entry in &file.trial {
-            campaign.read(&base, &file, entry)?;
+            campaign.read(&file, entry)?;
         }
         if let Some(entry) = &file.bollard_pull {
-            campaign.bollard_pull = Some(campaign.bollard(path, &base, entry)?);
+            campaign.bollard_pull = Some(campaign.bollard(path, entry)?);
         }
         Ok(campaign)
     }
@@ -82,9 +81,17 @@ impl Campaign {
         found
     }
 
-    fn read(&mut self, base: &Path, file: &CampaignFile, entry: &TrialEntry) -> Result<(), Error> {
+    /// The files that a trial was read from.
+    pub fn inputs_of(&self, trial: &str) -> impl Iterator<Item = &InputFile> {
+        let files = self.files_of.get(trial).map_or(&[][..], Vec::as_slice);
+        self.inputs.iter().filter(move |input| files.contains(&input.path))
+    }
+
+    fn read(&mut self, file: &CampaignFile, entry: &TrialEntry) -> Result<(), Error> {
         let channels = channel_map(&self.path, file, entry)?;
-        let read = read_trial(&self.path, base, file.time.as_ref(), entry, &channels)?;
+        let logs = entry.log.files().iter().map(|log| toml_file::resolve(&self.path, log));
+        let logs = logs.collect::<Result<Vec<_>, _>>()?;
+        let read = read_trial(&self.path, &logs, file.time.as_ref(), entry, &channels)?;
         let names = read.inputs.iter().map(|input| input.path.clone()).collect();
         self.files_of.insert(entry.name.clone(), names);
         for input in read.inputs {
@@ -101,15 +108,43 @@ impl Campaign {
     fn bollard(
         &mut self,
         path: &Path,
-        base: &Path,
         entry: &BollardPullEntry,
     ) -> Result<BollardPullResult, Error> {
-        let bench = read_bench(&base.join(&entry.file), &entry.columns, None)?;
+        let bench = read_bench(&toml_file::resolve(path, &entry.file)?, &entry.columns, None)?;
         let fit = fit_bench(&bench, entry.neutral)
             .map_err(|error| Error::value(path, "bollard-pull", error.to_string()))?;
         self.inputs.push(bench.source.clone());
         Ok(bollard_result(&bench, &fit))
     }
+}
+
+/// Reads logs as one trial of one degree of freedom, by the vehicle, time column and
+/// channels of a campaign.
+///
+/// The logs' paths are as given, not relative to the campaign.
+///
+/// # Errors
+/// As [`Campaign::open`].
+pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, Error> {
+    let (file, _): (CampaignFile, _) = toml_file::read(campaign)?;
+    let (vehicle, _) = read_vehicle(&toml_file::resolve(campaign, &file.vehicle)?)?;
+    let names: Vec<String> = logs.iter().map(|log| log.display().to_string()).collect();
+    let entry = TrialEntry {
+        name: names.join(", "),
+        log: LogEntry::Several(logs.to_vec()),
+        dof: vec![dof],
+        role: Role::HoldOut,
+        from_s: None,
+        to_s: None,
+        segments_s: Vec::new(),
+        offset_s: BTreeMap::new(),
+        channels: BTreeMap::new(),
+    };
+    let channels = channel_map(campaign, &file, &entry)?;
+    let read = read_trial(campaign, logs, file.time.as_ref(), &entry, &channels)?;
+    let trial =
+        Trial::new(read.setup, &read.recording, &vehicle).map_err(Error::model(campaign))?;
+    Ok(trial.with_caveats(read.caveats))
 }
 
 /// The pulse width that stops a hobby speed controller, us.

@@ -9,16 +9,19 @@ mod campaign_file;
 mod error;
 mod recording;
 mod toml_file;
+mod twin_files;
 mod units;
 mod vehicle_file;
 
 pub use bench::{Bench, BenchColumns, read_bench};
-pub use campaign::{Campaign, bollard_result, fit_bench};
+pub use campaign::{Campaign, bollard_result, fit_bench, read_logs};
 pub use campaign_file::{
     BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, FitEntry, LogEntry, SteadyEntry,
     TimeEntry, TrialEntry,
 };
 pub use error::Error;
+pub use toml_file::read_toml;
+pub use twin_files::{TextFile, twin_files};
 pub use vehicle_file::{
     AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, QuadraticEntry, SensorEntries, TableEntry,
     ThrusterEntry, VehicleFile, VoltageEntry, read_vehicle,

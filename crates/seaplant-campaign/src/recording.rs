@@ -23,15 +23,15 @@ pub(crate) struct TrialRead {
 }
 
 /// Reads the logs of a trial and brings its mapped columns to SI units, on a clock that
-/// starts with the first sample of all of them.
+/// starts with the first sample of all of them; `logs` are where the entry's logs are.
 pub(crate) fn read_trial(
     path: &Path,
-    base: &Path,
+    logs: &[PathBuf],
     time: Option<&TimeEntry>,
     entry: &TrialEntry,
     channels: &ChannelMap,
 ) -> Result<TrialRead, Error> {
-    let files = read_options(path, base, time, entry)?;
+    let files = read_options(path, logs, time, entry)?;
     let log = Log::open(&files)
         .map_err(|source| Error::Log { trial: entry.name.clone(), source: Box::new(source) })?;
     let mut caveats: Vec<Caveat> = log
@@ -78,7 +78,7 @@ pub(crate) fn read_trial(
 
 fn read_options(
     path: &Path,
-    base: &Path,
+    logs: &[PathBuf],
     time: Option<&TimeEntry>,
     entry: &TrialEntry,
 ) -> Result<Vec<(PathBuf, ReadOptions)>, Error> {
@@ -101,7 +101,7 @@ fn read_options(
             equal_sampling_hz: time.and_then(|time| time.equal_sampling_hz),
         }
     };
-    Ok(files.iter().map(|file| (base.join(file), options(file))).collect())
+    Ok(logs.iter().cloned().zip(files.iter().map(options)).collect())
 }
 
 fn to_si(

@@ -1,12 +1,20 @@
 //! TOML files, read strictly: an unknown key is an error, with the near one.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use seaplant::results::InputFile;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use crate::Error;
+
+/// Reads a TOML file strictly: unknown keys are errors, with the near one.
+///
+/// # Errors
+/// [`Error::Io`] or [`Error::Toml`].
+pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
+    Ok(read(path)?.0)
+}
 
 /// Reads a TOML file, and what provenance says of it.
 pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<(T, InputFile), Error> {
@@ -31,6 +39,20 @@ pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, E
         message: error.to_string().trim_end().to_owned(),
         advice: suggestion(error.message()),
     })
+}
+
+/// A path as a file names it: `~` and `${VARIABLE}` are filled in, and what is then
+/// relative is so to the folder of that file.
+pub(crate) fn resolve(file: &Path, named: &Path) -> Result<PathBuf, Error> {
+    let text = named.to_string_lossy();
+    let full = shellexpand::full(&text).map_err(|error| {
+        let reason = format!(
+            "the environment variable `{}` is not set; set it, or write the path out",
+            error.var_name
+        );
+        Error::value(file, format!("path \"{text}\""), reason)
+    })?;
+    Ok(file.parent().unwrap_or(Path::new("")).join(full.as_ref()))
 }
 
 /// What was probably meant, read off a message such as
@@ -80,6 +102,20 @@ mod tests {
         let message = error.to_string();
         assert!(message.contains("line 2, column 1"), "{message}");
         assert!(message.ends_with("did you mean `position_m`?"), "{message}");
+    }
+
+    #[test]
+    fn a_path_with_an_unset_variable_is_refused_by_name() {
+        let named = Path::new("${SEAPLANT_NO_SUCH_VARIABLE}/dive.csv");
+        let error = resolve(Path::new("dives/campaign.toml"), named).expect_err("unset");
+        let message = error.to_string();
+        assert!(message.contains("`SEAPLANT_NO_SUCH_VARIABLE` is not set"), "{message}");
+    }
+
+    #[test]
+    fn a_relative_path_starts_at_the_file_that_names_it() {
+        let found = resolve(Path::new("dives/campaign.toml"), Path::new("12/dvl.csv"));
+        assert_eq!(found.expect("plain"), Path::new("dives/12/dvl.csv"));
     }
 
     #[test]

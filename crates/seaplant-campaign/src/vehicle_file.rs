@@ -267,7 +267,6 @@ impl TableEntry {
         key: &str,
         inputs: &mut Vec<InputFile>,
     ) -> Result<ThrustCurve, Error> {
-        let base = path.parent().unwrap_or(Path::new(""));
         let given = [!self.points.is_empty(), self.file.is_some(), !self.voltages.is_empty()];
         if given.iter().filter(|given| **given).count() != 1 {
             let reason =
@@ -277,7 +276,7 @@ impl TableEntry {
         let bad = |source: seaplant::Error| Error::value(path, key, source.to_string());
         let mut found = self.input;
         let mut from_file = |file: &Path, voltage| -> Result<ThrustTable, Error> {
-            let bench = read_bench(&base.join(file), &self.columns, self.input)?;
+            let bench = read_bench(&toml_file::resolve(path, file)?, &self.columns, self.input)?;
             inputs.push(bench.source.clone());
             found = Some(bench.input);
             ThrustTable::new(voltage, bench.points).map_err(bad)

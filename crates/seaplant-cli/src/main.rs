@@ -1,2 +1,42 @@
-//! seaplant
-fn main() {}
+//! `seaplant`: identifies plant models of marine vehicles from their logs.
+
+mod args;
+mod commands;
+mod output;
+mod summary;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Arguments, Command};
+use output::Output;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    arguments.color.write_global();
+    let output = Output { json: arguments.json, quiet: arguments.quiet };
+    match run(arguments.command, output) {
+        Ok(code) => code,
+        Err(error) => {
+            output.error(&error);
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Command, output: Output) -> anyhow::Result<ExitCode> {
+    match command {
+        Command::Demo(arguments) => commands::demo::run(&arguments, output),
+        Command::Init(arguments) => commands::init::run(&arguments, output),
+        Command::Inspect(arguments) => commands::inspect::run(&arguments, output),
+        Command::Identify(arguments) => commands::identify::run(&arguments, output),
+        Command::Simulate(arguments) => commands::simulate::run(&arguments, output),
+        Command::Validate(arguments) => commands::validate::run(&arguments, output),
+        Command::Thruster(arguments) => commands::thruster::run(&arguments, output),
+        Command::Twin(arguments) => commands::twin::run(&arguments, output),
+        Command::Schema(arguments) => commands::schema::run(&arguments),
+        Command::Completions(arguments) => commands::completions::run(&arguments),
+        Command::Man(arguments) => commands::man::run(&arguments, output),
+    }
+}

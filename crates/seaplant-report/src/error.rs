@@ -13,7 +13,9 @@ pub enum Error {
         known: &'static str,
     },
     /// JSON that is no results file.
-    #[error("this is no results.json of Seaplant: it has no `schema` of its own; give the file that `seaplant identify` wrote")]
+    #[error(
+        "this is no results.json of Seaplant: it has no `schema` of its own; give the file that `seaplant identify` wrote"
+    )]
     NoSchema,
     /// JSON that is damaged or not of the contract.
     #[error("line {line}, column {column}: {cause}; identify again, or mend the file there")]

@@ -16,6 +16,8 @@ mod words;
 
 #[cfg(test)]
 mod fixture;
+#[cfg(test)]
+mod report_tests;
 
 use seaplant::results::{BollardPullResult, Identification};
 

@@ -45,7 +45,8 @@ impl Decimals {
         if !value.is_finite() {
             return ABSENT.to_owned();
         }
-        let rounded = round(value, self.0);
+        // Formatting rounds decimals exactly; digits before the point it keeps.
+        let rounded = if self.0 < 0 { round(value, self.0) } else { value };
         let text = format!("{:.*}", self.0.clamp(0, 17) as usize, rounded.abs());
         let zero = text.bytes().all(|b| b == b'0' || b == b'.');
         let sign = if value < 0.0 && !zero { "−" } else { "" };
@@ -55,8 +56,11 @@ impl Decimals {
     }
 }
 
+/// To so many decimals; as it is where the power of ten overflows.
 fn round(value: f64, decimals: i32) -> f64 {
-    if decimals >= 0 { value } else { (value * 10_f64.powi(decimals)).round() * 10_f64.powi(-decimals) }
+    let power = 10_f64.powi(decimals);
+    let rounded = (value * power).round() / power;
+    if rounded.is_finite() { rounded } else { value }
 }
 
 fn grouped(digits: &str) -> String {

@@ -62,7 +62,8 @@ pub fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
     if severe > 0 {
         let first = plant.caveats.iter().find(|c| c.severity == Severity::Severe);
         let what = first.map_or_else(String::new, |c| words::caveat(c.code).to_lowercase());
-        let more = if severe > 1 { format!(" and {} more below", severe - 1) } else { String::new() };
+        let more =
+            if severe > 1 { format!(" and {} more below", severe - 1) } else { String::new() };
         return of(Trust::DoNotUse, format!("severe caveat: {what}{more}"));
     }
     let Some(score) = &plant.hold_out else {

@@ -57,6 +57,8 @@ pub enum CaveatCode {
     Unstable,
     /// A thruster input beyond its measured curve.
     ThrusterSaturated,
+    /// A trial that is too short for a method.
+    TrialLeftOut,
     /// Stretches without samples.
     Gaps,
     /// Samples removed as outliers.

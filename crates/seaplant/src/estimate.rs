@@ -18,7 +18,10 @@ pub use paper::{PaperOptions, fit_paper};
 use crate::regression::{Columns, LeastSquares};
 use crate::signal::LowPass;
 use crate::terms::Term;
-use crate::{AxisRecord, Caveat, Dof, Error, LumpedParameters, PhysicalParameters, Terms};
+use crate::{
+    AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, PhysicalParameters, Terms,
+    UniformStretch,
+};
 
 /// How a plant was found.
 #[derive(
@@ -228,19 +231,35 @@ fn signed_square(v: &[f64]) -> Vec<f64> {
 }
 
 /// The columns of every stretch of every trial.
+///
+/// A trial that is too short for the filters is left out with a caveat, unless all are.
 fn all_columns(
     axes: &[AxisRecord],
     least: impl Fn(f64) -> usize,
-    columns: impl Fn(crate::UniformStretch, f64) -> Result<Columns, Error>,
+    columns: impl Fn(&AxisRecord, UniformStretch, f64) -> Result<Columns, Error>,
+    caveats: &mut Vec<Caveat>,
 ) -> Result<Vec<Columns>, Error> {
     let mut all = Vec::new();
+    let mut refused = None;
     for axis in axes {
         // The rate is found with the grid, which needs the least length at that rate.
         let rate = axis.uniform(0)?.sample_hz;
-        let uniform = axis.uniform(least(rate))?;
-        for stretch in uniform.stretches {
-            all.push(columns(stretch, uniform.sample_hz)?);
+        match axis.uniform(least(rate)) {
+            Ok(uniform) => {
+                for stretch in uniform.stretches {
+                    all.push(columns(axis, stretch, uniform.sample_hz)?);
+                }
+            }
+            Err(short @ Error::TooShort { .. }) => {
+                let message = format!("a trial is left out of this fit: {short}");
+                caveats.push(Caveat::warning(CaveatCode::TrialLeftOut, message));
+                refused = Some(short);
+            }
+            Err(other) => return Err(other),
         }
     }
-    Ok(all)
+    match refused {
+        Some(short) if all.is_empty() => Err(short),
+        _ => Ok(all),
+    }
 }

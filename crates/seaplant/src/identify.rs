@@ -197,8 +197,11 @@ impl Work<'_> {
         let score = total_score(&comparisons);
         for (trial, comparison) in trials.iter().zip(comparisons) {
             if let Outcome::Compared(comparison) = comparison {
-                let (method, role) = (fit.method, trial.role());
-                found.figures.comparisons.push(ComparisonFigure { method, role, comparison });
+                found.figures.comparisons.push(ComparisonFigure {
+                    method: fit.method,
+                    role: trial.role(),
+                    comparison: *comparison,
+                });
             }
         }
         Ok(score)
@@ -206,8 +209,7 @@ impl Work<'_> {
 
     fn subsets(&self, method: Method) -> Vec<SubsetResult> {
         let error = |plant: &LumpedParameters, trials: &[&Trial]| {
-            let compared = compare(self.dof, plant, trials).ok()?;
-            total_score(&compared).mean_abs_error
+            score_plant(self.dof, plant, trials).ok()?.mean_abs_error
         };
         let of = |terms: Terms| {
             let (fit, _) = self.fit(method, terms).ok()?;
@@ -271,15 +273,23 @@ impl Work<'_> {
     }
 }
 
+/// Scores a plant on trials: e on raw velocity, beside a model that never moves.
+///
+/// # Errors
+/// Those of [`Trial::axis`]; a simulation that runs away is no error but has no score.
+pub fn score_plant(dof: Dof, plant: &LumpedParameters, trials: &[&Trial]) -> Result<Score, Error> {
+    Ok(total_score(&compare(dof, plant, trials)?))
+}
+
 /// One trial simulated, or not.
 enum Outcome {
-    Compared(Comparison),
+    Compared(Box<Comparison>),
     Diverged { trial: String, null_error: f64, samples: usize },
 }
 
 fn compare(dof: Dof, plant: &LumpedParameters, trials: &[&Trial]) -> Result<Vec<Outcome>, Error> {
     let of = |trial: &&Trial| match evaluate(dof, plant, trial) {
-        Ok(comparison) => Ok(Outcome::Compared(comparison)),
+        Ok(comparison) => Ok(Outcome::Compared(Box::new(comparison))),
         Err(Error::Diverged { .. }) => {
             let velocity = trial.axis(dof, VelocitySource::Measured)?.velocity()?;
             let samples = velocity.len();

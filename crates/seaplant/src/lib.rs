@@ -28,7 +28,7 @@ pub use dof::{Dof, Units};
 pub use error::Error;
 pub use estimate::{Estimate, Fit, Method};
 pub use evaluate::{Agreement, Comparison, PositionComparison, evaluate};
-pub use identify::{IdentifyOptions, identify};
+pub use identify::{IdentifyOptions, identify, score_plant};
 pub use navigation::{Motion, Navigated, Recording};
 pub use plant::{LumpedParameters, PhysicalParameters, Stability};
 pub use quantity::Quantity;

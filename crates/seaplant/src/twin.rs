@@ -21,15 +21,16 @@ pub use spec::{
     Disturbance, DisturbanceStrength, Excitation, NoiseLevel, SteadyRuns, TwinPlant, TwinSpec,
     TwinThrusters,
 };
-pub use truth::{Truth, TrueNuisances, TrueParameters, TrueSteady};
+pub use truth::{TrueNuisances, TrueParameters, TrueSteady, Truth};
 
 use crate::navigation::Recording;
 use crate::{Dof, Error, PhysicalParameters, Role, Vehicle};
 use command::Pilot;
 use instruments::record;
-use motion::move_vehicle;
+use motion::{Moved, move_vehicle};
 use random::{Streams, normal};
 use validate::refused;
+use vehicle::InstrumentNoise;
 use water::Water;
 
 /// One rpm, rad/s.
@@ -134,11 +135,16 @@ fn plans(spec: &TwinSpec) -> Vec<Plan> {
     plans
 }
 
+/// `30 %`, or `30.5 %`.
+fn percent(part: f64) -> String {
+    format!("{} %", (1000.0 * part).round() / 10.0)
+}
+
 fn steady_plan(spec: &TwinSpec, way: &str, part: f64, thrust: f64) -> Plan {
     let SteadyRuns { d_quadratic, bias_force, duration_s, .. } = spec.steady;
     let mass = spec.plants[&Dof::Heave].mass;
     Plan {
-        name: format!("heave {way} {:.0} %", 100.0 * part),
+        name: format!("heave {way} {}", percent(part)),
         role: Role::Steady,
         dof: Dof::Heave,
         plant: PhysicalParameters { mass, d_quadratic, d_linear: 0.0, bias_force },
@@ -148,26 +154,40 @@ fn steady_plan(spec: &TwinSpec, way: &str, part: f64, thrust: f64) -> Plan {
 }
 
 impl Plan {
+    fn ticks(&self) -> usize {
+        (self.duration_s * TICK_HZ).round() as usize
+    }
+
     /// Makes the trial; with it comes the mean current in it, m/s.
     fn carry_out(self, spec: &TwinSpec) -> Result<(TwinTrial, f64), Error> {
-        let Self { name, role, dof, plant, duration_s, thrust } = self;
-        let streams = Streams { seed: spec.seed, trial: &name };
-        let ticks = (duration_s * TICK_HZ).round() as usize;
-        let pilot = match role {
-            Role::Fit => Pilot::of_fit(spec, dof, &streams, ticks),
-            Role::HoldOut => Pilot::of_hold_out(spec, dof, &streams, ticks),
-            Role::Steady => Pilot::of_steady(thrust * spec.reverse_limit(dof), ticks),
-        };
-        let water = Water::of(spec, dof, &streams, ticks);
-        let moved = move_vehicle(spec, dof, &plant, pilot, &water, &streams, ticks)?;
-        let highest = moved.sunk.iter().copied().fold(0.0, f64::min);
-        if spec.start_depth_m + highest <= 0.0 {
-            let expected = format!("{:.0} or more: trial `{name}` rises that far", 1.0 - highest);
-            return Err(refused("start_depth_m", &spec.start_depth_m.to_string(), &expected));
-        }
-        let recording = record(spec, dof, &moved, &water, &streams)?;
-        let current = water.current.iter().sum::<f64>() / ticks as f64;
+        let streams = Streams { seed: spec.seed, trial: &self.name };
+        let water = Water::of(spec, self.dof, &streams, self.ticks());
+        let pilot = self.pilot(spec, &streams);
+        let moved = move_vehicle(spec, &self, pilot, &water, &streams)?;
+        self.check_submerged(spec, &moved)?;
+        let noise = InstrumentNoise::of(spec.noise);
+        let recording = record(spec, self.dof, &moved, &water, &streams, noise)?;
+        let current = water.current.iter().sum::<f64>() / self.ticks() as f64;
+        let Self { name, role, dof, .. } = self;
         Ok((TwinTrial { name, role, dof, recording }, current))
+    }
+
+    fn pilot(&self, spec: &TwinSpec, streams: &Streams<'_>) -> Pilot {
+        let (dof, ticks) = (self.dof, self.ticks());
+        match self.role {
+            Role::Fit => Pilot::of_fit(spec, dof, streams, ticks),
+            Role::HoldOut => Pilot::of_hold_out(spec, dof, streams, ticks),
+            Role::Steady => Pilot::of_steady(self.thrust * spec.reverse_limit(dof), ticks),
+        }
+    }
+
+    fn check_submerged(&self, spec: &TwinSpec, moved: &Moved) -> Result<(), Error> {
+        let rises = -moved.sunk.iter().copied().fold(0.0, f64::min);
+        if spec.start_depth_m > rises {
+            return Ok(());
+        }
+        let expected = format!("{:.0} or more: trial `{}` rises that far", rises + 1.0, self.name);
+        Err(refused("start_depth_m", &spec.start_depth_m.to_string(), &expected))
     }
 }
 
@@ -183,4 +203,162 @@ fn bollard_pull(spec: &TwinSpec) -> Vec<(f64, f64)> {
         (speed, spec.thrusters.law().force(speed) + BENCH_STD_N * normal(&mut rng))
     };
     (-points..=points).map(read).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantity::{Attitude, Axis};
+    use crate::{Quantity, ThrusterInput, Timed};
+
+    fn short(change: impl FnOnce(&mut TwinSpec)) -> TwinCampaign {
+        let mut spec = TwinSpec { duration_s: 60.0, hold_out_s: 60.0, ..TwinSpec::jason2() };
+        change(&mut spec);
+        make(&spec).expect("can be made")
+    }
+
+    fn speed(thruster: &str) -> Quantity {
+        Quantity::Thruster { name: thruster.to_owned(), input: ThrusterInput::Speed }
+    }
+
+    #[test]
+    fn equal_seeds_give_equal_logs_and_others_do_not() {
+        let all = |seed| {
+            short(|spec| {
+                spec.seed = seed;
+                spec.disturbances = Disturbance::ALL.into();
+            })
+        };
+        assert_eq!(all(3), all(3));
+        assert_ne!(all(3).trials, all(4).trials);
+    }
+
+    #[test]
+    fn one_more_disturbance_leaves_other_noise_as_it_was() {
+        let heading = Quantity::Attitude(Attitude::Heading);
+        let calm = short(|_| ());
+        let pulled = short(|spec| {
+            spec.disturbances.insert(Disturbance::Tether);
+        });
+        // Surge does not turn the vehicle: heading is its start and its noise.
+        assert_eq!(calm.trials[0].recording[&heading], pulled.trials[0].recording[&heading]);
+        let port = speed("fore-aft port");
+        assert_eq!(calm.trials[0].recording[&port], pulled.trials[0].recording[&port]);
+        let dvl = Quantity::DvlVelocity(Axis::X);
+        assert_ne!(calm.trials[0].recording[&dvl], pulled.trials[0].recording[&dvl]);
+    }
+
+    #[test]
+    fn every_trial_is_there_with_its_role() {
+        let campaign = short(|_| ());
+        let names: Vec<&str> = campaign.trials.iter().map(|trial| trial.name.as_str()).collect();
+        assert_eq!(names[..3], ["surge 1", "surge hold-out", "sway 1"]);
+        assert_eq!(names[8], "heave down 30 %");
+        assert_eq!(names[14], "heave up 100 %");
+        let count = |role| campaign.trials.iter().filter(|trial| trial.role == role).count();
+        assert_eq!([Role::Fit, Role::HoldOut, Role::Steady].map(count), [4, 4, 7]);
+    }
+
+    #[test]
+    fn instruments_keep_their_rates() {
+        let recording = &short(|_| ()).trials[0].recording;
+        assert_eq!(recording.len(), 6 + 3 + 3 + 1);
+        for (quantity, series) in recording {
+            let hz = if *quantity == Quantity::Depth { 0.6 } else { 10.0 };
+            let even = |pair: &[f64]| ((pair[1] - pair[0]) * hz - 1.0).abs() < 1e-9;
+            assert!(series.time_s().windows(2).all(even), "{quantity}");
+            assert!(series.last_s() <= 60.0 && series.last_s() > 58.3, "{quantity}");
+        }
+    }
+
+    fn assert_on_grid(series: &Timed, quantum: f64) {
+        for x in series.values() {
+            assert!((x / quantum - (x / quantum).round()).abs() < 1e-9, "{x} is off the grid");
+        }
+    }
+
+    #[test]
+    fn propeller_speeds_are_logged_to_10_rpm() {
+        for trial in short(|_| ()).trials {
+            for (quantity, series) in &trial.recording {
+                if matches!(quantity, Quantity::Thruster { .. }) {
+                    assert_on_grid(series, 10.0 * RPM);
+                    let most = series.values().iter().fold(0.0_f64, |most, n| most.max(n.abs()));
+                    // Jitter of 5 rpm comes on top of the limit.
+                    assert!(most < 1690.0 * RPM, "{}: {most}", trial.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn only_the_pair_of_the_degree_of_freedom_turns() {
+        let campaign = short(|_| ());
+        let yaw = campaign.trials.iter().find(|trial| trial.name == "yaw 1").expect("made");
+        let turns = |name: &str| yaw.recording[&speed(name)].values().iter().any(|n| *n != 0.0);
+        assert!(turns("lateral fore") && turns("lateral aft"));
+        assert!(!turns("fore-aft port") && !turns("vertical starboard"));
+    }
+
+    #[test]
+    fn depth_comes_in_steps_of_7_cm() {
+        for noise in [NoiseLevel::Low, NoiseLevel::High] {
+            let campaign = short(|spec| spec.noise = noise);
+            assert_on_grid(&campaign.trials[4].recording[&Quantity::Depth], 0.07);
+        }
+    }
+
+    #[test]
+    fn heading_is_written_as_a_compass_does() {
+        let campaign = short(|spec| spec.duration_s = 480.0);
+        for trial in campaign.trials {
+            let heading = &trial.recording[&Quantity::Attitude(Attitude::Heading)];
+            assert!(heading.values().iter().all(|angle| (0.0..2.0 * PI).contains(angle)));
+        }
+    }
+
+    #[test]
+    fn refuses_to_surface() {
+        let spec = TwinSpec { start_depth_m: 5.0, ..TwinSpec::jason2() };
+        let message = make(&spec).expect_err("rises 70 m").to_string();
+        assert!(message.starts_with("the twin's start_depth_m is 5; it must be"), "{message}");
+    }
+
+    #[test]
+    fn truth_says_what_the_analyst_was_misled_by() {
+        let campaign = short(|spec| {
+            spec.disturbances = Disturbance::parse_list("thrcoef,delay").expect("known");
+        });
+        let truth = campaign.truth;
+        assert_eq!(truth.plants[&Dof::Surge].mass, 12970.2);
+        assert_eq!(truth.steady[&Dof::Heave].quadratic_drag, 5500.0);
+        assert_eq!((truth.nuisances.delay_s, truth.nuisances.lag_s), (0.2, 0.0));
+        assert!((truth.nuisances.reverse_ratio - 0.0328 / 0.0402).abs() < 1e-12);
+        assert_eq!(truth.mean_current_m_s["surge 1"], 0.0);
+    }
+
+    #[test]
+    fn the_bench_sees_both_directions() {
+        let points = short(|_| ()).bollard_pull;
+        assert_eq!(points.len(), 21);
+        // Six deviations of the force gauge.
+        assert!((points[0].1 + 0.0328 * (1650.0 * RPM).powi(2)).abs() < 60.0, "{points:?}");
+        assert!((points[20].1 - 0.0402 * (1650.0 * RPM).powi(2)).abs() < 60.0, "{points:?}");
+    }
+
+    #[test]
+    fn a_file_replaces_one_plant_and_keeps_the_others() {
+        let text = r#"{"noise": "low", "plants": {"yaw": {"mass": 5000, "d_quadratic": 900}}}"#;
+        let spec: TwinSpec = serde_json::from_str(text).expect("valid");
+        assert_eq!(spec.plants[&Dof::Yaw].mass, 5000.0);
+        assert_eq!(spec.plants[&Dof::Surge], TwinSpec::jason2().plants[&Dof::Surge]);
+        let back = serde_json::to_string(&spec).expect("plain data");
+        assert_eq!(serde_json::from_str::<TwinSpec>(&back).expect("valid"), spec);
+    }
+
+    #[test]
+    fn an_unknown_key_is_an_error() {
+        let refused = serde_json::from_str::<TwinSpec>(r#"{"duration": 60}"#);
+        assert!(refused.expect_err("misspelt").to_string().contains("duration_s"));
+    }
 }

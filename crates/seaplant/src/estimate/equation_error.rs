@@ -58,7 +58,7 @@ pub fn fit_equation_error(
         Some(filter) => filter.zero_phase(&x, sample_hz),
         None => Ok(x),
     };
-    let columns = |stretch: UniformStretch, sample_hz: f64| {
+    let columns = |_: &AxisRecord, stretch: UniformStretch, sample_hz: f64| {
         let v = smooth(filters.velocity, stretch.v, sample_hz)?;
         let alike = |x: Vec<f64>| smooth(filters.every_term, x, sample_hz);
         Ok(Columns {
@@ -70,7 +70,7 @@ pub fn fit_equation_error(
         })
     };
     let least = |rate| filters.every_term.map_or(0, |filter| least_rows(filter, rate));
-    let columns = all_columns(axes, least, columns)?;
+    let columns = all_columns(axes, least, columns, &mut caveats)?;
     let found = least_squares(dof, &columns, terms)?;
     Ok(Fit::of_regression(dof, Method::EquationError, terms, found, filters, caveats))
 }

@@ -20,12 +20,15 @@ impl Default for PaperOptions {
     }
 }
 
+/// A time stamp is in force at its own instant, whichever way its decimals were rounded.
+const ROUNDING_S: f64 = 1e-6;
+
 /// Fits the plant as the paper does.
 ///
 /// Velocity is smoothed, differentiated, and regressed with its own square on thrust,
-/// which is *not* smoothed: `v̇_f = α τ + β v_f|v_f| + μ v_f + bias`. At the excited
-/// frequency f the mass comes out as about `m / |H(f)|`; the method is kept exact as
-/// the baseline.
+/// which is *not* smoothed but read at each sample: `v̇_f = α τ + β v_f|v_f| + μ v_f + bias`.
+/// At the excited frequency f the mass comes out as about `m / |H(f)|`; the method is kept
+/// exact as the baseline.
 ///
 /// `axes` are the records of one degree of freedom, one for each trial.
 ///
@@ -43,18 +46,20 @@ pub fn fit_paper(
 ) -> Result<Fit, Error> {
     check_trials(dof, axes)?;
     let filter = options.velocity_filter;
-    let columns = |stretch: UniformStretch, sample_hz: f64| {
+    let columns = |axis: &AxisRecord, stretch: UniformStretch, sample_hz: f64| {
         let v = filter.zero_phase(&stretch.v, sample_hz)?;
         Ok(Columns {
             v_dot: differentiate(&v, stretch.grid.period_s)?,
-            tau: stretch.tau,
+            tau: stretch.grid.times().map(|t| axis.force.held_at(t + ROUNDING_S)).collect(),
             quadratic: signed_square(&v),
             linear: v,
             period_s: stretch.grid.period_s,
         })
     };
-    let columns = all_columns(axes, |rate| least_rows(filter, rate), columns)?;
+    let mut caveats = Vec::new();
+    let least = |rate| least_rows(filter, rate);
+    let columns = all_columns(axes, least, columns, &mut caveats)?;
     let found = least_squares(dof, &columns, terms)?;
     let filters = Filters { velocity: Some(filter), every_term: None };
-    Ok(Fit::of_regression(dof, Method::Paper, terms, found, filters, Vec::new()))
+    Ok(Fit::of_regression(dof, Method::Paper, terms, found, filters, caveats))
 }

@@ -217,6 +217,7 @@ fn jason2_plants() -> BTreeMap<Dof, TwinPlant> {
 }
 
 /// [Jason2, table 4]; the joystick is ours.
+#[expect(clippy::approx_constant, reason = "the table rounds 2π/6 so")]
 fn jason2_excitation() -> BTreeMap<Dof, Excitation> {
     let sine =
         |amplitude, frequency_rad_s, joystick| Excitation { amplitude, frequency_rad_s, joystick };

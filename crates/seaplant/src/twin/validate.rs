@@ -1,13 +1,17 @@
 //! Which twins cannot be made, and why.
 
-use super::TwinSpec;
+use std::collections::BTreeSet;
+
 use super::vehicle::DRIVEN;
+use super::{TwinSpec, percent};
 use crate::Error;
 
 /// The shortest trial that is worth a log, s.
 const SHORTEST_S: f64 = 20.0;
+/// The longest that fits in memory with ease: a day, s.
+const LONGEST_S: f64 = 86_400.0;
 
-/// More than this is no depth, duration, mass or force of a vehicle.
+/// More than this is no depth, mass or force of a vehicle.
 const LARGEST: f64 = 1e9;
 
 impl TwinSpec {
@@ -29,12 +33,11 @@ impl TwinSpec {
             ("thrusters.forward", self.thrusters.forward),
             ("thrusters.reverse", self.thrusters.reverse),
             ("thrusters.max_rpm", self.thrusters.max_rpm),
-            ("steady.d_quadratic", self.steady.d_quadratic),
         ];
         positive.iter().try_for_each(|(name, value)| above_zero(name, *value))?;
-        finite("steady.bias_force", self.steady.bias_force)?;
         self.check_plants()?;
         self.check_excitation()?;
+        self.check_steady()?;
         self.check_strength()
     }
 
@@ -56,9 +59,9 @@ impl TwinSpec {
             ("hold_out_s", self.hold_out_s),
             ("steady.duration_s", self.steady.duration_s),
         ];
-        let wrong = durations.iter().find(|(_, s)| !(SHORTEST_S..=LARGEST).contains(s));
+        let wrong = durations.iter().find(|(_, s)| !(SHORTEST_S..=LONGEST_S).contains(s));
         wrong.map_or(Ok(()), |(name, s)| {
-            Err(refused(name, &s.to_string(), &format!("{SHORTEST_S} s or more")))
+            Err(refused(name, &s.to_string(), &format!("from {SHORTEST_S} s to a day")))
         })
     }
 
@@ -89,12 +92,25 @@ impl TwinSpec {
             not_negative(&format!("excitation.{dof}.joystick"), excitation.joystick)?;
             above_zero(&format!("excitation.{dof}.frequency_rad_s"), excitation.frequency_rad_s)?;
         }
-        let parts = self.steady.down.iter().chain(&self.steady.up);
-        let wrong = parts.into_iter().find(|part| !(**part > 0.0 && **part <= 1.0));
-        wrong.map_or(Ok(()), |part| {
-            let expected = "above 0 and at most 1, a part of the greatest thrust";
-            Err(refused("steady thrust", &part.to_string(), expected))
-        })
+        Ok(())
+    }
+
+    fn check_steady(&self) -> Result<(), Error> {
+        above_zero("steady.d_quadratic", self.steady.d_quadratic)?;
+        finite("steady.bias_force", self.steady.bias_force)?;
+        for (way, parts) in [("down", &self.steady.down), ("up", &self.steady.up)] {
+            let name = format!("steady.{way} thrust");
+            if let Some(part) = parts.iter().find(|part| !(**part > 0.0 && **part <= 1.0)) {
+                let expected = "above 0 and at most 1, a part of the greatest thrust";
+                return Err(refused(&name, &part.to_string(), expected));
+            }
+            // Runs are named, and their noise is drawn, by the percentage.
+            let named: BTreeSet<String> = parts.iter().map(|&part| percent(part)).collect();
+            if named.len() < parts.len() {
+                return Err(refused(&name, "given twice", "different in each run, by 0.1 %"));
+            }
+        }
+        Ok(())
     }
 
     fn check_strength(&self) -> Result<(), Error> {
@@ -170,7 +186,7 @@ mod tests {
     #[test]
     fn refuses_a_trial_of_no_length() {
         let message = message(|spec| spec.duration_s = 0.0);
-        assert_eq!(message, "the twin's duration_s is 0; it must be 20 s or more");
+        assert_eq!(message, "the twin's duration_s is 0; it must be from 20 s to a day");
     }
 
     #[test]
@@ -196,6 +212,14 @@ mod tests {
 
     #[test]
     fn refuses_more_than_full_thrust() {
-        assert!(message(|spec| spec.steady.up.push(1.2)).contains("steady thrust is 1.2"));
+        assert!(message(|spec| spec.steady.up.push(1.2)).contains("steady.up thrust is 1.2"));
+    }
+
+    #[test]
+    fn refuses_two_runs_of_one_name() {
+        assert!(message(|spec| spec.steady.down.push(0.3)).contains("given twice"));
+        let mut spec = TwinSpec::jason2();
+        spec.steady.down.push(0.305);
+        assert_eq!(spec.validate(), Ok(()));
     }
 }

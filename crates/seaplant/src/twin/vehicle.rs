@@ -1,5 +1,7 @@
 //! The twin's thrusters and instruments: as they are, and as the analyst has them.
 
+use std::f64::consts::TAU;
+
 use nalgebra::Vector3;
 
 use super::{Disturbance, NoiseLevel, TwinSpec};
@@ -32,33 +34,30 @@ const DEPTH_POSITION_M: [f64; 3] = [-0.3, 0.0, -0.4];
 /// Resolution of the depth sensor, m [Jason2, table 3].
 pub(super) const DEPTH_QUANTUM_M: f64 = 0.07;
 
-impl NoiseLevel {
-    /// Standard deviation of each axis of the DVL, m/s.
-    pub const fn dvl_m_s(self) -> f64 {
-        match self {
-            Self::Low => 0.3e-3,
-            Self::Middle => 3e-3,
-            Self::High => 10e-3,
-        }
-    }
+/// Standard deviation of roll and pitch, rad [Jason2, table 3].
+const TILT_STD_RAD: f64 = 0.1 * TAU / 360.0;
 
-    /// Standard deviation of heading, rad.
-    pub const fn heading_rad(self) -> f64 {
-        let deg: f64 = match self {
-            Self::Low => 0.03,
-            Self::Middle => 0.1,
-            Self::High => 0.3,
+/// Standard deviations of one sample of each instrument.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct InstrumentNoise {
+    /// Of each axis of the DVL, m/s.
+    pub(super) dvl: f64,
+    /// Of heading, rad.
+    pub(super) heading: f64,
+    /// Of roll and pitch, rad.
+    pub(super) tilt: f64,
+    /// Of depth before it is rounded, m.
+    pub(super) depth: f64,
+}
+
+impl InstrumentNoise {
+    pub(super) fn of(level: NoiseLevel) -> Self {
+        let (dvl, heading_deg, depth) = match level {
+            NoiseLevel::Low => (0.3e-3, 0.03_f64, 0.0),
+            NoiseLevel::Middle => (3e-3, 0.1, 0.02),
+            NoiseLevel::High => (10e-3, 0.3, 0.07),
         };
-        deg.to_radians()
-    }
-
-    /// Standard deviation of depth before it is rounded, m.
-    pub const fn depth_m(self) -> f64 {
-        match self {
-            Self::Low => 0.0,
-            Self::Middle => 0.02,
-            Self::High => 0.07,
-        }
+        Self { dvl, heading: heading_deg.to_radians(), tilt: TILT_STD_RAD, depth }
     }
 }
 
@@ -86,14 +85,15 @@ impl TwinSpec {
         let mount = |(name, position_m, direction): Mount| {
             Thruster::new(name, position_m, direction, curve.clone())
         };
+        let noise = InstrumentNoise::of(self.noise);
         // A quantum is uniform noise of that width.
-        let depth_std = self.noise.depth_m().hypot(DEPTH_QUANTUM_M / 12_f64.sqrt());
+        let depth_std = noise.depth.hypot(DEPTH_QUANTUM_M / 12_f64.sqrt());
         let sensor = |position_m: [f64; 3], std| Sensor {
             position_body: position_m.into(),
             rotation_rad: [0.0; 3],
             std: Some(std),
         };
-        let mut dvl = sensor(DVL_POSITION_M, self.noise.dvl_m_s());
+        let mut dvl = sensor(DVL_POSITION_M, noise.dvl);
         dvl.position_body -= Vector3::new(dvl_off_m, 0.0, dvl_off_m);
         dvl.rotation_rad[2] = DVL_YAW_DEG.to_radians();
         Ok(Vehicle {
@@ -103,7 +103,7 @@ impl TwinSpec {
             sensors: Sensors {
                 dvl,
                 depth: sensor(DEPTH_POSITION_M, depth_std),
-                attitude: sensor([0.0; 3], self.noise.heading_rad()),
+                attitude: sensor([0.0; 3], noise.heading),
                 position: Sensor::default(),
             },
         })

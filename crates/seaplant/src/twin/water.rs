@@ -96,7 +96,7 @@ impl Water {
     /// difference of added masses is that of the plants' masses, sway less surge.
     ///
     /// # Source
-    /// [Fossen2021, §6.3]: row 6 of C_A(ν) ν.
+    /// [Fossen2021, ch. 6]: row 6 of C_A(ν) ν.
     pub(super) fn push(&self, tick: usize, t_s: f64, turned: f64) -> f64 {
         let c = self.current[tick];
         let heading = self.heading + turned;
@@ -148,4 +148,36 @@ fn wobble(mut rng: ChaCha8Rng, rms: f64) -> Vec<Sine> {
         phase: rng.random_range(0.0..TAU),
     };
     (0..WOBBLE_LINES).map(|_| line()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    #[test]
+    fn a_current_turns_the_vehicle_broadside() {
+        let mut spec = TwinSpec::jason2();
+        spec.disturbances.insert(Disturbance::Current);
+        let streams = Streams { seed: 1, trial: "yaw 1" };
+        let water = Water { heading: 0.0, ..Water::of(&spec, Dof::Yaw, &streams, 10) };
+        let moment = |heading: f64| water.push(0, 0.0, heading);
+        // Off the stream to starboard the bow goes on to starboard, until 90°.
+        assert!(moment(0.1) > 0.0 && moment(-0.1) < 0.0);
+        assert!(moment(FRAC_PI_2 - 0.1) > 0.0 && moment(FRAC_PI_2 + 0.1) < 0.0);
+        // Drag in yaw sees turning only.
+        assert_eq!(water.along(0), 0.0);
+    }
+
+    #[test]
+    fn rolls_and_pitches_at_the_rate_that_was_asked_for() {
+        let mut spec = TwinSpec::jason2();
+        spec.disturbances.insert(Disturbance::Lever);
+        let water = Water::of(&spec, Dof::Surge, &Streams { seed: 1, trial: "surge 1" }, 10);
+        let square = |tick: i32| water.attitude(0.1 * f64::from(tick), 0.0, 0.0).slopes[1].powi(2);
+        let rms = ((0..40_000).map(square).sum::<f64>() / 40_000.0).sqrt();
+        // Over an hour, twenty sinusoids beat out.
+        assert!((rms / 0.03 - 1.0).abs() < 0.05, "{rms}");
+    }
 }

@@ -1,0 +1,278 @@
+//! What a user may write on the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use seaplant::{Dof, Method, Terms};
+
+/// Identifies the plant model of a marine vehicle from its logs: what it weighs in
+/// water, how it drags, how sure that is, and what makes it doubtful.
+#[derive(Debug, Parser)]
+#[command(
+    name = "seaplant",
+    version,
+    propagate_version = true,
+    after_help = "Start with `seaplant demo`, which makes a campaign, identifies it and writes the report.\n\
+                  With a log of your own: `seaplant inspect LOG`, `seaplant init LOG`, finish the two files\n\
+                  that it writes, then `seaplant identify campaign.toml`."
+)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Print the result as JSON, for other programs.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Print nothing but errors and what was asked for.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// When to use colour.
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    pub color: Color,
+}
+
+/// When to use colour.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Color {
+    /// In a terminal that shows it.
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
+}
+
+impl Color {
+    /// Makes the choice known to everything that prints.
+    pub fn write_global(self) {
+        match self {
+            Self::Auto => anstream::ColorChoice::Auto,
+            Self::Always => anstream::ColorChoice::Always,
+            Self::Never => anstream::ColorChoice::Never,
+        }
+        .write_global();
+    }
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Make the Jason 2 campaign with a digital twin, identify it and write the report.
+    Demo(Demo),
+    /// Write a starting vehicle.toml and campaign.toml from what a log holds.
+    Init(Init),
+    /// Show a log's channels: units, rates, spans, gaps and suspicious values.
+    Inspect(Inspect),
+    /// Fit every degree of freedom of a campaign and write the report.
+    Identify(Identify),
+    /// Drive a fitted plant with another log's thrust.
+    Simulate(Simulate),
+    /// Score a fitted plant on the trials of a campaign.
+    Validate(Validate),
+    /// Fit a thrust curve to a bollard-pull table.
+    Thruster(Thruster),
+    /// Make the logs of a vehicle whose truth is known.
+    Twin(Twin),
+    /// Print the JSON Schema of a file, for editors and programs.
+    Schema(Schema),
+    /// Print a completion script for a shell.
+    Completions(Completions),
+    /// Write the manual pages.
+    Man(Man),
+}
+
+/// Make the Jason 2 campaign with a digital twin, identify it and write the report.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant demo\n  seaplant demo --disturbances tether,lag --seed 7 --out lagging"
+)]
+pub struct Demo {
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR", default_value = "seaplant-demo", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+    /// Where every random number starts.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// What disturbs the twin: none, all, or some of tether, current, lag, delay, thrcoef,
+    /// lever, swell, inflow, separated by commas.
+    #[arg(long, value_name = "LIST", default_value = "none")]
+    pub disturbances: String,
+}
+
+/// Write a starting vehicle.toml and campaign.toml from what a log holds.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant init dive12.csv\n  seaplant init thrusters.csv dvl.csv --out dive12"
+)]
+pub struct Init {
+    /// The log, or the files that were logged side by side.
+    #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
+    pub logs: Vec<PathBuf>,
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR", default_value = ".", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+    /// Write over files that are there.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// Show a log's channels: units, rates, spans, gaps and suspicious values.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  seaplant inspect thrusters.csv dvl.csv")]
+pub struct Inspect {
+    /// The log, or the files that were logged side by side.
+    #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
+    pub logs: Vec<PathBuf>,
+    /// The time column, if its name does not say so.
+    #[arg(long, value_name = "COLUMN")]
+    pub time: Option<String>,
+    /// The rate of a log without a time column.
+    #[arg(long, value_name = "HZ", conflicts_with = "time")]
+    pub equal_sampling_hz: Option<f64>,
+}
+
+/// Fit every degree of freedom of a campaign and write the report.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant identify campaign.toml\n  seaplant identify campaign.toml --method paper --terms force,quadratic --out paper-alone"
+)]
+pub struct Identify {
+    /// The campaign file.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub campaign: PathBuf,
+    /// A method: equation-error or paper. Give it once for each; the first gives the
+    /// recommended plant.
+    #[arg(long = "method", value_name = "M")]
+    pub methods: Vec<Method>,
+    /// The terms to fit, in place of the campaign's: force, quadratic, linear, bias.
+    #[arg(long, value_name = "LIST")]
+    pub terms: Option<Terms>,
+    /// The folder to write to; `results` beside the campaign file if not given.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
+}
+
+/// Drive a fitted plant with another log's thrust.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  seaplant simulate results/results.json dive13.csv --dof heave --out heave.csv"
+)]
+pub struct Simulate {
+    /// The results.json of a fit.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub results: PathBuf,
+    /// The log, or the files that were logged side by side.
+    #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
+    pub logs: Vec<PathBuf>,
+    /// The campaign whose vehicle and channels the log shares; the fit's own if not given.
+    #[arg(long, value_hint = ValueHint::FilePath)]
+    pub campaign: Option<PathBuf>,
+    /// The degree of freedom, if the results hold several.
+    #[arg(long)]
+    pub dof: Option<Dof>,
+    /// The method whose plant to use; the recommended one's if not given.
+    #[arg(long)]
+    pub method: Option<Method>,
+    /// The CSV file to write; printed if not given.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub out: Option<PathBuf>,
+}
+
+/// Score a fitted plant on the trials of a campaign.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  seaplant validate results/results.json another-dive/campaign.toml"
+)]
+pub struct Validate {
+    /// The results.json of a fit.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub results: PathBuf,
+    /// The campaign whose trials to score on.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub campaign: PathBuf,
+    /// The method whose plants to use; the recommended one's if not given.
+    #[arg(long)]
+    pub method: Option<Method>,
+}
+
+/// Fit a thrust curve to a bollard-pull table.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant thruster bollard-pull.csv\n  seaplant thruster T200-16V.csv --input RPM --input-unit rpm --plot t200.svg"
+)]
+pub struct Thruster {
+    /// The table: a column of inputs (rad/s, rpm, (rad/s)^2, us or a command) and one of
+    /// forces (N, kgf, lbf).
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub table: PathBuf,
+    /// The column of inputs; told by its unit if not given.
+    #[arg(long, value_name = "COLUMN")]
+    pub input: Option<String>,
+    /// The unit of the inputs, if the header does not state it.
+    #[arg(long, value_name = "UNIT")]
+    pub input_unit: Option<String>,
+    /// The column of forces; told by its unit if not given.
+    #[arg(long, value_name = "COLUMN")]
+    pub force: Option<String>,
+    /// The unit of the forces, if the header does not state it.
+    #[arg(long, value_name = "UNIT")]
+    pub force_unit: Option<String>,
+    /// The input that means stop: 0, or 1500 for pulse widths, if not given.
+    #[arg(long, allow_negative_numbers = true)]
+    pub neutral: Option<f64>,
+    /// Draw the curve to this .svg or .png file.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub plot: Option<PathBuf>,
+}
+
+/// Make the logs of a vehicle whose truth is known.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant twin twin.toml --out logs\n  echo 'disturbances = [\"current\"]' > twin.toml && seaplant twin twin.toml --out logs"
+)]
+pub struct Twin {
+    /// What the twin is and does, in TOML; `seaplant schema twin` tells its keys.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub spec: PathBuf,
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+}
+
+/// A kind of file.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum SchemaKind {
+    /// results.json.
+    Results,
+    /// vehicle.toml.
+    Vehicle,
+    /// campaign.toml.
+    Campaign,
+    /// The file that `seaplant twin` reads.
+    Twin,
+}
+
+/// Print the JSON Schema of a file, for editors and programs.
+#[derive(Debug, Args)]
+pub struct Schema {
+    /// Which file.
+    pub kind: SchemaKind,
+}
+
+/// Print a completion script for a shell.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  seaplant completions bash > ~/.local/share/bash-completion/completions/seaplant"
+)]
+pub struct Completions {
+    /// Which shell.
+    pub shell: clap_complete::Shell,
+}
+
+/// Write the manual pages.
+#[derive(Debug, Args)]
+pub struct Man {
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR", default_value = "man", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+}

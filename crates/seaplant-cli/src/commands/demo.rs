@@ -1,0 +1,45 @@
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use seaplant::results::TruePlant;
+use seaplant::twin::{Disturbance, TwinSpec, make};
+use seaplant_campaign::Campaign;
+
+use super::identify::{finish, quoted};
+use crate::args::Demo;
+use crate::output::Output;
+
+pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
+    let spec = TwinSpec {
+        seed: arguments.seed,
+        disturbances: Disturbance::parse_list(&arguments.disturbances)?,
+        ..TwinSpec::jason2()
+    };
+    let twin = make(&spec)?;
+    super::twin::write(&twin, &arguments.out)?;
+    let campaign = Campaign::open(&arguments.out.join("campaign.toml"))?;
+    let mut found = campaign.identify(&command_line(arguments));
+    found.results.provenance.seed = Some(spec.seed);
+    found.results.truth = Some(truth(&spec));
+    finish(&found, &arguments.out, output)
+}
+
+fn truth(spec: &TwinSpec) -> BTreeMap<seaplant::Dof, TruePlant> {
+    let plant = |plant: &seaplant::twin::TwinPlant| TruePlant {
+        mass: plant.mass,
+        quadratic_drag: plant.d_quadratic,
+        linear_drag: plant.d_linear,
+        bias_force: plant.bias_force,
+    };
+    spec.plants.iter().map(|(dof, of)| (*dof, plant(of))).collect()
+}
+
+fn command_line(arguments: &Demo) -> String {
+    format!(
+        "seaplant demo --seed {} --disturbances {} --out {}",
+        arguments.seed,
+        arguments.disturbances,
+        quoted(&arguments.out)
+    )
+}

@@ -1,0 +1,78 @@
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+use seaplant::results::Identification;
+use seaplant_campaign::Campaign;
+use seaplant_report::render;
+
+use crate::args::Identify;
+use crate::output::{File, Output, write_folder};
+use crate::summary;
+
+pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
+    let mut campaign = Campaign::open(&arguments.campaign)?;
+    if !arguments.methods.is_empty() {
+        campaign.options.methods.clone_from(&arguments.methods);
+        let mut seen = Vec::new();
+        campaign.options.methods.retain(|method| {
+            let is_new = !seen.contains(method);
+            seen.push(*method);
+            is_new
+        });
+    }
+    if let Some(terms) = arguments.terms {
+        campaign.options.terms = terms;
+        campaign.options.terms_of.clear();
+    }
+    let folder = arguments.out.clone().unwrap_or_else(|| beside(&arguments.campaign));
+    let found = campaign.identify(&command_line(arguments));
+    finish(&found, &folder, output)
+}
+
+/// Writes the report and says what was found; fails if nothing was.
+pub fn finish(found: &Identification, folder: &Path, output: Output) -> Result<ExitCode> {
+    let results = &found.results;
+    if results.plants.is_empty() && results.steady.is_empty() {
+        let mut reasons: Vec<String> = results
+            .failures
+            .iter()
+            .map(|f| format!("\n  {} by {}: {}", f.dof, f.method, f.message))
+            .collect();
+        if reasons.is_empty() {
+            reasons.push("\n  no trial has role = \"fit\" or \"steady\"".to_owned());
+        }
+        bail!("no plant could be identified:{}", reasons.concat());
+    }
+    let files: Vec<File> = render(found)?
+        .into_iter()
+        .map(|artifact| File { path: artifact.path, bytes: artifact.bytes })
+        .collect();
+    write_folder(folder, &files)?;
+    output.give(results, || summary::of(results, folder))?;
+    let complete = results.failures.is_empty();
+    Ok(if complete { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn beside(campaign: &Path) -> PathBuf {
+    campaign.with_file_name("results")
+}
+
+fn command_line(arguments: &Identify) -> String {
+    let mut words = vec!["seaplant identify".to_owned(), quoted(&arguments.campaign)];
+    words.extend(arguments.methods.iter().map(|method| format!("--method {method}")));
+    if let Some(terms) = arguments.terms {
+        words.push(format!("--terms {}", terms.to_string().replace(' ', "")));
+    }
+    if let Some(out) = &arguments.out {
+        words.push(format!("--out {}", quoted(out)));
+    }
+    words.join(" ")
+}
+
+/// A path as a shell reads it.
+pub fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+".contains(c);
+    if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+}

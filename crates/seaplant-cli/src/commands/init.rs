@@ -1,0 +1,41 @@
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+use seaplant_campaign::propose;
+use seaplant_log::{Log, ReadOptions};
+
+use crate::args::Init;
+use crate::output::{File, Output, write_folder};
+
+pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
+    let targets = ["vehicle.toml", "campaign.toml"].map(|name| arguments.out.join(name));
+    let there: Vec<&PathBuf> = targets.iter().filter(|path| path.exists()).collect();
+    if let (false, Some(path)) = (arguments.force, there.first()) {
+        bail!(
+            "{} is there already; choose another --out, or write over it with --force",
+            path.display()
+        );
+    }
+    let files: Vec<_> =
+        arguments.logs.iter().map(|path| (path.clone(), ReadOptions::default())).collect();
+    let log = Log::open(&files)?;
+    let proposal = propose(&log, &arguments.logs, &arguments.out);
+    let file = |path: &str, text: &str| File { path: path.to_owned(), bytes: text.into() };
+    write_folder(
+        &arguments.out,
+        &[
+            file("vehicle.toml", &proposal.vehicle_toml),
+            file("campaign.toml", &proposal.campaign_toml),
+        ],
+    )?;
+    let mut text = format!("{}\n{}\n", targets[0].display(), targets[1].display());
+    if !proposal.open_questions.is_empty() {
+        text += "to decide before `seaplant identify` (each is marked in the files):\n";
+        for question in &proposal.open_questions {
+            text += &format!("  {question}\n");
+        }
+    }
+    output.say(&text)?;
+    Ok(ExitCode::SUCCESS)
+}

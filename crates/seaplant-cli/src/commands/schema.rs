@@ -1,0 +1,18 @@
+use std::process::ExitCode;
+
+use seaplant::twin::TwinSpec;
+use seaplant_campaign::{CampaignFile, VehicleFile};
+
+use crate::args::{Schema, SchemaKind};
+use crate::output::print;
+
+pub fn run(arguments: &Schema) -> anyhow::Result<ExitCode> {
+    let schema = match arguments.kind {
+        SchemaKind::Results => seaplant_report::results_schema(),
+        SchemaKind::Vehicle => schemars::schema_for!(VehicleFile).to_value(),
+        SchemaKind::Campaign => schemars::schema_for!(CampaignFile).to_value(),
+        SchemaKind::Twin => schemars::schema_for!(TwinSpec).to_value(),
+    };
+    print(&serde_json::to_string_pretty(&schema)?)?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,33 @@
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, anyhow};
+use seaplant::twin::{TwinCampaign, TwinSpec, make};
+use seaplant_campaign::{read_toml, twin_files};
+
+use crate::args::Twin;
+use crate::output::{File, Output, write_folder};
+
+pub fn run(arguments: &Twin, output: Output) -> Result<ExitCode> {
+    let spec: TwinSpec = read_toml(&arguments.spec)?;
+    let twin = make(&spec).with_context(|| arguments.spec.display().to_string())?;
+    write(&twin, &arguments.out)?;
+    output.say(&format!(
+        "{} trials of `{}` are in {}; identify them with\n  seaplant identify {}",
+        twin.trials.len(),
+        twin.vehicle.name,
+        arguments.out.display(),
+        arguments.out.join("campaign.toml").display()
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes a twin's logs, vehicle and campaign files, and truth.
+pub fn write(twin: &TwinCampaign, folder: &Path) -> Result<()> {
+    let files = twin_files(twin).map_err(|error| anyhow!("the twin cannot be written: {error}"))?;
+    let files: Vec<File> = files
+        .into_iter()
+        .map(|file| File { path: file.path, bytes: file.text.into_bytes() })
+        .collect();
+    write_folder(folder, &files)
+}

@@ -1,0 +1,124 @@
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail};
+use schemars::JsonSchema;
+use seaplant::results::{PlantResult, Results, Score};
+use seaplant::{Dof, Method, Role, score_plant};
+use seaplant_campaign::Campaign;
+use seaplant_report::number::{or_absent, significant};
+use seaplant_report::parse_results;
+use serde::Serialize;
+
+use crate::args::Validate;
+use crate::output::{Output, WARNING};
+use crate::summary::{align, plain_table};
+
+/// A plant's score on the trials of a campaign.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Validation {
+    dof: Dof,
+    method: Method,
+    score: Score,
+    /// Trials that the plant was fitted to: their scores flatter it.
+    fitted_to: Vec<String>,
+}
+
+pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
+    let results = read_results(&arguments.results)?;
+    let campaign = Campaign::open(&arguments.campaign)?;
+    let mut validations = Vec::new();
+    for (&dof, recommended) in &results.plants {
+        let plant = plant_of(&results, dof, recommended, arguments.method)?;
+        let trials: Vec<_> = campaign
+            .trials
+            .iter()
+            .filter(|trial| trial.dofs().contains(&dof) && trial.role() != Role::Steady)
+            .collect();
+        if trials.is_empty() {
+            continue;
+        }
+        let score = score_plant(dof, &plant.lumped, &trials)
+            .with_context(|| arguments.campaign.display().to_string())?;
+        let fitted_to = known_files(&results, &campaign, dof);
+        validations.push(Validation { dof, method: plant.method, score, fitted_to });
+    }
+    if validations.is_empty() {
+        bail!(
+            "no trial of {} exercises a degree of freedom that {} holds",
+            arguments.campaign.display(),
+            arguments.results.display()
+        );
+    }
+    output.give(&validations, || words(&validations))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Reads a results.json.
+pub fn read_results(path: &Path) -> Result<Results> {
+    let text = std::fs::read_to_string(path).with_context(|| {
+        format!("cannot read {}; give the results.json of a fit", path.display())
+    })?;
+    parse_results(&text).with_context(|| path.display().to_string())
+}
+
+/// The plant of a method, or the recommended one.
+pub fn plant_of<'a>(
+    results: &'a Results,
+    dof: Dof,
+    recommended: &'a PlantResult,
+    method: Option<Method>,
+) -> Result<&'a PlantResult> {
+    let Some(method) = method else { return Ok(recommended) };
+    results
+        .methods
+        .get(&dof)
+        .and_then(|methods| methods.get(&method))
+        .with_context(|| format!("the results hold no {dof} plant by {method}"))
+}
+
+/// Trials of the campaign whose files the fit had read, too.
+fn known_files(results: &Results, campaign: &Campaign, dof: Dof) -> Vec<String> {
+    let fitted: Vec<&String> = results
+        .trials
+        .iter()
+        .filter(|trial| trial.role == Role::Fit && trial.axes.contains_key(&dof))
+        .flat_map(|trial| &trial.files)
+        .collect();
+    let hash_of = |path: &String| {
+        results.provenance.inputs.iter().find(|input| input.path == *path).map(|i| &i.sha256)
+    };
+    let fitted: Vec<_> = fitted.into_iter().filter_map(hash_of).collect();
+    let is_known = |trial: &&seaplant::Trial| {
+        campaign.inputs_of(trial.name()).any(|input| fitted.contains(&&input.sha256))
+    };
+    let of_dof = campaign.trials.iter().filter(|trial| trial.dofs().contains(&dof));
+    of_dof.filter(is_known).map(|trial| trial.name().to_owned()).collect()
+}
+
+fn words(validations: &[Validation]) -> String {
+    let mut table = plain_table();
+    table.set_header(["dof", "trial", "e", "never moves", "R²", "R² of position", ""]);
+    for validation in validations {
+        for trial in &validation.score.trials {
+            let own = validation.fitted_to.contains(&trial.trial);
+            table.add_row([
+                validation.dof.to_string(),
+                trial.trial.clone(),
+                trial.mean_abs_error.map_or("runs away".to_owned(), |e| significant(e, 3)),
+                significant(trial.null_error, 3),
+                or_absent(trial.r_squared, 3),
+                or_absent(trial.position_r_squared, 3),
+                if own { "fitted to it".to_owned() } else { String::new() },
+            ]);
+        }
+    }
+    align(&mut table, 2..6);
+    let mut text = format!("{table}\n");
+    if validations.iter().any(|validation| !validation.fitted_to.is_empty()) {
+        text += &format!(
+            "{WARNING}caveat:{WARNING:#} a plant scored on files that it was fitted to looks better than it is\n"
+        );
+    }
+    text
+}

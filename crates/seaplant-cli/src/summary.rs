@@ -1,0 +1,165 @@
+//! What `identify` says in the terminal.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use comfy_table::presets::NOTHING;
+use comfy_table::{CellAlignment, Table};
+use seaplant::results::{Parameter, PlantResult, Results, Score, SteadyResult, TruePlant};
+use seaplant::{Caveat, Dof, Severity};
+use seaplant_report::number::{Rounded, signed_percent, significant};
+use seaplant_report::{Trust, verdict};
+
+use crate::output::{FAINT, SEVERE, STRONG, WARNING};
+
+/// The whole summary.
+pub fn of(results: &Results, folder: &Path) -> String {
+    let mut text = String::new();
+    for (dof, plant) in &results.plants {
+        let truth = results.truth.as_ref().and_then(|truth| truth.get(dof));
+        text.push_str(&plant_block(*dof, plant, truth));
+    }
+    for (dof, steady) in &results.steady {
+        text.push_str(&steady_block(*dof, steady));
+    }
+    for failure in &results.failures {
+        let (dof, method) = (failure.dof, &failure.method);
+        let _ = writeln!(text, "{SEVERE}failed:{SEVERE:#} {dof} by {method}: {}", failure.message);
+    }
+    let notes = count_notes(results);
+    if notes > 0 {
+        let _ = writeln!(text, "{FAINT}{notes} notes more are in the report{FAINT:#}");
+    }
+    let _ = writeln!(
+        text,
+        "report   {}\nnumbers  {}",
+        folder.join("report.html").display(),
+        folder.join("results.json").display()
+    );
+    text
+}
+
+fn count_notes(results: &Results) -> usize {
+    let notes = |caveats: &[Caveat]| {
+        caveats.iter().filter(|caveat| caveat.severity == Severity::Note).count()
+    };
+    results.plants.values().map(|plant| notes(&plant.caveats)).sum::<usize>()
+        + results.steady.values().map(|steady| notes(&steady.caveats)).sum::<usize>()
+        + notes(&results.caveats)
+}
+
+fn plant_block(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> String {
+    let mut text = String::new();
+    let verdict = verdict(dof, plant);
+    let style = match verdict.trust {
+        Trust::DoNotUse => SEVERE,
+        Trust::Doubtful | Trust::UsableWithCare => WARNING,
+        Trust::Usable => STRONG,
+    };
+    let _ = writeln!(
+        text,
+        "{STRONG}{dof}{STRONG:#} by {}: {style}{}{style:#}; {}",
+        plant.method,
+        verdict.trust.name(),
+        verdict.reason
+    );
+    let p = &plant.parameters;
+    let mass = if dof.is_rotation() { "inertia" } else { "mass" };
+    let rows = [
+        (mass, Some(&p.mass), truth.map(|t| t.mass)),
+        ("quadratic drag", p.quadratic_drag.as_ref(), truth.map(|t| t.quadratic_drag)),
+        ("linear drag", p.linear_drag.as_ref(), truth.map(|t| t.linear_drag)),
+        ("bias force", p.bias_force.as_ref(), truth.map(|t| t.bias_force)),
+    ];
+    let mut table = plain_table();
+    for (name, parameter, truth) in rows {
+        if let Some(parameter) = parameter {
+            table.add_row(parameter_row(name, parameter, truth));
+        }
+    }
+    align(&mut table, 1..4);
+    let _ = writeln!(text, "{}", table.to_string().trim_end());
+    let units = dof.units();
+    let score = |name: &str, score: &Score| {
+        let error = score.mean_abs_error.map_or("runs away".to_owned(), |e| significant(e, 3));
+        let r2 = score.r_squared.map_or(String::new(), |r2| format!(", R² {r2:.3}"));
+        format!(
+            "  {name}: e = {error} {}, {} for a model that never moves{r2}",
+            units.velocity,
+            significant(score.null_error, 3)
+        )
+    };
+    match &plant.hold_out {
+        Some(hold_out) => _ = writeln!(text, "{}", score("held out", hold_out)),
+        None => _ = writeln!(text, "{}", score("on its own trial", &plant.fit)),
+    }
+    push_caveats(&mut text, &plant.caveats);
+    text.push('\n');
+    text
+}
+
+fn parameter_row(name: &str, parameter: &Parameter, truth: Option<f64>) -> Vec<String> {
+    let Rounded { value, std, low95, high95 } = Rounded::of(parameter);
+    let mut row = vec![
+        format!("  {name}"),
+        value,
+        format!("± {std}"),
+        format!("[{low95}, {high95}]"),
+        parameter.unit.clone(),
+    ];
+    if let Some(truth) = truth.filter(|truth| *truth != 0.0) {
+        let off = signed_percent(parameter.value / truth - 1.0);
+        row.push(format!("truth {} ({off})", significant(truth, 4)));
+    }
+    row
+}
+
+fn steady_block(dof: Dof, steady: &SteadyResult) -> String {
+    let mut text = String::new();
+    let _ = writeln!(text, "{STRONG}{dof}, steady{STRONG:#}: {} runs", steady.segments.len());
+    let mut table = plain_table();
+    if let Some(drag) = &steady.quadratic_drag {
+        table.add_row(parameter_row("quadratic drag", drag, None));
+    }
+    if let Some(bias) = &steady.bias_force {
+        table.add_row(parameter_row("bias force", bias, None));
+    }
+    align(&mut table, 1..4);
+    if !table.is_empty() {
+        let _ = writeln!(text, "{}", table.to_string().trim_end());
+    }
+    let _ = writeln!(
+        text,
+        "  mean of the runs' own drags, as in the paper: {}",
+        significant(steady.mean_quadratic_drag, 4)
+    );
+    push_caveats(&mut text, &steady.caveats);
+    text.push('\n');
+    text
+}
+
+fn push_caveats(text: &mut String, caveats: &[Caveat]) {
+    for caveat in caveats.iter().filter(|caveat| caveat.severity > Severity::Note) {
+        let (style, name) = match caveat.severity {
+            Severity::Severe => (SEVERE, "severe"),
+            _ => (WARNING, "warning"),
+        };
+        let _ = writeln!(text, "  {style}{name}:{style:#} {}", caveat.message);
+    }
+}
+
+/// A table without lines.
+pub fn plain_table() -> Table {
+    let mut table = Table::new();
+    table.load_preset(NOTHING);
+    table
+}
+
+/// Sets columns of numbers flush right.
+pub fn align(table: &mut Table, columns: std::ops::Range<usize>) {
+    for column in columns {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! Tables and series as CSV, at full precision.
+
+use seaplant::results::{ComparisonFigure, FigureData, Parameter, PlantResult, Results};
+use seaplant::{Dof, Method};
+
+use crate::paths::Paths;
+use crate::{Artifact, Error};
+
+type Writer = csv::Writer<Vec<u8>>;
+
+/// Tables 5 and 6; the second only where steady trials were made.
+pub(crate) fn tables(results: &Results) -> Result<Vec<Artifact>, Error> {
+    let mut tables = vec![artifact("tables/table-5.csv".to_owned(), table_5(results)?)?];
+    if !results.steady.is_empty() {
+        tables.push(artifact("tables/table-6.csv".to_owned(), table_6(results)?)?);
+    }
+    Ok(tables)
+}
+
+/// `series/TRIAL.DOF.METHOD.csv` of every comparison.
+pub(crate) fn series(figures: &FigureData) -> Result<Vec<Artifact>, Error> {
+    let mut paths = Paths::default();
+    figures
+        .comparisons
+        .iter()
+        .map(|figure| {
+            let comparison = &figure.comparison;
+            let parts = [&comparison.trial, comparison.dof.name(), figure.method.name()];
+            artifact(format!("series/{}.csv", paths.unique(&parts)), one_series(figure)?)
+        })
+        .collect()
+}
+
+fn artifact(path: String, writer: Writer) -> Result<Artifact, Error> {
+    let bytes = writer.into_inner().map_err(|cause| csv::Error::from(cause.into_error()))?;
+    Ok(Artifact { path, bytes })
+}
+
+fn one_series(figure: &ComparisonFigure) -> Result<Writer, Error> {
+    let comparison = &figure.comparison;
+    let units = comparison.dof.units();
+    let mut writer = csv::Writer::from_writer(Vec::with_capacity(64 * comparison.time_s.len()));
+    writer.write_record([
+        "time_s".to_owned(),
+        format!("force [{}]", units.force),
+        format!("measured [{}]", units.velocity),
+        format!("simulated [{}]", units.velocity),
+        format!("difference [{}]", units.velocity),
+    ])?;
+    let motion = comparison.measured.iter().zip(&comparison.simulated);
+    for ((time, force), (measured, simulated)) in
+        comparison.time_s.iter().zip(&comparison.force).zip(motion)
+    {
+        writer.serialize([*time, *force, *measured, *simulated, simulated - measured])?;
+    }
+    Ok(writer)
+}
+
+fn table_5(results: &Results) -> Result<Writer, Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut head = vec![
+        "dof",
+        "method",
+        "recommended",
+        "alpha",
+        "beta",
+        "mu",
+        "bias",
+        "e_fit",
+        "e_fit_null",
+        "e_hold_out",
+        "e_hold_out_null",
+        "stable",
+    ]
+    .into_iter()
+    .map(str::to_owned)
+    .collect::<Vec<_>>();
+    for name in ["mass", "quadratic_drag", "linear_drag", "bias_force"] {
+        head.extend(["", "_std", "_low95", "_high95", "_unit"].map(|end| format!("{name}{end}")));
+    }
+    writer.write_record(head)?;
+    for (&dof, methods) in &results.methods {
+        let recommended = results.plants.get(&dof).map(|plant| plant.method);
+        for (&method, plant) in methods {
+            writer.write_record(row_5(dof, method, recommended == Some(method), plant))?;
+        }
+    }
+    Ok(writer)
+}
+
+fn row_5(dof: Dof, method: Method, recommended: bool, plant: &PlantResult) -> Vec<String> {
+    let PlantResult { lumped, fit, hold_out, parameters, .. } = plant;
+    let mut row = vec![dof.name().to_owned(), method.name().to_owned(), recommended.to_string()];
+    row.extend([lumped.alpha, lumped.beta, lumped.mu, lumped.bias].map(|x| x.to_string()));
+    row.extend([
+        or_empty(fit.mean_abs_error),
+        fit.null_error.to_string(),
+        or_empty(hold_out.as_ref().and_then(|score| score.mean_abs_error)),
+        or_empty(hold_out.as_ref().map(|score| score.null_error)),
+        plant.stable.to_string(),
+    ]);
+    row.extend(parameter_cells(Some(&parameters.mass)));
+    for parameter in [&parameters.quadratic_drag, &parameters.linear_drag, &parameters.bias_force] {
+        row.extend(parameter_cells(parameter.as_ref()));
+    }
+    row
+}
+
+fn parameter_cells(parameter: Option<&Parameter>) -> [String; 5] {
+    parameter.map_or_else(Default::default, |p| {
+        let number = |x: f64| x.to_string();
+        [number(p.value), number(p.std), number(p.low95), number(p.high95), p.unit.clone()]
+    })
+}
+
+fn or_empty(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |value| value.to_string())
+}
+
+fn table_6(results: &Results) -> Result<Writer, Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record([
+        "dof",
+        "trial",
+        "from_s",
+        "to_s",
+        "force",
+        "force_part",
+        "velocity",
+        "velocity_std",
+        "quadratic_drag",
+        "quadratic_drag_std",
+        "quadratic_drag_low95",
+        "quadratic_drag_high95",
+        "quadratic_drag_unit",
+        "e",
+        "e_joint",
+    ])?;
+    for (dof, steady) in &results.steady {
+        for segment in &steady.segments {
+            let mut row = vec![dof.name().to_owned(), segment.trial.clone()];
+            row.extend(
+                [
+                    segment.from_s,
+                    segment.to_s,
+                    segment.force,
+                    segment.force_part,
+                    segment.velocity,
+                    segment.velocity_std,
+                ]
+                .map(|x| x.to_string()),
+            );
+            row.extend(parameter_cells(Some(&segment.quadratic_drag)));
+            row.extend([segment.mean_abs_error.to_string(), or_empty(segment.joint_error)]);
+            writer.write_record(row)?;
+        }
+    }
+    Ok(writer)
+}

@@ -1,0 +1,165 @@
+//! Figures: drawn once by plotters, written as SVG and as PNG.
+
+mod axis;
+mod chart;
+mod comparison;
+mod font;
+mod ink;
+mod png_writer;
+mod scene;
+mod spectrum;
+mod steady;
+mod svg_writer;
+mod thrust;
+
+use seaplant::results::{FigureData, Results};
+use seaplant::{Dof, Method, Role};
+
+use crate::Error;
+use crate::paths::Paths;
+
+pub(crate) use ink::style_sheet;
+pub(crate) use scene::Scene;
+pub(crate) use svg_writer::inline as inline_svg;
+pub(crate) use thrust::scene as thrust;
+
+/// A figure as files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// A whole SVG document that follows the reader's light or dark setting.
+    pub svg: Vec<u8>,
+    /// 1280 pixels wide, on white.
+    pub png: Vec<u8>,
+}
+
+/// What a figure shows.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Subject {
+    Comparison { method: Method, role: Role },
+    Spectrum,
+    Steady,
+    Thrust,
+}
+
+/// A figure with what the page needs to place it.
+#[derive(Clone, Debug)]
+pub(crate) struct Plate {
+    pub(crate) subject: Subject,
+    /// Absent for a figure of the whole vehicle.
+    pub(crate) dof: Option<Dof>,
+    /// The name of its files, without folder and ending.
+    pub(crate) stem: String,
+    pub(crate) caption: String,
+    /// For the page, where styles and title stand elsewhere.
+    pub(crate) inline: String,
+    pub(crate) figure: Figure,
+}
+
+impl Scene {
+    /// Writes the scene as files.
+    pub(crate) fn paint(&self) -> Result<Figure, Error> {
+        Ok(Figure {
+            svg: svg_writer::document(self).into_bytes(),
+            png: png_writer::document(self)?,
+        })
+    }
+}
+
+/// A figure before it is painted.
+struct Draft {
+    subject: Subject,
+    dof: Option<Dof>,
+    stem: String,
+    scene: Scene,
+}
+
+/// Every figure of a report.
+pub(crate) fn plates(results: &Results, figures: &FigureData) -> Result<Vec<Plate>, Error> {
+    let drafts = drafts(results, figures)?;
+    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(drafts.len());
+    if workers < 2 {
+        return drafts.into_iter().map(Draft::paint).collect();
+    }
+    let shares = shared_out(drafts, workers);
+    let painted: Vec<Result<Vec<Plate>, Error>> = std::thread::scope(|scope| {
+        let running: Vec<_> = shares
+            .into_iter()
+            .map(|share| scope.spawn(|| share.into_iter().map(Draft::paint).collect()))
+            .collect();
+        running.into_iter().map(joined).collect()
+    });
+    painted.into_iter().try_fold(Vec::new(), |mut all, share| {
+        all.extend(share?);
+        Ok(all)
+    })
+}
+
+type Share<'scope> = std::thread::ScopedJoinHandle<'scope, Result<Vec<Plate>, Error>>;
+
+fn joined(share: Share<'_>) -> Result<Vec<Plate>, Error> {
+    share.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+/// Consecutive shares of about equal length.
+fn shared_out(mut drafts: Vec<Draft>, workers: usize) -> Vec<Vec<Draft>> {
+    let length = drafts.len().div_ceil(workers);
+    let mut shares = Vec::new();
+    while drafts.len() > length {
+        let rest = drafts.split_off(length);
+        shares.push(std::mem::replace(&mut drafts, rest));
+    }
+    shares.push(drafts);
+    shares
+}
+
+impl Draft {
+    fn paint(self) -> Result<Plate, Error> {
+        Ok(Plate {
+            subject: self.subject,
+            dof: self.dof,
+            stem: self.stem,
+            inline: inline_svg(&self.scene),
+            figure: self.scene.paint()?,
+            caption: self.scene.description,
+        })
+    }
+}
+
+fn drafts(results: &Results, figures: &FigureData) -> Result<Vec<Draft>, Error> {
+    let mut paths = Paths::default();
+    let mut drafts = Vec::new();
+    for figure in &figures.comparisons {
+        let (dof, trial) = (figure.comparison.dof, &figure.comparison.trial);
+        drafts.push(Draft {
+            subject: Subject::Comparison { method: figure.method, role: figure.role },
+            dof: Some(dof),
+            stem: paths.unique(&[trial, dof.name(), figure.method.name()]),
+            scene: comparison::scene(figure)?,
+        });
+    }
+    for figure in &figures.spectra {
+        drafts.push(Draft {
+            subject: Subject::Spectrum,
+            dof: Some(figure.dof),
+            stem: paths.unique(&[&figure.trial, figure.dof.name(), "spectrum"]),
+            scene: spectrum::scene(figure, results)?,
+        });
+    }
+    for figure in &figures.steady {
+        drafts.push(Draft {
+            subject: Subject::Steady,
+            dof: Some(figure.dof),
+            stem: paths.unique(&[&figure.trial, figure.dof.name(), "steady"]),
+            scene: steady::scene(figure, results)?,
+        });
+    }
+    if let Some(bollard_pull) = &results.bollard_pull {
+        drafts.push(Draft {
+            subject: Subject::Thrust,
+            dof: None,
+            stem: paths.unique(&["thrust"]),
+            scene: thrust(bollard_pull)?,
+        });
+    }
+    Ok(drafts)
+}

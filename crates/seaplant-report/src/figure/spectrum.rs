@@ -1,0 +1,150 @@
+//! What was excited, and what the filters let through.
+
+use std::ops::Range;
+
+use seaplant::results::{Results, SpectrumFigure};
+use seaplant::signal::Spectrum;
+use seaplant::{LowPass, Method};
+
+use super::axis::Axis;
+use super::chart::{Frame, drawn, line, panel, stroke, titled};
+use super::ink::Ink;
+use super::scene::Scene;
+use crate::number::significant;
+use crate::{Error, words};
+
+/// Above this no vehicle of a tonne answers, Hz.
+const HIGHEST_HZ: f64 = 2.0;
+/// Below this lies what a Hann window makes of the mean, Hz.
+const LOWEST_HZ: f64 = 0.004;
+/// Points of a gain curve.
+const GAIN_POINTS: usize = 200;
+
+/// The top of the panel.
+const HIGHEST_PART: f64 = 1.06;
+
+/// A filter whose gain is drawn.
+struct Gain {
+    ink: Ink,
+    name: String,
+    filter: LowPass,
+}
+
+/// # Source
+/// [Jason2, §3]: the 1/8 Hz filter, against the frequencies of table 4.
+pub(super) fn scene(figure: &SpectrumFigure, results: &Results) -> Result<Scene, Error> {
+    let excited = excited_hz(figure, results);
+    let gains = gains(figure, results);
+    let name = words::capitalised(figure.dof.name());
+    let title = format!("{name}, {} · spectrum of force and velocity", figure.trial);
+    drawn((640, 330), title, description(figure, excited, &gains), |area, title| {
+        let below = titled(area, title, &key(&gains, excited))?;
+        let x = frequency_axis(figure);
+        let ends = x.ends();
+        let frame = Frame {
+            x,
+            y: Axis::between(0.0, HIGHEST_PART, 6),
+            x_label: Some("frequency, Hz"),
+            y_label: "gain; amplitude / greatest",
+        };
+        let mut chart = panel(&below, frame)?;
+        if let Some(f) = excited.filter(|f| ends.contains(f)) {
+            stroke(&mut chart, Ink::Excited, &[(f, 0.0), (f, HIGHEST_PART)])?;
+        }
+        for (ink, spectrum) in [(Ink::Force, &figure.force), (Ink::Velocity, &figure.velocity)] {
+            let (f, part) = parts(spectrum, &ends);
+            line(&mut chart, ink, &f, &part)?;
+        }
+        for gain in &gains {
+            stroke(&mut chart, gain.ink, &gain.curve(&ends))?;
+        }
+        Ok(())
+    })
+}
+
+fn key(gains: &[Gain], excited: Option<f64>) -> Vec<(Ink, &str)> {
+    let mut key = vec![(Ink::Force, "force"), (Ink::Velocity, "velocity")];
+    key.extend(gains.iter().map(|gain| (gain.ink, gain.name.as_str())));
+    key.extend(excited.map(|_| (Ink::Excited, "excitation")));
+    key
+}
+
+/// Amplitudes as parts of the greatest, over a span of frequencies.
+fn parts(spectrum: &Spectrum, ends: &Range<f64>) -> (Vec<f64>, Vec<f64>) {
+    let greatest = greatest(&spectrum.amplitude);
+    let part = |amplitude: f64| if greatest > 0.0 { amplitude / greatest } else { 0.0 };
+    let all = spectrum.frequency_hz.iter().zip(&spectrum.amplitude);
+    all.filter(|(f, _)| ends.contains(f)).map(|(f, amplitude)| (*f, part(*amplitude))).unzip()
+}
+
+impl Gain {
+    fn curve(&self, ends: &Range<f64>) -> Vec<(f64, f64)> {
+        let ratio = ends.end / ends.start;
+        (0..=GAIN_POINTS)
+            .map(|k| ends.start * ratio.powf(k as f64 / GAIN_POINTS as f64))
+            .map(|f| (f, self.filter.zero_phase_gain(f)))
+            .collect()
+    }
+}
+
+fn frequency_axis(figure: &SpectrumFigure) -> Axis {
+    let highest = figure.force.frequency_hz.last().copied().filter(|f| *f > 10.0 * LOWEST_HZ);
+    Axis::decades(LOWEST_HZ, highest.map_or(HIGHEST_HZ, |f| f.min(HIGHEST_HZ)))
+}
+
+fn excited_hz(figure: &SpectrumFigure, results: &Results) -> Option<f64> {
+    let trial = results.trials.iter().find(|trial| trial.name == figure.trial)?;
+    trial.axes.get(&figure.dof)?.dominant_hz
+}
+
+/// The recommended method's filter and the paper's.
+fn gains(figure: &SpectrumFigure, results: &Results) -> Vec<Gain> {
+    let mut gains = Vec::new();
+    let recommended = results.plants.get(&figure.dof);
+    if let Some(plant) = recommended.filter(|plant| plant.method != Method::Paper) {
+        let filters = plant.regression.filters;
+        if let Some(filter) = filters.every_term.or(filters.velocity) {
+            let name = format!("gain, {}", words::method(plant.method));
+            gains.push(Gain { ink: Ink::Gain, name, filter });
+        }
+    }
+    let paper = results.methods.get(&figure.dof).and_then(|all| all.get(&Method::Paper));
+    if let Some(filter) = paper.and_then(|plant| plant.regression.filters.velocity) {
+        gains.push(Gain { ink: Ink::PaperGain, name: "gain, paper".to_owned(), filter });
+    }
+    gains
+}
+
+fn greatest(amplitude: &[f64]) -> f64 {
+    amplitude.iter().copied().filter(|a| a.is_finite()).fold(0.0, f64::max)
+}
+
+fn description(figure: &SpectrumFigure, excited: Option<f64>, gains: &[Gain]) -> String {
+    let units = figure.dof.units();
+    let mut text = format!(
+        "Trial “{}”: amplitude of force (greatest {} {}) and of velocity (greatest {} {}), each divided by its greatest.",
+        figure.trial,
+        significant(greatest(&figure.force.amplitude), 3),
+        units.force,
+        significant(greatest(&figure.velocity.amplitude), 3),
+        units.velocity,
+    );
+    let Some(f) = excited else { return text };
+    text.push_str(&format!(" Force is greatest at {} Hz", significant(f, 3)));
+    let passed: Vec<String> = gains
+        .iter()
+        .map(|gain| {
+            format!(
+                "{} {}",
+                gain.name.replacen("gain, ", "", 1),
+                significant(gain.filter.zero_phase_gain(f), 2)
+            )
+        })
+        .collect();
+    if passed.is_empty() {
+        text.push('.');
+    } else {
+        text.push_str(&format!(", where the filters pass: {}.", passed.join(", ")));
+    }
+    text
+}

@@ -1,0 +1,281 @@
+//! A small identification with hostile names, for tests.
+
+use std::collections::BTreeMap;
+
+use seaplant::estimate::Filters;
+use seaplant::results::*;
+use seaplant::signal::amplitude_spectrum;
+use seaplant::{
+    Agreement, Caveat, CaveatCode, Comparison, Dof, LowPass, LumpedParameters, Method,
+    PhysicalParameters, Role, Stability, Term,
+};
+
+pub(crate) const HOSTILE: &str = "<script>alert('x')</script>/..\\\"&\u{7}日本 1";
+
+pub(crate) fn parameter(value: f64, std: f64, unit: &str) -> Parameter {
+    let unit = unit.to_owned();
+    Parameter { value, std, low95: value - 1.96 * std, high95: value + 1.96 * std, unit }
+}
+
+fn score(trial: &str, e: Option<f64>) -> Score {
+    let one = TrialScore {
+        trial: trial.to_owned(),
+        mean_abs_error: e,
+        null_error: 0.11,
+        r_squared: e.map(|e| 1.0 - e),
+        position_r_squared: None,
+        position_mean_abs_error: None,
+        samples: 4800,
+    };
+    Score { mean_abs_error: e, null_error: 0.11, r_squared: one.r_squared, trials: vec![one] }
+}
+
+pub(crate) fn plant() -> PlantResult {
+    let physical = PhysicalParameters {
+        mass: 12970.2,
+        d_quadratic: 2230.9,
+        d_linear: 0.0,
+        bias_force: -255.5,
+    };
+    PlantResult {
+        method: Method::RECOMMENDED,
+        terms: vec![Term::Force, Term::Quadratic, Term::Bias],
+        stable: true,
+        stability: Stability::Stable,
+        parameters: Parameters {
+            mass: parameter(12970.2, 253.0, "kg"),
+            quadratic_drag: Some(parameter(2230.9, 61.0, "N/(m/s)²")),
+            linear_drag: None,
+            bias_force: Some(parameter(-255.5, 9.4, "N")),
+        },
+        lumped: physical.to_lumped(),
+        lumped_std: LumpedParameters::default(),
+        correlation: [[1.0, -0.5, 0.0, 0.1], [-0.5, 1.0, 0.0, 0.2], [0.0; 4], [0.1, 0.2, 0.0, 1.0]],
+        nuisances: BTreeMap::from([("delay".to_owned(), parameter(0.21, 0.02, "s"))]),
+        regression: RegressionResult {
+            samples: 4790,
+            effective_samples: 312.4,
+            condition: 2.31,
+            variance_inflation: BTreeMap::from([(Term::Force, 1.21), (Term::Quadratic, 1.22)]),
+            residual_rms: 0.0123,
+            filters: Filters {
+                velocity: Some(LowPass { cutoff_hz: 1.5, order: 2 }),
+                every_term: Some(LowPass { cutoff_hz: 0.5, order: 2 }),
+            },
+        },
+        fit: score(HOSTILE, Some(0.0185)),
+        hold_out: Some(score("held & out", Some(0.021))),
+        caveats: vec![Caveat::note(CaveatCode::ThrustScale, "the scale of thrust <is> unseen")],
+    }
+}
+
+fn paper_plant() -> PlantResult {
+    PlantResult {
+        method: Method::Paper,
+        stable: false,
+        stability: Stability::StableBelow { speed: 0.4 },
+        fit: score(HOSTILE, None),
+        hold_out: None,
+        caveats: vec![
+            Caveat::severe(
+                CaveatCode::FilterAttenuatesExcitation,
+                "mass comes out 1/|H| = 2.0 times",
+            ),
+            Caveat::warning(CaveatCode::UnequalFiltering, "drag from a weakened velocity"),
+        ],
+        ..plant()
+    }
+}
+
+fn steady() -> SteadyResult {
+    let segment = |trial: &str, force: f64| SegmentResult {
+        trial: trial.to_owned(),
+        from_s: 40.0,
+        to_s: 90.0,
+        force,
+        force_part: force.abs() / 1500.0,
+        velocity: 0.4 * force.signum(),
+        velocity_std: 0.001,
+        quadratic_drag: parameter(5660.6, 40.0, "N/(m/s)²"),
+        mean_abs_error: 0.0038,
+        joint_error: None,
+    };
+    SteadyResult {
+        segments: vec![segment("down <30> %", 700.0), segment("up 30 %", -700.0)],
+        mean_quadratic_drag: 5660.6,
+        quadratic_drag: Some(parameter(5501.0, 33.0, "N/(m/s)²")),
+        bias_force: None,
+        pairs: vec![PairResult {
+            positive: "down <30> %".to_owned(),
+            negative: "up 30 %".to_owned(),
+            bias_force: parameter(248.0, 12.0, "N"),
+        }],
+        caveats: vec![Caveat::warning(CaveatCode::SteadyPairsContradict, "pairs contradict")],
+    }
+}
+
+fn trial(name: &str, role: Role, dof: Dof) -> TrialResult {
+    let axis = AxisResult {
+        from_s: 20.0,
+        to_s: 500.0,
+        sample_hz: 10.0,
+        source_hz: 10.0,
+        motion: "velocity".to_owned(),
+        dominant_hz: Some(0.125),
+        dominant_amplitude: 1790.0,
+        force_max: 2100.0,
+        force_rms: 1300.0,
+        speed_max: 0.31,
+        speed_rms: 0.17,
+        gap_s: 0.0,
+    };
+    let files = vec!["a.csv".to_owned()];
+    TrialResult { name: name.to_owned(), role, files, axes: BTreeMap::from([(dof, axis)]) }
+}
+
+pub(crate) fn comparison(trial: &str, method: Method, role: Role) -> ComparisonFigure {
+    let time_s: Vec<f64> = (0..3000).map(|k| 0.1 * f64::from(k)).collect();
+    let measured: Vec<f64> = time_s.iter().map(|t| 0.3 * (0.785 * t).sin()).collect();
+    let simulated: Vec<f64> = measured.iter().map(|v| 0.97 * v + 0.004).collect();
+    let force: Vec<f64> = time_s.iter().map(|t| 1800.0 * (0.785 * t).cos()).collect();
+    let velocity = Agreement::of(&measured, &simulated, 0.0);
+    let dof = Dof::Surge;
+    let trial = trial.to_owned();
+    let comparison =
+        Comparison { dof, trial, time_s, force, measured, simulated, velocity, position: None };
+    ComparisonFigure { method, role, comparison }
+}
+
+fn figures() -> FigureData {
+    let force: Vec<f64> = (0..3000).map(|k| 1800.0 * (0.0785 * f64::from(k)).sin()).collect();
+    let velocity: Vec<f64> = force.iter().map(|f| f / 6000.0).collect();
+    let time_s: Vec<f64> = (0..1000).map(|k| 0.1 * f64::from(k)).collect();
+    FigureData {
+        comparisons: vec![
+            comparison(HOSTILE, Method::RECOMMENDED, Role::Fit),
+            comparison("held & out", Method::RECOMMENDED, Role::HoldOut),
+            comparison("held / out", Method::RECOMMENDED, Role::HoldOut),
+            comparison(HOSTILE, Method::Paper, Role::Fit),
+        ],
+        spectra: vec![SpectrumFigure {
+            dof: Dof::Surge,
+            trial: HOSTILE.to_owned(),
+            force: amplitude_spectrum(&force, 10.0),
+            velocity: amplitude_spectrum(&velocity, 10.0),
+        }],
+        steady: vec![SteadyFigure {
+            dof: Dof::Heave,
+            trial: "down <30> %".to_owned(),
+            velocity: time_s.iter().map(|t| 0.4 * (t / 20.0).tanh()).collect(),
+            force: vec![700.0; time_s.len()],
+            position_time_s: time_s.iter().step_by(17).copied().collect(),
+            position: time_s.iter().step_by(17).map(|t| 0.4 * t).collect(),
+            time_s,
+        }],
+    }
+}
+
+/// Everything that results can hold, under names that want to break out.
+pub(crate) fn identification() -> Identification {
+    let surge = BTreeMap::from([(Method::RECOMMENDED, plant()), (Method::Paper, paper_plant())]);
+    let results = Results {
+        schema: SCHEMA.to_owned(),
+        version: "0.1.0".to_owned(),
+        vehicle: format!("Vehicle {HOSTILE}"),
+        dry_mass_kg: Some(3400.0),
+        provenance: Provenance {
+            command: format!("seaplant identify '{HOSTILE}'"),
+            inputs: vec![InputFile {
+                path: format!("{HOSTILE}.csv"),
+                bytes: 123_456,
+                sha256: "ab".repeat(32),
+            }],
+            seed: Some(7),
+            settings: BTreeMap::from([("paper.cutoff_hz".to_owned(), "0.125".to_owned())]),
+        },
+        plants: BTreeMap::from([(Dof::Surge, plant())]),
+        methods: BTreeMap::from([(Dof::Surge, surge)]),
+        subsets: BTreeMap::from([(
+            Dof::Surge,
+            vec![SubsetResult {
+                terms: vec![Term::Force, Term::Linear],
+                lumped: LumpedParameters { alpha: 7.71e-5, beta: 0.0, mu: -0.12, bias: 0.0 },
+                stable: true,
+                fit_error: Some(0.033),
+                hold_out_error: None,
+                condition: 1.4,
+            }],
+        )]),
+        steady: BTreeMap::from([(Dof::Heave, steady())]),
+        thrusters: vec![ThrusterResult {
+            name: format!("port {HOSTILE}"),
+            position_m: [-1.0, -0.6, 0.0],
+            direction: [1.0, 0.0, 0.0],
+            input: "speed".to_owned(),
+            curve: "0.0402 forward, 0.0328 reverse".to_owned(),
+        }],
+        bollard_pull: Some(bollard_pull()),
+        sensors: vec![SensorResult {
+            name: "dvl".to_owned(),
+            position_m: [0.5, 0.0, 0.8],
+            rotation_deg: [0.0, 0.0, 45.0],
+            std: Some(0.003),
+            unit: "m/s".to_owned(),
+            rate_hz: Some(10.0),
+        }],
+        trials: vec![
+            trial(HOSTILE, Role::Fit, Dof::Surge),
+            trial("held & out", Role::HoldOut, Dof::Surge),
+        ],
+        truth: Some(BTreeMap::from([(
+            Dof::Surge,
+            TruePlant { mass: 12970.0, quadratic_drag: 2400.0, linear_drag: 0.0, bias_force: 0.0 },
+        )])),
+        failures: vec![Failure {
+            dof: Dof::Yaw,
+            method: Method::Paper.name().to_owned(),
+            message: format!("trial {HOSTILE} lacks heading"),
+        }],
+        caveats: vec![Caveat::note(CaveatCode::Log, format!("dropped a line of {HOSTILE}"))],
+    };
+    Identification { results, figures: figures() }
+}
+
+pub(crate) fn bollard_pull() -> BollardPullResult {
+    BollardPullResult {
+        file: "bollard.csv".to_owned(),
+        input_unit: "rad/s".to_owned(),
+        neutral: 0.0,
+        forward: Some(parameter(0.0402, 0.0004, "N/(rad/s)²")),
+        reverse: Some(parameter(0.0328, 0.0003, "N/(rad/s)²")),
+        deadband: None,
+        residual_rms: 3.2,
+        r_squared: 0.9991,
+        points: (-8..=8)
+            .map(|k| 20.0 * f64::from(k))
+            .map(|w| (w, if w < 0.0 { -0.0328 * w * w } else { 0.0402 * w * w } + 2.0))
+            .collect(),
+        caveats: vec![Caveat::warning(CaveatCode::WeakDrag, "few points in reverse")],
+    }
+}
+
+/// Nothing could be done.
+pub(crate) fn empty() -> Identification {
+    let Identification { results, .. } = identification();
+    let results = Results {
+        dry_mass_kg: None,
+        provenance: Provenance::default(),
+        plants: BTreeMap::new(),
+        methods: BTreeMap::new(),
+        subsets: BTreeMap::new(),
+        steady: BTreeMap::new(),
+        thrusters: Vec::new(),
+        bollard_pull: None,
+        sensors: Vec::new(),
+        trials: Vec::new(),
+        truth: None,
+        caveats: Vec::new(),
+        ..results
+    };
+    Identification { results, figures: FigureData::default() }
+}

@@ -1,0 +1,124 @@
+//! The report: one HTML file that needs nothing else.
+
+mod axis_section;
+mod card;
+mod doubts;
+mod paper_section;
+mod provenance;
+mod table;
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value};
+use seaplant::results::Results;
+use serde::Serialize;
+
+use crate::figure::{Plate, Subject, style_sheet};
+use crate::{Error, words};
+
+/// Templates by the names by which they include each other.
+const TEMPLATES: [(&str, &str); 6] = [
+    ("report.html", include_str!("../templates/report.html")),
+    ("macros.html", include_str!("../templates/macros.html")),
+    ("summary.html", include_str!("../templates/summary.html")),
+    ("axis.html", include_str!("../templates/axis.html")),
+    ("paper.html", include_str!("../templates/paper.html")),
+    ("provenance.html", include_str!("../templates/provenance.html")),
+];
+
+const STYLE: &str = include_str!("../templates/report.css");
+
+/// A figure on the page.
+#[derive(Serialize)]
+struct FigureView {
+    svg: String,
+    caption: String,
+    stem: String,
+}
+
+impl FigureView {
+    fn of(plate: &Plate) -> Self {
+        Self { svg: plate.inline.clone(), caption: plate.caption.clone(), stem: plate.stem.clone() }
+    }
+
+    fn all(plates: &[Plate], wanted: impl Fn(&Plate) -> bool) -> Vec<Self> {
+        plates.iter().filter(|plate| wanted(plate)).map(Self::of).collect()
+    }
+}
+
+/// All that the templates show.
+#[derive(Serialize)]
+struct Page<'a> {
+    style: &'static str,
+    figure_style: String,
+    vehicle: &'a str,
+    line: String,
+    failures: Vec<(String, &'a str)>,
+    cards: Vec<card::Card>,
+    has_truth: bool,
+    doubts: doubts::Doubts,
+    axes: Vec<axis_section::AxisSection>,
+    paper: paper_section::PaperSection,
+    thrust: Vec<FigureView>,
+    provenance: provenance::Provenance,
+}
+
+impl<'a> Page<'a> {
+    fn of(results: &'a Results, plates: &[Plate]) -> Self {
+        let axes = results.plants.iter();
+        Self {
+            style: STYLE,
+            figure_style: style_sheet(),
+            vehicle: &results.vehicle,
+            line: provenance::line(results),
+            failures: failures(results),
+            cards: card::all(results),
+            has_truth: results.truth.is_some(),
+            doubts: doubts::of_campaign(results),
+            axes: axes
+                .map(|(&dof, plant)| axis_section::view(dof, plant, results, plates))
+                .collect(),
+            paper: paper_section::view(results, plates),
+            thrust: FigureView::all(plates, |plate| plate.subject == Subject::Thrust),
+            provenance: provenance::view(results),
+        }
+    }
+}
+
+/// Fills in the templates.
+pub(crate) fn html(results: &Results, plates: &[Plate]) -> Result<String, Error> {
+    let page = Value::from(Serde(Page::of(results, plates)));
+    Ok(environment()?.get_template("report.html")?.render(page)?)
+}
+
+fn environment() -> Result<Environment<'static>, Error> {
+    let mut environment = Environment::new();
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment.add_filter("math", math);
+    for (name, source) in TEMPLATES {
+        environment.add_template(name, source)?;
+    }
+    Ok(environment)
+}
+
+/// What could not be done: where, and why.
+fn failures(results: &Results) -> Vec<(String, &str)> {
+    results
+        .failures
+        .iter()
+        .map(|failure| {
+            let place = format!("{}, {}", words::capitalised(failure.dof.name()), failure.method);
+            (place, failure.message.as_str())
+        })
+        .collect()
+}
+
+/// Escapes text and lowers the subscripts of the paper's symbols.
+fn math(text: &str) -> Value {
+    let escaped = minijinja::HtmlEscape(text).to_string();
+    let symbols =
+        escaped.replace("d_Q", "<i>d</i><sub>Q</sub>").replace("d_L", "<i>d</i><sub>L</sub>");
+    Value::from_safe_string(symbols)
+}

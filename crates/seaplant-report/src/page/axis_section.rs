@@ -1,0 +1,283 @@
+//! Everything about one degree of freedom.
+
+use seaplant::results::{Parameter, PlantResult, Results};
+use seaplant::{Caveat, Dof, Method, Role};
+use serde::Serialize;
+
+use super::FigureView;
+use super::card::stability;
+use super::doubts::{Doubts, collected};
+use super::table::{Row, Table};
+use crate::figure::{Plate, Subject};
+use crate::number::{ABSENT, Rounded, or_absent, significant};
+use crate::words;
+
+#[derive(Serialize)]
+pub(crate) struct AxisSection {
+    name: &'static str,
+    title: String,
+    method: String,
+    terms: String,
+    stability: String,
+    figures: Vec<FigureGroup>,
+    spectra: Vec<FigureView>,
+    tables: Vec<Table>,
+    details: Vec<Table>,
+    doubts: Doubts,
+}
+
+/// The figures of one method.
+#[derive(Serialize)]
+struct FigureGroup {
+    title: String,
+    figures: Vec<FigureView>,
+    /// Whether they can be folded away.
+    folded: bool,
+}
+
+pub(crate) fn view(
+    dof: Dof,
+    plant: &PlantResult,
+    results: &Results,
+    plates: &[Plate],
+) -> AxisSection {
+    let methods = methods(dof, plant, results);
+    let spectra = FigureView::all(plates, |p| p.dof == Some(dof) && p.subject == Subject::Spectrum);
+    let mut details = vec![regression(&methods, plant.method)];
+    details.extend(subsets(dof, results));
+    details.push(correlation(plant));
+    details.extend(nuisances(plant));
+    AxisSection {
+        name: dof.name(),
+        title: words::capitalised(dof.name()),
+        method: words::method(plant.method),
+        terms: words::terms(&plant.terms),
+        stability: stability(dof, &plant.stability),
+        figures: figure_groups(dof, plant.method, &methods, plates),
+        spectra,
+        tables: vec![parameters(dof, &methods, plant.method), scores(dof, &methods, plant.method)],
+        details,
+        doubts: other_doubts(&methods, plant),
+    }
+}
+
+/// The recommended method first, the paper's second, then the rest.
+fn methods<'a>(
+    dof: Dof,
+    plant: &'a PlantResult,
+    results: &'a Results,
+) -> Vec<(Method, &'a PlantResult)> {
+    let mut methods = vec![(plant.method, plant)];
+    let others = results.methods.get(&dof).into_iter().flatten();
+    methods.extend(others.map(|(method, plant)| (*method, plant)).filter(|m| m.0 != plant.method));
+    methods[1..].sort_by_key(|(method, _)| *method != Method::Paper);
+    methods
+}
+
+fn figure_groups(
+    dof: Dof,
+    recommended: Method,
+    methods: &[(Method, &PlantResult)],
+    plates: &[Plate],
+) -> Vec<FigureGroup> {
+    let group = |&(method, _): &(Method, &PlantResult)| {
+        let mut figures = Vec::new();
+        for wanted in [Role::Fit, Role::HoldOut, Role::Steady] {
+            let subject = Subject::Comparison { method, role: wanted };
+            figures.extend(FigureView::all(plates, |p| p.dof == Some(dof) && p.subject == subject));
+        }
+        let name = words::capitalised(&words::method(method));
+        let title = if method == recommended { format!("{name} (recommended)") } else { name };
+        let folded = method != recommended && method != Method::Paper;
+        FigureGroup { title, figures, folded }
+    };
+    methods.iter().map(group).filter(|group| !group.figures.is_empty()).collect()
+}
+
+/// `12 970 ± 250 [12 460, 13 480]`.
+pub(crate) fn with_interval(parameter: Option<&Parameter>) -> String {
+    parameter.map_or_else(
+        || ABSENT.to_owned(),
+        |parameter| {
+            let Rounded { value, std, low95, high95 } = Rounded::of(parameter);
+            format!("{value} ± {std} [{low95}, {high95}]")
+        },
+    )
+}
+
+fn parameters(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> Table {
+    let units = dof.units();
+    let head = [
+        "Method".to_owned(),
+        format!("{}, {}", words::mass(dof), units.mass),
+        format!("d_Q, {}", units.quadratic_drag),
+        format!("d_L, {}", units.linear_drag),
+        format!("{}, {}", words::bias_force(dof), units.force),
+        "Stability".to_owned(),
+    ];
+    let rows = methods.iter().map(|(method, plant)| {
+        let p = &plant.parameters;
+        Row::new([
+            words::capitalised(&words::method(*method)),
+            with_interval(Some(&p.mass)),
+            with_interval(p.quadratic_drag.as_ref()),
+            with_interval(p.linear_drag.as_ref()),
+            with_interval(p.bias_force.as_ref()),
+            stability(dof, &plant.stability),
+        ])
+        .strong_if(*method == recommended)
+    });
+    Table::new(
+        "Parameters by method: value ± standard deviation [95 % interval]",
+        head,
+        rows.collect(),
+    )
+}
+
+fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> Table {
+    let units = dof.units();
+    let head = [
+        "Method".to_owned(),
+        "Trial".to_owned(),
+        "Use".to_owned(),
+        format!("e, {}", units.velocity),
+        format!("e of a model that never moves, {}", units.velocity),
+        "R²".to_owned(),
+        format!("Position e, {}", units.position),
+        "Position R²".to_owned(),
+        "Samples".to_owned(),
+    ];
+    let mut rows = Vec::new();
+    for (method, plant) in methods {
+        let held_out = plant.hold_out.iter().flat_map(|score| &score.trials);
+        let fitted = plant.fit.trials.iter().map(|trial| ("fitted", trial));
+        for (role, trial) in fitted.chain(held_out.map(|trial| ("held out", trial))) {
+            let e = trial.mean_abs_error;
+            let row = Row::new([
+                words::capitalised(&words::method(*method)),
+                trial.trial.clone(),
+                role.to_owned(),
+                e.map_or_else(|| "runs away".to_owned(), |e| significant(e, 3)),
+                significant(trial.null_error, 3),
+                or_absent(trial.r_squared, 4),
+                or_absent(trial.position_mean_abs_error, 3),
+                or_absent(trial.position_r_squared, 4),
+                significant(trial.samples as f64, 9),
+            ]);
+            rows.push(row.strong_if(*method == recommended));
+        }
+    }
+    Table::new("Error of each plant on each trial, on raw velocity", head, rows)
+}
+
+fn regression(methods: &[(Method, &PlantResult)], recommended: Method) -> Table {
+    let head = [
+        "Method",
+        "Terms",
+        "Samples",
+        "Effective samples",
+        "Condition",
+        "Variance inflation",
+        "Residual (rms)",
+        "Filters",
+    ];
+    let rows = methods.iter().map(|(method, plant)| {
+        let r = &plant.regression;
+        let inflation: Vec<String> = r
+            .variance_inflation
+            .iter()
+            .map(|(term, vif)| format!("{} {}", words::term_symbol(*term), significant(*vif, 3)))
+            .collect();
+        Row::new([
+            words::capitalised(&words::method(*method)),
+            words::terms(&plant.terms),
+            significant(r.samples as f64, 9),
+            significant(r.effective_samples, 3),
+            significant(r.condition, 3),
+            if inflation.is_empty() { ABSENT.to_owned() } else { inflation.join(", ") },
+            significant(r.residual_rms, 3),
+            words::filters(&r.filters),
+        ])
+        .strong_if(*method == recommended)
+    });
+    Table::new("How each fit went", head, rows.collect())
+}
+
+fn subsets(dof: Dof, results: &Results) -> Option<Table> {
+    let subsets = results.subsets.get(&dof).filter(|subsets| !subsets.is_empty())?;
+    let unit = dof.units().velocity;
+    let head = [
+        "Terms".to_owned(),
+        "α".to_owned(),
+        "β".to_owned(),
+        "μ".to_owned(),
+        "bias".to_owned(),
+        "Stable".to_owned(),
+        format!("e fitted, {unit}"),
+        format!("e held out, {unit}"),
+        "Condition".to_owned(),
+    ];
+    let rows = subsets.iter().map(|subset| {
+        let lumped = subset.lumped;
+        Row::new([
+            words::terms(&subset.terms),
+            significant(lumped.alpha, 3),
+            significant(lumped.beta, 3),
+            significant(lumped.mu, 3),
+            significant(lumped.bias, 3),
+            if subset.stable { "yes" } else { "no" }.to_owned(),
+            or_absent(subset.fit_error, 3),
+            or_absent(subset.hold_out_error, 3),
+            significant(subset.condition, 3),
+        ])
+    });
+    let table =
+        Table::new("Every choice of terms, by the recommended method", head, rows.collect());
+    Some(table.noted("A term that lowers the error on the fitted trials has not earned its place by that: compare the held-out column."))
+}
+
+fn correlation(plant: &PlantResult) -> Table {
+    let parameters = &plant.parameters;
+    let fitted = [
+        ("m", true),
+        ("d_Q", parameters.quadratic_drag.is_some()),
+        ("d_L", parameters.linear_drag.is_some()),
+        ("b", parameters.bias_force.is_some()),
+    ];
+    let shown: Vec<(usize, &str)> = fitted
+        .iter()
+        .enumerate()
+        .filter(|(_, (_, fitted))| *fitted)
+        .map(|(k, (name, _))| (k, *name))
+        .collect();
+    let head = std::iter::once("").chain(shown.iter().map(|(_, name)| *name));
+    let rows = shown.iter().map(|&(i, name)| {
+        let row = shown.iter().map(|&(j, _)| format!("{:.2}", plant.correlation[i][j]));
+        let signed = row.map(|text| text.replace('-', "−"));
+        Row::new(std::iter::once(name.to_owned()).chain(signed))
+    });
+    Table::new("Correlation of the estimates, recommended method", head, rows.collect())
+}
+
+fn nuisances(plant: &PlantResult) -> Option<Table> {
+    if plant.nuisances.is_empty() {
+        return None;
+    }
+    let rows = plant.nuisances.iter().map(|(name, parameter)| {
+        let name = words::capitalised(&name.replace(['_', '-'], " "));
+        Row::new([name, with_interval(Some(parameter)), parameter.unit.clone()])
+    });
+    let head = ["Parameter", "Value ± standard deviation [95 % interval]", "Unit"];
+    Some(Table::new("Thrusters and water, fitted beside the plant", head, rows.collect()))
+}
+
+/// What the other methods add to the doubts of the first screen.
+fn other_doubts(methods: &[(Method, &PlantResult)], recommended: &PlantResult) -> Doubts {
+    let mut found: Vec<(String, &Caveat)> = Vec::new();
+    for (method, plant) in &methods[1..] {
+        let place = words::capitalised(&words::method(*method));
+        let new = plant.caveats.iter().filter(|caveat| !recommended.caveats.contains(caveat));
+        found.extend(new.map(|caveat| (place.clone(), caveat)));
+    }
+    collected(found)
+}

@@ -1,0 +1,127 @@
+//! The first screen: one card for each degree of freedom.
+
+use seaplant::results::{Parameter, PlantResult, Results, Score, TruePlant};
+use seaplant::{Dof, Stability};
+use serde::Serialize;
+
+use crate::number::{Rounded, or_absent, signed_percent, significant};
+use crate::verdict::verdict;
+use crate::words;
+
+#[derive(Serialize)]
+pub(crate) struct Card {
+    name: &'static str,
+    title: String,
+    method: String,
+    trust: &'static str,
+    trust_class: String,
+    reason: String,
+    rows: Vec<ParameterRow>,
+    stability: String,
+    scores: Vec<ScoreRow>,
+}
+
+#[derive(Serialize)]
+struct ParameterRow {
+    label: String,
+    value: String,
+    std: String,
+    low95: String,
+    high95: String,
+    unit: String,
+    truth: Option<Truth>,
+}
+
+#[derive(Serialize)]
+struct Truth {
+    value: String,
+    error: String,
+    inside: bool,
+}
+
+#[derive(Serialize)]
+struct ScoreRow {
+    label: String,
+    e: String,
+    null: String,
+    unit: &'static str,
+    r_squared: String,
+}
+
+pub(crate) fn all(results: &Results) -> Vec<Card> {
+    results
+        .plants
+        .iter()
+        .map(|(&dof, plant)| {
+            let truth = results.truth.as_ref().and_then(|truth| truth.get(&dof));
+            of(dof, plant, truth)
+        })
+        .collect()
+}
+
+fn of(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Card {
+    let judged = verdict(dof, plant);
+    let mut scores = Vec::new();
+    if let Some(held_out) = &plant.hold_out {
+        scores.push(score_row("Held-out trials", dof, held_out));
+    }
+    scores.push(score_row("Fitted trials", dof, &plant.fit));
+    Card {
+        name: dof.name(),
+        title: words::capitalised(dof.name()),
+        method: words::method(plant.method),
+        trust: judged.trust.name(),
+        trust_class: judged.trust.name().replace(' ', "-"),
+        reason: judged.reason,
+        rows: rows(dof, plant, truth),
+        stability: stability(dof, &plant.stability),
+        scores,
+    }
+}
+
+fn rows(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Vec<ParameterRow> {
+    let parameters = &plant.parameters;
+    let of = |label: &str, parameter: Option<&Parameter>, true_value: fn(&TruePlant) -> f64| {
+        parameter.map(|parameter| parameter_row(label, parameter, truth.map(true_value)))
+    };
+    let all = [
+        of(words::mass(dof), Some(&parameters.mass), |truth| truth.mass),
+        of("Quadratic drag d_Q", parameters.quadratic_drag.as_ref(), |truth| truth.quadratic_drag),
+        of("Linear drag d_L", parameters.linear_drag.as_ref(), |truth| truth.linear_drag),
+        of(words::bias_force(dof), parameters.bias_force.as_ref(), |truth| truth.bias_force),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+fn parameter_row(label: &str, parameter: &Parameter, truth: Option<f64>) -> ParameterRow {
+    let Rounded { value, std, low95, high95 } = Rounded::of(parameter);
+    let truth = truth.map(|truth| Truth {
+        value: significant(truth, 4),
+        error: error(parameter.value, truth),
+        inside: (parameter.low95..=parameter.high95).contains(&truth),
+    });
+    let unit = parameter.unit.clone();
+    ParameterRow { label: label.to_owned(), value, std, low95, high95, unit, truth }
+}
+
+/// In per cent of the truth; a truth of zero has none, and the difference is written.
+fn error(value: f64, truth: f64) -> String {
+    if truth == 0.0 { significant(value, 2) } else { signed_percent((value - truth) / truth.abs()) }
+}
+
+fn score_row(label: &str, dof: Dof, score: &Score) -> ScoreRow {
+    ScoreRow {
+        label: label.to_owned(),
+        e: score.mean_abs_error.map_or_else(|| "runs away".to_owned(), |e| significant(e, 3)),
+        null: significant(score.null_error, 3),
+        unit: dof.units().velocity,
+        r_squared: or_absent(score.r_squared, 4),
+    }
+}
+
+pub(crate) fn stability(dof: Dof, stability: &Stability) -> String {
+    match stability {
+        Stability::Stable | Stability::Unstable => stability.to_string(),
+        other => format!("{other} {}", dof.units().velocity),
+    }
+}

@@ -1,0 +1,64 @@
+//! Caveats, the worst first, each once.
+
+use seaplant::results::Results;
+use seaplant::{Caveat, Severity};
+use serde::Serialize;
+
+use crate::words;
+
+/// What matters, and what is only worth knowing.
+#[derive(Default, Serialize)]
+pub(crate) struct Doubts {
+    main: Vec<Doubt>,
+    notes: Vec<Doubt>,
+}
+
+#[derive(Serialize)]
+struct Doubt {
+    severity: &'static str,
+    what: String,
+    places: String,
+    message: String,
+}
+
+/// The doubts about the campaign, its recommended plants, steady stretches and thrust curve.
+pub(crate) fn of_campaign(results: &Results) -> Doubts {
+    let mut found: Vec<(String, &Caveat)> = Vec::new();
+    for (dof, plant) in &results.plants {
+        found.extend(plant.caveats.iter().map(|caveat| (words::capitalised(dof.name()), caveat)));
+    }
+    for (dof, steady) in &results.steady {
+        let place = format!("{}, steady", words::capitalised(dof.name()));
+        found.extend(steady.caveats.iter().map(|caveat| (place.clone(), caveat)));
+    }
+    let bollard = results.bollard_pull.iter().flat_map(|pull| &pull.caveats);
+    found.extend(bollard.map(|caveat| ("Thrust curve".to_owned(), caveat)));
+    found.extend(results.caveats.iter().map(|caveat| ("Campaign".to_owned(), caveat)));
+    collected(found)
+}
+
+/// Equal doubts of several places become one.
+pub(crate) fn collected(found: Vec<(String, &Caveat)>) -> Doubts {
+    let mut merged: Vec<(Vec<String>, &Caveat)> = Vec::new();
+    for (place, caveat) in found {
+        match merged.iter_mut().find(|(_, other)| *other == caveat) {
+            Some((places, _)) if places.contains(&place) => {}
+            Some((places, _)) => places.push(place),
+            None => merged.push((vec![place], caveat)),
+        }
+    }
+    merged.sort_by_key(|(_, caveat)| std::cmp::Reverse(caveat.severity));
+    let mut doubts = Doubts::default();
+    for (places, caveat) in merged {
+        let doubt = Doubt {
+            severity: words::severity(caveat.severity),
+            what: words::caveat(caveat.code),
+            places: places.join(", "),
+            message: words::capitalised(&caveat.message),
+        };
+        let list =
+            if caveat.severity == Severity::Note { &mut doubts.notes } else { &mut doubts.main };
+        list.push(doubt);
+    }
+    doubts
+}

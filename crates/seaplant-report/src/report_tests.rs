@@ -1,0 +1,258 @@
+//! The whole report, from a fixture.
+
+use std::collections::HashSet;
+use std::time::Instant;
+
+use seaplant::results::{Identification, Parameter};
+
+use crate::figure::thrust;
+use crate::number::Rounded;
+use crate::{Artifact, Error, fixture, parse_results, render, results_schema, thrust_figure};
+
+fn artifacts(identification: &Identification) -> Vec<Artifact> {
+    render(identification).expect("the fixture renders")
+}
+
+fn text<'a>(artifacts: &'a [Artifact], path: &str) -> &'a str {
+    let found = artifacts.iter().find(|artifact| artifact.path == path);
+    let found = found.unwrap_or_else(|| panic!("no {path}"));
+    std::str::from_utf8(&found.bytes).expect("text")
+}
+
+/// As a browser shows it, near enough.
+fn unescaped(html: &str) -> String {
+    html.replace("&#x2f;", "/")
+        .replace("&#x27;", "'")
+        .replace("&quot;", "\"")
+        .replace("&lt;", "<")
+        .replace("&gt;", ">")
+        .replace("&amp;", "&")
+}
+
+#[test]
+fn names_of_users_are_escaped_everywhere() {
+    let all = artifacts(&fixture::identification());
+    let html = text(&all, "report.html");
+    assert!(!html.contains("<script"), "a name became an element");
+    assert!(unescaped(html).contains("<script>alert('x')</script>"));
+    for artifact in &all {
+        let safe = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "./-".contains(c);
+        assert!(artifact.path.chars().all(safe), "{}", artifact.path);
+        assert!(!artifact.path.contains("..") && !artifact.path.starts_with('/'));
+    }
+}
+
+#[test]
+fn the_page_asks_the_network_for_nothing() {
+    let all = artifacts(&fixture::identification());
+    let html = text(&all, "report.html");
+    for word in ["http:", "https:", "src=", "url(", "@import", "<link", "<iframe"] {
+        assert!(!html.contains(word), "{word}");
+    }
+    let links = html.match_indices("href=\"").map(|(at, word)| &html[at + word.len()..]);
+    assert!(links.into_iter().all(|link| link.starts_with('#')));
+}
+
+#[test]
+fn every_parameter_and_every_caveat_is_on_the_page() {
+    let identification = fixture::identification();
+    let all = artifacts(&identification);
+    let html = unescaped(text(&all, "report.html"));
+    let results = &identification.results;
+    let plants = results.methods.values().flat_map(|methods| methods.values());
+    let has = |parameter: &Parameter| {
+        let Rounded { value, std, low95, high95 } = Rounded::of(parameter);
+        for part in [value, std, low95, high95] {
+            assert!(html.contains(&part), "{part} of {parameter:?}");
+        }
+    };
+    for plant in plants.clone() {
+        let p = &plant.parameters;
+        has(&p.mass);
+        [&p.quadratic_drag, &p.linear_drag, &p.bias_force].into_iter().flatten().for_each(has);
+        plant.nuisances.values().for_each(has);
+    }
+    let steady = results.steady.values();
+    let pull = results.bollard_pull.iter();
+    let caveats = plants
+        .flat_map(|plant| &plant.caveats)
+        .chain(steady.flat_map(|steady| &steady.caveats))
+        .chain(pull.flat_map(|pull| &pull.caveats))
+        .chain(&results.caveats);
+    let folded = html.to_lowercase();
+    for caveat in caveats {
+        let message = caveat.message.to_lowercase();
+        assert!(folded.contains(&message), "{message}");
+    }
+    for failure in &results.failures {
+        assert!(html.contains(&failure.message));
+    }
+}
+
+#[test]
+fn figures_are_xml_and_png() {
+    let all = artifacts(&fixture::identification());
+    let (mut svgs, mut pngs) = (0, 0);
+    for artifact in &all {
+        if artifact.path.ends_with(".svg") {
+            svgs += 1;
+            let svg = std::str::from_utf8(&artifact.bytes).expect("text");
+            let document = roxmltree::Document::parse(svg).expect("XML");
+            let named = |name| {
+                document
+                    .descendants()
+                    .any(|node| node.has_tag_name(("http://www.w3.org/2000/svg", name)))
+            };
+            assert!(named("title") && named("desc") && named("path"), "{}", artifact.path);
+        } else if artifact.path.ends_with(".png") {
+            pngs += 1;
+            let decoder = png::Decoder::new(std::io::Cursor::new(&artifact.bytes));
+            let mut reader = decoder.read_info().expect("PNG");
+            let mut pixels = vec![0; reader.output_buffer_size().expect("fits memory")];
+            let info = reader.next_frame(&mut pixels).expect("PNG");
+            assert_eq!(info.width, 1280);
+            let colours: HashSet<&[u8]> = pixels.chunks(3).collect();
+            assert!(colours.len() > 10, "{} is blank", artifact.path);
+        }
+    }
+    assert_eq!((svgs, pngs), (7, 7));
+}
+
+#[test]
+fn inline_figures_are_xml_too() {
+    let all = artifacts(&fixture::identification());
+    let html = text(&all, "report.html");
+    let mut count = 0;
+    for part in html.split("<div class=\"plot\">").skip(1) {
+        let svg = part.split("</div>").next().expect("closed");
+        roxmltree::Document::parse(svg).expect("XML");
+        count += 1;
+    }
+    assert_eq!(count, 7);
+}
+
+#[test]
+fn results_go_through_json_and_back() {
+    let identification = fixture::identification();
+    let all = artifacts(&identification);
+    let json = text(&all, "results.json");
+    assert_eq!(parse_results(json).expect("reads"), identification.results);
+    let value: serde_json::Value = serde_json::from_str(json).expect("JSON");
+    let schema = results_schema();
+    check_required(&schema, &schema, &value, "");
+}
+
+/// Every key that the schema requires is there, all the way down.
+fn check_required(
+    root: &serde_json::Value,
+    schema: &serde_json::Value,
+    value: &serde_json::Value,
+    at: &str,
+) {
+    if let Some(reference) = schema["$ref"].as_str() {
+        let target =
+            root.pointer(reference.trim_start_matches('#')).expect("the reference leads somewhere");
+        return check_required(root, target, value, at);
+    }
+    for key in schema["required"].as_array().into_iter().flatten() {
+        let key = key.as_str().expect("a name");
+        assert!(value.get(key).is_some(), "{at}: {key}");
+    }
+    if let Some(object) = value.as_object() {
+        for (key, value) in object {
+            let schema = schema["properties"].get(key).unwrap_or(&schema["additionalProperties"]);
+            check_required(root, schema, value, &format!("{at}/{key}"));
+        }
+    }
+    for (k, item) in value.as_array().into_iter().flatten().enumerate() {
+        check_required(root, &schema["items"], item, &format!("{at}/{k}"));
+    }
+}
+
+#[test]
+fn other_schemas_are_refused_by_name() {
+    let refused = parse_results(r#"{"schema": "seaplant/results/2", "x": 1}"#);
+    assert!(matches!(refused, Err(Error::Schema { ref found, .. }) if found.ends_with("/2")));
+    assert!(matches!(parse_results("{}"), Err(Error::NoSchema)));
+    assert!(matches!(parse_results("{"), Err(Error::Json { line: 1, .. })));
+}
+
+#[test]
+fn series_have_a_head_and_every_sample() {
+    let all = artifacts(&fixture::identification());
+    let series: Vec<&Artifact> = all.iter().filter(|a| a.path.starts_with("series/")).collect();
+    assert_eq!(series.len(), 4);
+    for artifact in series {
+        let mut reader = csv::Reader::from_reader(&artifact.bytes[..]);
+        assert_eq!(reader.headers().expect("a head")[4], *"difference [m/s]");
+        let rows: Vec<[f64; 5]> = reader.deserialize().map(|row| row.expect("numbers")).collect();
+        assert_eq!(rows.len(), 3000);
+        assert!(rows.iter().all(|row| (row[3] - row[2] - row[4]).abs() < 1e-12));
+    }
+    let table = text(&all, "tables/table-5.csv");
+    assert!(table.contains("surge,paper,false,") && table.lines().count() == 3);
+    assert_eq!(text(&all, "tables/table-6.csv").lines().count(), 3);
+}
+
+#[test]
+fn nothing_identified_still_makes_a_report() {
+    let all = artifacts(&fixture::empty());
+    let html = text(&all, "report.html");
+    assert!(html.contains("No degree of freedom could be identified"));
+    assert!(html.contains("What could not be done"));
+    assert!(!all.iter().any(|artifact| artifact.path.starts_with("figures/")));
+}
+
+#[test]
+fn paths_are_unique() {
+    let all = artifacts(&fixture::identification());
+    let paths: HashSet<&str> = all.iter().map(|artifact| artifact.path.as_str()).collect();
+    assert_eq!(paths.len(), all.len());
+}
+
+#[test]
+fn degenerate_series_make_figures() {
+    let mut identification = fixture::identification();
+    let comparison = &mut identification.figures.comparisons[0].comparison;
+    comparison.measured.fill(0.0);
+    comparison.simulated.fill(0.0);
+    let comparison = &mut identification.figures.comparisons[1].comparison;
+    comparison.time_s.clear();
+    comparison.force.clear();
+    comparison.measured.clear();
+    comparison.simulated.clear();
+    let spectrum = &mut identification.figures.spectra[0];
+    spectrum.force = Default::default();
+    spectrum.velocity.amplitude.fill(0.0);
+    identification.figures.steady[0].position.clear();
+    identification.figures.steady[0].position_time_s.clear();
+    let pull = identification.results.bollard_pull.as_mut().expect("fixture has one");
+    pull.points.clear();
+    let all = artifacts(&identification);
+    assert!(!text(&all, "report.html").contains("NaN"));
+}
+
+#[test]
+fn the_thrust_figure_stands_alone() {
+    let mut pull = fixture::bollard_pull();
+    let figure = thrust_figure(&pull).expect("draws");
+    assert!(figure.svg.starts_with(b"<svg") && figure.png.starts_with(b"\x89PNG"));
+    pull.input_unit = "us".to_owned();
+    pull.neutral = 1500.0;
+    pull.points = vec![(1100.0, -30.0), (1500.0, 0.0), (1900.0, 40.0)];
+    pull.deadband = Some(fixture::parameter(25.0, 2.0, "us"));
+    let scene = thrust(&pull).expect("draws");
+    assert!(scene.description.contains("deadband 25.0 ± 2.0 us"), "{}", scene.description);
+}
+
+/// The demo has five seconds for everything.
+#[test]
+fn a_campaign_is_rendered_within_a_second() {
+    let mut identification = fixture::identification();
+    let one = identification.figures.comparisons[0].clone();
+    identification.figures.comparisons = vec![one; 24];
+    let start = Instant::now();
+    render(&identification).expect("renders");
+    let taken = start.elapsed();
+    assert!(taken.as_secs_f64() < 3.0, "{taken:?}");
+}
