@@ -36,8 +36,24 @@ pub(crate) const fn severity(severity: Severity) -> &'static str {
     }
 }
 
-/// "filter attenuates excitation", from the name that `results.json` writes.
+/// A heading for a caveat: where nothing better is known, the name that `results.json` writes.
 pub(crate) fn caveat(code: CaveatCode) -> String {
+    let better = match code {
+        CaveatCode::BiasOneDirection => "Bias seen from one direction",
+        CaveatCode::Collinear => "Terms hardly told apart",
+        CaveatCode::LagOrDelay => "Thruster lag or delay",
+        CaveatCode::Log => "Log mended",
+        CaveatCode::NoBetterThanNull => "No better than standing still",
+        CaveatCode::OneSignedThrust => "Thrust never changes sign",
+        CaveatCode::ScoredOnFit => "Scored on its own trial",
+        CaveatCode::SteadyUnsteadyDisagree => "Steady and unsteady drag disagree",
+        CaveatCode::ThrustScale => "Scale of thrust unseen",
+        CaveatCode::TwoLevelThrust => "Thrust at two levels only",
+        _ => "",
+    };
+    if !better.is_empty() {
+        return better.to_owned();
+    }
     let name = serde_json::to_value(code).ok();
     let name = name.as_ref().and_then(|name| name.as_str()).unwrap_or("caveat");
     capitalised(&name.replace('-', " "))

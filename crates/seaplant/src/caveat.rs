@@ -104,3 +104,23 @@ impl Caveat {
         Self { code, severity: Severity::Severe, message: message.into() }
     }
 }
+
+/// A number in a sentence: three significant digits, or all before the point.
+pub(crate) fn spoken(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    let decimals = (2 - x.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{x:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::spoken;
+
+    #[test]
+    fn numbers_are_spoken_to_three_digits() {
+        let spoken: Vec<String> = [12970.2, 0.27544, -250.04, 7.5, 1e-6].map(spoken).into();
+        assert_eq!(spoken, ["12970", "0.275", "-250", "7.50", "0.00000100"]);
+    }
+}

@@ -1,8 +1,9 @@
 //! Finds reasons to doubt a fit, from its numbers and its trials.
 
+use crate::caveat::spoken;
 use crate::estimate::{EquationErrorOptions, Fit, Method, fit_equation_error};
 use crate::signal::{LowPass, amplitude_spectrum};
-use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Role, Stability, Trial, Vehicle};
+use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Role, Stability, Term, Trial, Vehicle};
 
 /// A filter that passes less than this of the excited motion is worth a word.
 const PASSED_PART: f64 = 0.97;
@@ -65,8 +66,9 @@ fn signs(fit: &Fit) -> Vec<Caveat> {
         .filter_map(|(name, estimate, cause)| {
             let estimate = estimate.filter(|estimate| estimate.value <= 0.0)?;
             let message = format!(
-                "the {name} in {} comes out as {:.4}, and no vehicle has that below zero: {cause}",
-                fit.dof, estimate.value
+                "the {name} in {} comes out as {}, and no vehicle has that below zero: {cause}",
+                fit.dof,
+                spoken(estimate.value)
             );
             Some(if estimate.high95 < 0.0 || name == "mass" {
                 Caveat::severe(CaveatCode::WrongSign, message)
@@ -92,8 +94,10 @@ fn below_dry_mass(fit: &Fit, vehicle: &Vehicle) -> Option<Caveat> {
     let mass = fit.estimates().mass;
     (mass.value < dry).then(|| {
         let message = format!(
-            "the {} mass of {:.0} kg is below the {dry:.0} kg that the vehicle weighs in air, while water can only add to it: check the thrust curve and units",
-            fit.dof, mass.value
+            "the {} mass of {} kg is below the {} kg that the vehicle weighs in air, while water can only add to it: check the thrust curve and units",
+            fit.dof,
+            spoken(mass.value),
+            spoken(dry)
         );
         if mass.high95 < dry {
             Caveat::severe(CaveatCode::MassBelowDryMass, message)
@@ -207,8 +211,8 @@ fn one_way_bias(evidence: &Evidence<'_>) -> Option<Caveat> {
         return None;
     }
     let message = format!(
-        "a bias force of {:.0} {} was found in {}, on one heading only: a current does the same, and then the drag is off too; repeat the trial on the opposite heading",
-        bias.value,
+        "a bias force of {} {} was found in {}, on one heading only: a current does the same, and then the drag is off too; repeat the trial on the opposite heading",
+        spoken(bias.value),
         fit.dof.units().force,
         fit.dof
     );
@@ -319,17 +323,22 @@ pub(crate) fn lateness_caveat(fit: &Fit, late: Lateness) -> Caveat {
     let units = fit.dof.units();
     let physical = fit.physical();
     let when = if late.delay_s > 0.0 { "later" } else { "earlier" };
-    let message = format!(
-        "the {} motion fits best if thrust acts {:.2} s {when} than it was logged (a thruster lag, a delay in the log, or clocks that differ): with that the mass would be {:.0} in place of {:.0} {}, and quadratic drag {:.0} in place of {:.0} {}",
+    let mut message = format!(
+        "the {} motion fits best if thrust acts {:.2} s {when} than it was logged (a thruster lag, a delay in the log, or clocks that differ): with that the mass would be {} in place of {} {}",
         fit.dof,
         late.delay_s.abs(),
-        late.mass,
-        physical.mass,
-        units.mass,
-        late.d_quadratic,
-        physical.d_quadratic,
-        units.quadratic_drag
+        spoken(late.mass),
+        spoken(physical.mass),
+        units.mass
     );
+    if fit.terms.has(Term::Quadratic) {
+        message += &format!(
+            ", and quadratic drag {} in place of {} {}",
+            spoken(late.d_quadratic),
+            spoken(physical.d_quadratic),
+            units.quadratic_drag
+        );
+    }
     Caveat::warning(CaveatCode::LagOrDelay, message)
 }
 
@@ -353,8 +362,14 @@ pub(crate) fn disagreement(recommended: &Fit, other: &Fit) -> Option<Caveat> {
     })?;
     let (name, a, b) = apart;
     let message = format!(
-        "{} and {} disagree on the {name} in {}: {:.0} ± {:.0} against {:.0} ± {:.0}; their intervals do not cover what causes it",
-        recommended.method, other.method, recommended.dof, a.value, a.std, b.value, b.std
+        "{} and {} disagree on the {name} in {}: {} ± {} against {} ± {}; their intervals do not cover what causes it",
+        recommended.method,
+        other.method,
+        recommended.dof,
+        spoken(a.value),
+        spoken(a.std),
+        spoken(b.value),
+        spoken(b.std)
     );
     Some(Caveat::warning(CaveatCode::MethodsDisagree, message))
 }
@@ -405,8 +420,12 @@ pub(crate) fn steady_against_unsteady(
     let off = (unsteady.value - joint.value).abs();
     (off > 2.0 * unsteady.std.hypot(joint.std) && off > 0.05 * joint.value.abs()).then(|| {
         let message = format!(
-            "quadratic drag in {} is {:.0} ± {:.0} when the vehicle oscillates and {:.0} ± {:.0} in steady runs: use the one that is nearer to how the model will be used",
-            fit.dof, unsteady.value, unsteady.std, joint.value, joint.std
+            "quadratic drag in {} is {} ± {} when the vehicle oscillates and {} ± {} in steady runs: use the one that is nearer to how the model will be used",
+            fit.dof,
+            spoken(unsteady.value),
+            spoken(unsteady.std),
+            spoken(joint.value),
+            spoken(joint.std)
         );
         Caveat::warning(CaveatCode::SteadyUnsteadyDisagree, message)
     })

@@ -19,6 +19,13 @@ pub(super) const COMMAND: &[&str] = &[
 /// The words of a name, in lower case: `psi_hat`, `GyroZ`, `DVLVelocity x` and `PWM1` have
 /// two, two, three, and two (`pwm1` and `pwm`).
 pub(crate) fn words(name: &str) -> Vec<String> {
+    let mut found = split(name);
+    let stems: Vec<String> = found.iter().filter_map(|word| stem(word)).collect();
+    found.extend(stems);
+    found
+}
+
+fn split(name: &str) -> Vec<String> {
     let mut found = Vec::new();
     for part in name.split(|c: char| !c.is_alphanumeric()).filter(|part| !part.is_empty()) {
         let letters: Vec<char> = part.chars().collect();
@@ -36,8 +43,6 @@ pub(crate) fn words(name: &str) -> Vec<String> {
         }
         found.push(word);
     }
-    let stems: Vec<String> = found.iter().filter_map(|word| stem(word)).collect();
-    found.extend(stems);
     found
 }
 
@@ -87,7 +92,7 @@ pub(crate) fn is_input(channel: &Channel, words: &[String]) -> bool {
 }
 
 /// A unit that ends a name without brackets, as in `heading_deg` or `u_m_s`.
-pub(super) fn unit_by_name(words: &[String]) -> Option<&'static str> {
+pub(super) fn unit_by_name(name: &str) -> Option<&'static str> {
     const UNITS: &[(&[&str], &str)] = &[
         (&["rad", "s"], "rad/s"),
         (&["deg", "s"], "deg/s"),
@@ -109,6 +114,7 @@ pub(super) fn unit_by_name(words: &[String]) -> Option<&'static str> {
         (&["volt"], "V"),
         (&["volts"], "V"),
     ];
+    let words = split(name);
     let ends = |unit: &[&str]| {
         words.len() > unit.len() && words[words.len() - unit.len()..].iter().eq(unit)
     };
@@ -131,10 +137,10 @@ mod tests {
 
     #[test]
     fn a_name_may_end_in_its_unit() {
-        let unit = |name| unit_by_name(&words(name));
+        let unit = |name| unit_by_name(name);
         assert_eq!(unit("heading_deg"), Some("deg"));
         assert_eq!(unit("u_m_s"), Some("m/s"));
-        assert_eq!(unit("port rpm"), Some("rpm"));
+        assert_eq!(unit("motor1 rpm"), Some("rpm"));
         assert_eq!(unit("m"), None);
     }
 }

@@ -74,8 +74,8 @@ pub(crate) fn titled<'a>(
 ) -> Result<Area<'a>, Error> {
     let (head, rest) = area.split_vertically(px(if key.is_empty() { 26 } else { 46 }));
     let style = text_style(TITLE_SIZE, Ink::Text, true);
-    head.draw(&plotters::element::Text::new(shortened(title), (px(12), px(8)), style))?;
-    let mut x = px(12);
+    head.draw(&plotters::element::Text::new(shortened(title), (px(10), px(8)), style))?;
+    let mut x = px(10);
     let y = px(36);
     for (ink, label) in key {
         let sample: Vec<(i32, i32)> = vec![(x, y), (x + px(26), y)];
@@ -109,10 +109,11 @@ pub(crate) fn panel<'a, 'b>(area: &'b Area<'a>, frame: Frame<'_>) -> Result<Char
     let (x_axis, y_axis) = (x.clone(), y.clone());
     let below = if x_label.is_some() { 42 } else { 10 };
     let mut chart = ChartBuilder::on(area)
-        .margin_right(px(14))
+        .margin_left(px(10))
+        .margin_right(px(16))
         .margin_top(px(6))
         .x_label_area_size(px(below))
-        .y_label_area_size(px(66))
+        .y_label_area_size(px(62))
         .build_cartesian_2d(x, y)?;
     let show_x = x_label.is_some();
     let x_formatter = move |tick: &f64| if show_x { x_axis.label(*tick) } else { String::new() };
@@ -158,6 +159,14 @@ pub(crate) fn stroke(
     points: &[(f64, f64)],
 ) -> Result<(), Error> {
     chart.draw_series([PathElement::new(points.to_vec(), ink.stroke())])?;
+    Ok(())
+}
+
+/// Writes below and to the right of a point.
+pub(crate) fn note(chart: &mut Chart<'_, '_>, at: (f64, f64), text: &str) -> Result<(), Error> {
+    let style = text_style(TICK_SIZE, Ink::Text, false);
+    let text = plotters::element::Text::new(text.to_owned(), (px(5), px(1)), style);
+    chart.draw_series([EmptyElement::at(at) + text])?;
     Ok(())
 }
 

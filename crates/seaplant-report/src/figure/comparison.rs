@@ -26,14 +26,14 @@ pub(super) fn scene(figure: &ComparisonFigure) -> Result<Scene, Error> {
         let x = time_axis(time_s);
         let ends = x.ends();
 
-        let y = Axis::around(measured.iter().chain(simulated).copied(), 5);
+        let y = Axis::around(measured.iter().chain(simulated).copied(), 6);
         let y_label = format!("velocity, {unit}");
         let mut chart = panel(&above, Frame { x: x.clone(), y, x_label: None, y_label: &y_label })?;
         line(&mut chart, Ink::Measured, time_s, measured)?;
         line(&mut chart, Ink::Simulated, time_s, simulated)?;
 
         let difference: Vec<f64> = simulated.iter().zip(measured).map(|(s, m)| s - m).collect();
-        let y = Axis::around(difference.iter().copied().chain([0.0]), 4);
+        let y = Axis::around(difference.iter().copied().chain([0.0]), 5);
         let y_label = format!("difference, {unit}");
         let mut chart = panel(&below, Frame { x, y, x_label: Some("time, s"), y_label: &y_label })?;
         stroke(&mut chart, Ink::Frame, &[(ends.start, 0.0), (ends.end, 0.0)])?;
@@ -50,7 +50,7 @@ pub(super) fn time_axis(time_s: &[f64]) -> Axis {
 fn title(figure: &ComparisonFigure) -> String {
     let Comparison { dof, trial, .. } = &figure.comparison;
     format!(
-        "{}, {} · {} · {} trial",
+        "{} · {} · {} · {} trial",
         words::capitalised(dof.name()),
         trial,
         words::method(figure.method),

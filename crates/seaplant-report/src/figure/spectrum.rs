@@ -7,7 +7,7 @@ use seaplant::signal::Spectrum;
 use seaplant::{LowPass, Method};
 
 use super::axis::Axis;
-use super::chart::{Frame, drawn, line, panel, stroke, titled};
+use super::chart::{Frame, drawn, line, note, panel, stroke, titled};
 use super::ink::Ink;
 use super::scene::Scene;
 use crate::number::significant;
@@ -21,7 +21,7 @@ const LOWEST_HZ: f64 = 0.004;
 const GAIN_POINTS: usize = 200;
 
 /// The top of the panel.
-const HIGHEST_PART: f64 = 1.06;
+const HIGHEST_PART: f64 = 1.12;
 
 /// A filter whose gain is drawn.
 struct Gain {
@@ -36,7 +36,7 @@ pub(super) fn scene(figure: &SpectrumFigure, results: &Results) -> Result<Scene,
     let excited = excited_hz(figure, results);
     let gains = gains(figure, results);
     let name = words::capitalised(figure.dof.name());
-    let title = format!("{name}, {} · spectrum of force and velocity", figure.trial);
+    let title = format!("{name} · {} · spectrum of force and velocity", figure.trial);
     drawn((640, 330), title, description(figure, excited, &gains), |area, title| {
         let below = titled(area, title, &key(&gains, excited))?;
         let x = frequency_axis(figure);
@@ -50,6 +50,7 @@ pub(super) fn scene(figure: &SpectrumFigure, results: &Results) -> Result<Scene,
         let mut chart = panel(&below, frame)?;
         if let Some(f) = excited.filter(|f| ends.contains(f)) {
             stroke(&mut chart, Ink::Excited, &[(f, 0.0), (f, HIGHEST_PART)])?;
+            note(&mut chart, (f, HIGHEST_PART), &format!("{} Hz", significant(f, 3)))?;
         }
         for (ink, spectrum) in [(Ink::Force, &figure.force), (Ink::Velocity, &figure.velocity)] {
             let (f, part) = parts(spectrum, &ends);

@@ -27,7 +27,7 @@ pub(super) fn scene(figure: &SteadyFigure, results: &Results) -> Result<Scene, E
         .map(|steady| steady.segments.iter().filter(|s| s.trial == figure.trial).collect())
         .unwrap_or_default();
     let name = words::capitalised(figure.dof.name());
-    let title = format!("{name}, {} · steady stretches", figure.trial);
+    let title = format!("{name} · {} · steady stretches", figure.trial);
     let has_position = !figure.position.is_empty();
     let height = if has_position { 400 } else { 260 };
     drawn((640, height), title, description(figure, &segments), |area, title| {
@@ -54,7 +54,7 @@ fn position_panel(
         _ => "position",
     };
     let y_label = format!("{what}, {}", figure.dof.units().position);
-    let y = Axis::around(figure.position.iter().copied(), 4);
+    let y = Axis::around(figure.position.iter().copied(), 5);
     let ends = y.ends();
     let mut chart = panel(area, Frame { x, y, x_label: None, y_label: &y_label })?;
     chart.draw_series(segments.iter().map(|s| {
@@ -70,7 +70,7 @@ fn velocity_panel(
     x: Axis,
 ) -> Result<(), Error> {
     let y_label = format!("velocity, {}", figure.dof.units().velocity);
-    let y = Axis::around(figure.velocity.iter().copied().chain([0.0]), 5);
+    let y = Axis::around(figure.velocity.iter().copied().chain([0.0]), 6);
     let ends = y.ends();
     let mut chart = panel(area, Frame { x, y, x_label: Some("time, s"), y_label: &y_label })?;
     chart.draw_series(segments.iter().map(|s| {

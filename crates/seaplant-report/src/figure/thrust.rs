@@ -25,8 +25,8 @@ pub(crate) fn scene(bollard_pull: &BollardPullResult) -> Result<Scene, Error> {
     let title = "Thrust against the square of the input".to_owned();
     drawn((640, 400), title, description(bollard_pull), |area, title| {
         let rest = titled(area, title, &key)?;
-        let x = Axis::around(points.iter().map(|p| squared(p.0)).chain([0.0]), 7);
-        let y = Axis::around(points.iter().map(|p| p.1).chain([0.0]), 7);
+        let x = Axis::around(points.iter().map(|p| squared(p.0)).chain([0.0]), 8);
+        let y = Axis::around(points.iter().map(|p| p.1).chain([0.0]), 8);
         let (x_ends, y_ends) = (x.ends(), y.ends());
         let x_label = x_label(bollard_pull);
         let mut chart =

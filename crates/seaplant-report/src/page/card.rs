@@ -4,7 +4,7 @@ use seaplant::results::{Parameter, PlantResult, Results, Score, TruePlant};
 use seaplant::{Dof, Stability};
 use serde::Serialize;
 
-use crate::number::{Rounded, or_absent, signed_percent, significant};
+use crate::number::{Decimals, Rounded, or_absent, signed_percent, significant};
 use crate::verdict::verdict;
 use crate::words;
 
@@ -16,6 +16,7 @@ pub(crate) struct Card {
     trust: &'static str,
     trust_class: String,
     reason: String,
+    velocity_unit: &'static str,
     rows: Vec<ParameterRow>,
     stability: String,
     scores: Vec<ScoreRow>,
@@ -23,7 +24,8 @@ pub(crate) struct Card {
 
 #[derive(Serialize)]
 struct ParameterRow {
-    label: String,
+    label: &'static str,
+    symbol: &'static str,
     value: String,
     std: String,
     low95: String,
@@ -44,7 +46,6 @@ struct ScoreRow {
     label: String,
     e: String,
     null: String,
-    unit: &'static str,
     r_squared: String,
 }
 
@@ -63,16 +64,17 @@ fn of(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Card {
     let judged = verdict(dof, plant);
     let mut scores = Vec::new();
     if let Some(held_out) = &plant.hold_out {
-        scores.push(score_row("Held-out trials", dof, held_out));
+        scores.push(score_row("Held-out trials", held_out));
     }
-    scores.push(score_row("Fitted trials", dof, &plant.fit));
+    scores.push(score_row("Fitted trials", &plant.fit));
     Card {
         name: dof.name(),
         title: words::capitalised(dof.name()),
         method: words::method(plant.method),
         trust: judged.trust.name(),
         trust_class: judged.trust.name().replace(' ', "-"),
-        reason: judged.reason,
+        reason: words::capitalised(&judged.reason),
+        velocity_unit: dof.units().velocity,
         rows: rows(dof, plant, truth),
         stability: stability(dof, &plant.stability),
         scores,
@@ -81,27 +83,33 @@ fn of(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Card {
 
 fn rows(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Vec<ParameterRow> {
     let parameters = &plant.parameters;
-    let of = |label: &str, parameter: Option<&Parameter>, true_value: fn(&TruePlant) -> f64| {
-        parameter.map(|parameter| parameter_row(label, parameter, truth.map(true_value)))
+    let of = |names, parameter: Option<&Parameter>, true_value: fn(&TruePlant) -> f64| {
+        parameter.map(|parameter| parameter_row(names, parameter, truth.map(true_value)))
     };
     let all = [
-        of(words::mass(dof), Some(&parameters.mass), |truth| truth.mass),
-        of("Quadratic drag d_Q", parameters.quadratic_drag.as_ref(), |truth| truth.quadratic_drag),
-        of("Linear drag d_L", parameters.linear_drag.as_ref(), |truth| truth.linear_drag),
-        of(words::bias_force(dof), parameters.bias_force.as_ref(), |truth| truth.bias_force),
+        of((words::mass(dof), "m"), Some(&parameters.mass), |truth| truth.mass),
+        of(("Quadratic drag", "d_Q"), parameters.quadratic_drag.as_ref(), |truth| {
+            truth.quadratic_drag
+        }),
+        of(("Linear drag", "d_L"), parameters.linear_drag.as_ref(), |truth| truth.linear_drag),
+        of((words::bias_force(dof), "b"), parameters.bias_force.as_ref(), |truth| truth.bias_force),
     ];
     all.into_iter().flatten().collect()
 }
 
-fn parameter_row(label: &str, parameter: &Parameter, truth: Option<f64>) -> ParameterRow {
+fn parameter_row(
+    (label, symbol): (&'static str, &'static str),
+    parameter: &Parameter,
+    truth: Option<f64>,
+) -> ParameterRow {
     let Rounded { value, std, low95, high95 } = Rounded::of(parameter);
     let truth = truth.map(|truth| Truth {
-        value: significant(truth, 4),
+        value: Decimals::of_std(parameter.value, parameter.std).write(truth),
         error: error(parameter.value, truth),
         inside: (parameter.low95..=parameter.high95).contains(&truth),
     });
     let unit = parameter.unit.clone();
-    ParameterRow { label: label.to_owned(), value, std, low95, high95, unit, truth }
+    ParameterRow { label, symbol, value, std, low95, high95, unit, truth }
 }
 
 /// In per cent of the truth; a truth of zero has none, and the difference is written.
@@ -109,12 +117,11 @@ fn error(value: f64, truth: f64) -> String {
     if truth == 0.0 { significant(value, 2) } else { signed_percent((value - truth) / truth.abs()) }
 }
 
-fn score_row(label: &str, dof: Dof, score: &Score) -> ScoreRow {
+fn score_row(label: &str, score: &Score) -> ScoreRow {
     ScoreRow {
         label: label.to_owned(),
         e: score.mean_abs_error.map_or_else(|| "runs away".to_owned(), |e| significant(e, 3)),
         null: significant(score.null_error, 3),
-        unit: dof.units().velocity,
         r_squared: or_absent(score.r_squared, 4),
     }
 }

@@ -2,6 +2,8 @@
 
 use nalgebra::{Matrix2, Vector2};
 
+use crate::caveat::spoken;
+
 use super::{Estimate, t_quantile_975};
 use crate::{
     AxisRecord, Caveat, CaveatCode, Dof, Error, Grid, Trial, UniformStretch, VelocitySource,
@@ -369,9 +371,9 @@ fn caveats(
         && joint.bias_force.covers(0.0)
     {
         let message = format!(
-            "the steady runs do not show a bias force: its interval, {:.0} to {:.0} {}, holds zero",
-            joint.bias_force.low95,
-            joint.bias_force.high95,
+            "the steady runs do not show a bias force: its interval, {} to {} {}, holds zero",
+            spoken(joint.bias_force.low95),
+            spoken(joint.bias_force.high95),
             dof.units().force
         );
         caveats.push(Caveat::note(CaveatCode::BiasOneDirection, message));
@@ -389,8 +391,11 @@ fn contradiction(segments: &[SteadySegment], pairs: &[SteadyPair]) -> Option<Str
     let thrust = |pair: &SteadyPair| segments[pair.positive].tau;
     (apart > limit && pairs.len() > 1).then(|| {
         format!(
-            "the up/down pairs contradict each other: at {:.0} of thrust they ask for a bias force of {:.0}, at {:.0} for {:.0}; no single ballast explains both, so look for thrust that differs up and down, or a change of trim between runs",
-            thrust(least), least.bias_force.value, thrust(most), most.bias_force.value
+            "the up/down pairs contradict each other: at {} of thrust they ask for a bias force of {}, at {} for {}; no single ballast explains both, so look for thrust that differs up and down, or a change of trim between runs",
+            spoken(thrust(least)),
+            spoken(least.bias_force.value),
+            spoken(thrust(most)),
+            spoken(most.bias_force.value)
         )
     })
 }

@@ -1,0 +1,70 @@
+//! Which files were logged side by side, and which are trials of their own.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use seaplant_log::{Channel, Log};
+
+/// Files of one recording: together they make a trial.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Session {
+    /// Indices into the log's sources.
+    pub sources: Vec<usize>,
+    /// The time of its first sample, in the files' clock, s.
+    pub start_s: f64,
+    /// The time of its last sample, s.
+    pub end_s: f64,
+}
+
+impl Session {
+    /// Its channels, with their places in the log.
+    pub fn channels<'a>(&self, log: &'a Log) -> impl Iterator<Item = (usize, &'a Channel)> {
+        let sources = self.sources.clone();
+        let all = log.channels().iter().enumerate();
+        all.filter(move |(_, channel)| sources.contains(&channel.source))
+    }
+}
+
+/// Files that share most of their columns are recordings of one kind at several times;
+/// files that share none and overlap in time were logged side by side.
+pub(super) fn sessions(log: &Log) -> Vec<Session> {
+    let mut found: Vec<Session> = Vec::new();
+    for source in 0..log.sources().len() {
+        let alone = Session { sources: vec![source], start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
+        let times = |(_, channel): (usize, &Channel)| {
+            Some((*channel.time_s().first()?, *channel.time_s().last()?))
+        };
+        let spans: Vec<(f64, f64)> = alone.channels(log).filter_map(times).collect();
+        let start_s = spans.iter().map(|span| span.0).fold(f64::INFINITY, f64::min);
+        let end_s = spans.iter().map(|span| span.1).fold(f64::NEG_INFINITY, f64::max);
+        if start_s > end_s {
+            continue;
+        }
+        let folder = |source: usize| log.sources()[source].path.parent().map(Path::to_owned);
+        let joins = |session: &&mut Session| {
+            let together = start_s <= session.end_s && session.start_s <= end_s;
+            let near = session.sources.iter().any(|other| folder(*other) == folder(source));
+            let repeats = session.sources.iter().any(|other| are_alike(log, *other, source));
+            together && near && !repeats
+        };
+        match found.iter_mut().rev().find(joins) {
+            Some(session) => {
+                session.sources.push(source);
+                session.start_s = session.start_s.min(start_s);
+                session.end_s = session.end_s.max(end_s);
+            }
+            None => found.push(Session { start_s, end_s, ..alone }),
+        }
+    }
+    found
+}
+
+/// Whether two files have half of their columns, or more, in common.
+fn are_alike(log: &Log, one: usize, other: usize) -> bool {
+    let columns = |source: usize| -> BTreeSet<&str> {
+        let of_file = log.channels().iter().filter(|channel| channel.source == source);
+        of_file.map(|channel| channel.column.as_str()).collect()
+    };
+    let (one, other) = (columns(one), columns(other));
+    2 * one.intersection(&other).count() >= one.len().min(other.len())
+}
