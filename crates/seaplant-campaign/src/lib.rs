@@ -7,6 +7,8 @@ mod bench;
 mod campaign;
 mod campaign_file;
 mod error;
+mod inspect;
+mod propose;
 mod recording;
 mod toml_file;
 mod twin_files;
@@ -20,6 +22,8 @@ pub use campaign_file::{
     TimeEntry, TrialEntry,
 };
 pub use error::Error;
+pub use inspect::{ChannelSummary, InspectedFile, Inspection, inspect};
+pub use propose::{Proposal, propose};
 pub use toml_file::read_toml;
 pub use twin_files::{TextFile, twin_files};
 pub use vehicle_file::{

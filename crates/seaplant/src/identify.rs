@@ -1,25 +1,26 @@
 //! The whole identification: trials in, every plant with its doubts out.
 
+mod convert;
+
 use std::collections::BTreeMap;
 
+use convert::{empty_results, plant_result, steady_figure, steady_result};
+
 use crate::diagnose::{
-    Evidence, caveats, disagreement, dominant_force_hz, lateness, lateness_caveat, scoring,
-    steady_against_unsteady,
+    Evidence, caveats, disagreement, lateness, lateness_caveat, scoring, steady_against_unsteady,
 };
 use crate::estimate::steady::{SteadyFit, SteadyOptions, fit_steady};
 use crate::estimate::{
     EquationErrorOptions, Fit, Method, PaperOptions, fit_equation_error, fit_paper,
 };
 use crate::results::{
-    AxisResult, ComparisonFigure, Failure, FigureData, Identification, PairResult, Parameter,
-    Parameters, PlantResult, Provenance, RegressionResult, Results, SCHEMA, Score, SegmentResult,
-    SensorResult, SpectrumFigure, SteadyFigure, SteadyResult, SubsetResult, ThrusterResult,
-    TrialResult, TrialScore,
+    ComparisonFigure, Failure, FigureData, Identification, PlantResult, Score, SpectrumFigure,
+    SubsetResult, TrialScore,
 };
 use crate::signal::amplitude_spectrum;
 use crate::{
-    AxisRecord, Caveat, CaveatCode, Comparison, Dof, Error, LumpedParameters, Motion, Quantity,
-    Role, Sensor, Terms, ThrustCurve, Thruster, Trial, Vehicle, VelocitySource, evaluate,
+    Agreement, AxisRecord, Caveat, CaveatCode, Comparison, Dof, Error, LumpedParameters, Role,
+    Terms, Trial, Vehicle, VelocitySource, evaluate,
 };
 
 /// What to identify, and how.
@@ -331,7 +332,7 @@ fn total_score(outcomes: &[Outcome]) -> Score {
         null.1 += score.samples;
         trials.push(score);
     }
-    let all = crate::Agreement::of(&measured, &simulated, 0.0);
+    let all = Agreement::of(&measured, &simulated, 0.0);
     Score {
         mean_abs_error: (!diverged).then_some(all.mean_abs_error),
         null_error: if null.1 == 0 { 0.0 } else { null.0 / null.1 as f64 },
@@ -351,251 +352,4 @@ fn trial_score(comparison: &Comparison) -> TrialScore {
         position_mean_abs_error: position.map(|agreement| agreement.mean_abs_error),
         samples: comparison.velocity.samples,
     }
-}
-
-fn plant_result(
-    fit: &Fit,
-    fit_score: Score,
-    hold_out: Option<Score>,
-    caveats: Vec<Caveat>,
-) -> PlantResult {
-    let units = fit.dof.units();
-    let estimates = fit.estimates();
-    let correlation = fit.correlation();
-    let stability = fit.lumped.stability();
-    let std = |j: usize| fit.covariance[(j, j)].sqrt();
-    PlantResult {
-        method: fit.method,
-        terms: fit.terms.fitted(),
-        stable: stability.is_stable(),
-        stability,
-        parameters: Parameters {
-            mass: Parameter::new(estimates.mass, units.mass),
-            quadratic_drag: estimates.d_quadratic.map(|d| Parameter::new(d, units.quadratic_drag)),
-            linear_drag: estimates.d_linear.map(|d| Parameter::new(d, units.linear_drag)),
-            bias_force: estimates.bias_force.map(|b| Parameter::new(b, units.force)),
-        },
-        lumped: fit.lumped,
-        lumped_std: LumpedParameters { alpha: std(0), beta: std(1), mu: std(2), bias: std(3) },
-        correlation: std::array::from_fn(|i| std::array::from_fn(|j| correlation[(i, j)])),
-        nuisances: BTreeMap::new(),
-        regression: RegressionResult {
-            samples: fit.samples,
-            effective_samples: fit.effective_samples,
-            condition: fit.condition,
-            variance_inflation: fit.inflation.iter().copied().collect(),
-            residual_rms: fit.residual_rms,
-            filters: fit.filters,
-        },
-        fit: fit_score,
-        hold_out,
-        caveats,
-    }
-}
-
-fn steady_result(fit: &SteadyFit) -> SteadyResult {
-    let units = fit.dof.units();
-    let greatest = fit.segments.iter().fold(0.0_f64, |greatest, s| greatest.max(s.tau.abs()));
-    SteadyResult {
-        segments: fit
-            .segments
-            .iter()
-            .map(|s| SegmentResult {
-                trial: s.trial.clone(),
-                from_s: s.from_s,
-                to_s: s.to_s,
-                force: s.tau,
-                force_part: s.tau / greatest,
-                velocity: s.v,
-                velocity_std: s.v_std,
-                quadratic_drag: Parameter::new(s.d_quadratic, units.quadratic_drag),
-                mean_abs_error: s.mean_abs_error,
-                joint_error: s.joint_error,
-            })
-            .collect(),
-        mean_quadratic_drag: fit.mean_d_quadratic,
-        quadratic_drag: fit.joint.map(|j| Parameter::new(j.d_quadratic, units.quadratic_drag)),
-        bias_force: fit.joint.map(|j| Parameter::new(j.bias_force, units.force)),
-        pairs: fit
-            .pairs
-            .iter()
-            .map(|pair| PairResult {
-                positive: fit.segments[pair.positive].trial.clone(),
-                negative: fit.segments[pair.negative].trial.clone(),
-                bias_force: Parameter::new(pair.bias_force, units.force),
-            })
-            .collect(),
-        caveats: fit.caveats.clone(),
-    }
-}
-
-fn steady_figure(dof: Dof, trial: &Trial) -> Result<SteadyFigure, Error> {
-    let axis = trial.axis(dof, VelocitySource::Measured)?;
-    let velocity = axis.velocity()?;
-    let (position_time_s, position) = axis
-        .position
-        .as_ref()
-        .map_or_else(Default::default, |p| (p.time_s().to_vec(), p.values().to_vec()));
-    Ok(SteadyFigure {
-        dof,
-        trial: trial.name().to_owned(),
-        force: velocity.time_s().iter().map(|&t| axis.force.held_at(t)).collect(),
-        time_s: velocity.time_s().to_vec(),
-        velocity: velocity.values().to_vec(),
-        position_time_s,
-        position,
-    })
-}
-
-fn empty_results(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) -> Results {
-    Results {
-        schema: SCHEMA.to_owned(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        vehicle: vehicle.name.clone(),
-        dry_mass_kg: vehicle.dry_mass_kg,
-        provenance: Provenance { settings: settings(options), ..Default::default() },
-        plants: BTreeMap::new(),
-        methods: BTreeMap::new(),
-        subsets: BTreeMap::new(),
-        steady: BTreeMap::new(),
-        thrusters: vehicle.thrusters.iter().map(thruster_result).collect(),
-        bollard_pull: None,
-        sensors: sensor_results(vehicle, trials),
-        trials: trials.iter().map(trial_result).collect(),
-        truth: None,
-        failures: Vec::new(),
-        caveats: Vec::new(),
-    }
-}
-
-fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
-    let methods: Vec<&str> = options.methods.iter().map(|method| method.name()).collect();
-    let ee = options.equation_error;
-    let steady = options.steady;
-    let mut settings = BTreeMap::from([
-        ("methods".to_owned(), methods.join(", ")),
-        ("terms".to_owned(), options.terms.to_string()),
-        (
-            "paper: velocity filter".to_owned(),
-            format!(
-                "{} Hz, order {}",
-                options.paper.velocity_filter.cutoff_hz, options.paper.velocity_filter.order
-            ),
-        ),
-        (
-            "equation-error: filters".to_owned(),
-            format!(
-                "{} Hz, order {} on velocity; {} Hz, order {} on every term",
-                ee.velocity_filter.cutoff_hz,
-                ee.velocity_filter.order,
-                ee.term_filter.cutoff_hz,
-                ee.term_filter.order
-            ),
-        ),
-        (
-            "steady".to_owned(),
-            format!(
-                "windows of {} s, drift below {} per s², thrust within {} %",
-                steady.window_s,
-                steady.slope,
-                100.0 * steady.thrust_part
-            ),
-        ),
-    ]);
-    for (dof, terms) in &options.terms_of {
-        settings.insert(format!("terms: {dof}"), terms.to_string());
-    }
-    settings
-}
-
-fn thruster_result(thruster: &Thruster) -> ThrusterResult {
-    let input = thruster.curve.input();
-    let curve = match &thruster.curve {
-        ThrustCurve::Quadratic { law, .. } => format!(
-            "{} forward, {} reverse, N/({})², deadband {}",
-            law.forward,
-            law.reverse,
-            input.unit(),
-            law.deadband
-        ),
-        ThrustCurve::Table { tables, .. } => {
-            let points: usize = tables.iter().map(|table| table.points().count()).sum();
-            let voltages: Vec<String> =
-                tables.iter().filter_map(|table| table.voltage).map(|v| format!("{v} V")).collect();
-            format!("table of {points} points {}", voltages.join(", "))
-        }
-    };
-    ThrusterResult {
-        name: thruster.name.clone(),
-        position_m: thruster.position_body.into(),
-        direction: thruster.direction_body.into(),
-        input: input.name().to_owned(),
-        curve: curve.trim_end().to_owned(),
-    }
-}
-
-fn sensor_results(vehicle: &Vehicle, trials: &[Trial]) -> Vec<SensorResult> {
-    use crate::quantity::{Attitude, Axis, World};
-    let sensors = &vehicle.sensors;
-    let all = [
-        ("dvl", &sensors.dvl, Quantity::DvlVelocity(Axis::X), "m/s"),
-        ("depth", &sensors.depth, Quantity::Depth, "m"),
-        ("attitude", &sensors.attitude, Quantity::Attitude(Attitude::Heading), "rad"),
-        ("position", &sensors.position, Quantity::Position(World::North), "m"),
-    ];
-    let result = |(name, sensor, quantity, unit): (&str, &Sensor, Quantity, &str)| {
-        let rate_hz = trials.iter().find_map(|trial| trial.rate_hz(&quantity));
-        let used = rate_hz.is_some() || *sensor != Sensor::default();
-        used.then(|| SensorResult {
-            name: name.to_owned(),
-            position_m: sensor.position_body.into(),
-            rotation_deg: sensor.rotation_rad.map(f64::to_degrees),
-            std: sensor.std,
-            unit: unit.to_owned(),
-            rate_hz,
-        })
-    };
-    all.into_iter().filter_map(result).collect()
-}
-
-fn trial_result(trial: &Trial) -> TrialResult {
-    let axis = |&dof: &Dof| Some((dof, axis_result(dof, trial).ok()?));
-    TrialResult {
-        name: trial.name().to_owned(),
-        role: trial.role(),
-        files: Vec::new(),
-        axes: trial.dofs().iter().filter_map(axis).collect(),
-    }
-}
-
-fn axis_result(dof: Dof, trial: &Trial) -> Result<AxisResult, Error> {
-    let axis = trial.axis(dof, VelocitySource::Measured)?;
-    let uniform = axis.uniform(0)?;
-    let velocity = axis.velocity()?;
-    let dominant_hz = dominant_force_hz(&axis)?;
-    let amplitude = uniform
-        .stretches
-        .iter()
-        .max_by_key(|stretch| stretch.tau.len())
-        .map(|stretch| amplitude_spectrum(&stretch.tau, uniform.sample_hz))
-        .map_or(0.0, |spectrum| spectrum.amplitude.iter().skip(1).copied().fold(0.0, f64::max));
-    let max = |x: &[f64]| x.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
-    let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
-    Ok(AxisResult {
-        from_s: velocity.first_s(),
-        to_s: velocity.last_s(),
-        sample_hz: uniform.sample_hz,
-        source_hz: uniform.source_hz,
-        motion: match axis.motion {
-            Motion::Velocity(_) => "velocity".to_owned(),
-            Motion::Position(_) => "position".to_owned(),
-        },
-        dominant_hz,
-        dominant_amplitude: amplitude,
-        force_max: max(axis.force.values()),
-        force_rms: rms(axis.force.values()),
-        speed_max: max(velocity.values()),
-        speed_rms: rms(velocity.values()),
-        gap_s: uniform.gaps.iter().map(|gap| gap.to_s - gap.from_s).sum(),
-    })
 }

@@ -39,10 +39,9 @@ impl fmt::Display for Remark {
                 "zero-filled: {samples} samples in {} are exactly 0 between values far from it, first at {first_s:.2} s: dropouts, perhaps; leave them empty in the log",
                 times(*runs, "stretch", "stretches")
             ),
-            Self::Saturated { count, of, end, value } => write!(
-                f,
-                "saturated: {count} of {of} samples are exactly at the {end}, {value}"
-            ),
+            Self::Saturated { count, of, end, value } => {
+                write!(f, "saturated: {count} of {of} samples are exactly at the {end}, {value}")
+            }
             Self::Frozen { value, from_s, to_s, samples, others } => {
                 write!(
                     f,
@@ -306,8 +305,7 @@ fn frozen(facts: &Facts<'_>, explained: &[f64]) -> Option<Remark> {
         return None;
     }
     let all = runs(&facts.values);
-    let long =
-        |run: &&Run| run.len() > MORE_THAN && run.span_s(&facts.time_s) > LONGER_THAN_S;
+    let long = |run: &&Run| run.len() > MORE_THAN && run.span_s(&facts.time_s) > LONGER_THAN_S;
     let stuck: usize = all.iter().filter(long).map(|run| run.len() - 1).sum();
     let steps = facts.values.len() - 1 - stuck;
     let changes = all.len() - 1;
@@ -389,8 +387,7 @@ fn unit_misfit(facts: &Facts<'_>) -> Option<Remark> {
     if unit.factor() == 1.0 {
         let named = facts.is_heading() || facts.has_word(ROLL) || facts.has_word(PITCH);
         let degrees = turns(facts, 360.0) > 0 || (named && looks_like_degrees(largest));
-        return degrees
-            .then(|| Remark::LooksLikeDegrees { reaches: facts.with_unit(largest) });
+        return degrees.then(|| Remark::LooksLikeDegrees { reaches: facts.with_unit(largest) });
     }
     // A course held within 3 degrees is no sign of radians; one that fills a turn is.
     let (min, max) = facts.min_max();

@@ -54,8 +54,10 @@ const fn doubtful(
     Rule { groups, quantity, strength: 1, needs_unit: false, doubt: Some(doubt) }
 }
 
-const TURNING: &[&str] =
-    &["rate", "velo", "vel", "velocity", "angvelo", "angvel", "omega", "gyro", "gyr", "dot", "angular"];
+const TURNING: &[&str] = &[
+    "rate", "velo", "vel", "velocity", "angvelo", "angvel", "omega", "gyro", "gyr", "dot",
+    "angular",
+];
 const MOVING: &[&str] = &["velo", "vel", "velocity", "speed"];
 const DVL: &[&str] = &["dvl", "bt", "bottom"];
 const FORCE: &[&str] = &["tau", "wrench", "force", "moment", "torque"];
@@ -129,15 +131,30 @@ const FOREIGN: &[(&[&str], &str)] = &[
     (&["rudder", "delta", "fin", "fins", "elevator", "aileron", "flap", "sternplane"], SURFACE),
     (&["wind"], "of the wind"),
     (&["acc", "accel", "acceleration"], "an acceleration, which Seaplant derives from velocity"),
-    (&["error", "err", "std", "stddev", "sigma", "var", "variance", "cov", "covariance"], "an error, not a measurement"),
+    (
+        &["error", "err", "std", "stddev", "sigma", "var", "variance", "cov", "covariance"],
+        "an error, not a measurement",
+    ),
     (&["temp", "temperature"], "a temperature"),
     (&["mag", "magnetometer"], "of a magnetometer"),
-    (&["altitude", "alt", "height"], "a height above the bottom, not a depth; if it is above the surface, map depth with negate = true"),
+    (
+        &["altitude", "alt", "height"],
+        "a height above the bottom, not a depth; if it is above the surface, map depth with negate = true",
+    ),
     (&["cog", "course"], "a course over ground, not a heading"),
-    (&["lat", "latitude", "lon", "lng", "longitude"], "a geographic position; Seaplant reads metres north and east"),
-    (&["beam", "beam1", "beam2", "beam3", "beam4"], "of one beam of the instrument; map its velocity along x, y and z"),
+    (
+        &["lat", "latitude", "lon", "lng", "longitude"],
+        "a geographic position; Seaplant reads metres north and east",
+    ),
+    (
+        &["beam", "beam1", "beam2", "beam3", "beam4"],
+        "of one beam of the instrument; map its velocity along x, y and z",
+    ),
     (&["light", "lights", "camera", "tilt", "pan", "gripper", "winch"], "of an accessory"),
-    (&["quality", "status", "valid", "flag", "mode", "count", "counter", "index"], "a state, not a measurement"),
+    (
+        &["quality", "status", "valid", "flag", "mode", "count", "counter", "index"],
+        "a state, not a measurement",
+    ),
 ];
 /// Why a control surface is not mapped.
 pub(super) const SURFACE: &str =
@@ -166,14 +183,19 @@ pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
     all.extend(context.into_iter().filter(|word| ["dvl", "pwm"].contains(&word.as_str())));
     let stated = channel.unit.clone().or_else(|| Unit::parse(named?).ok());
     if let Some(found) = thruster(channel, &own, stated.as_ref()) {
-        return Ok(Claim { unit: found.unit.or(named.filter(|_| channel.unit.is_none())), ..found });
+        return Ok(Claim {
+            unit: found.unit.or(named.filter(|_| channel.unit.is_none())),
+            ..found
+        });
     }
     if own.iter().any(|word| COMMAND.contains(&word.as_str())) {
         return Err("a command, not a measurement".to_owned());
     }
     let moves = stated.as_ref().is_some_and(|unit| unit.dimension() == Dimension::Velocity);
     if moves && own.iter().any(|word| WORLD.contains(&word.as_str())) {
-        return Err("a velocity along the world's axes; Seaplant reads the body's or position".to_owned());
+        return Err(
+            "a velocity along the world's axes; Seaplant reads the body's or position".to_owned()
+        );
     }
     let rule = best_rule(&all, stated.as_ref());
     let rule = rule.ok_or_else(|| unknown(stated.as_ref()))?;
@@ -189,7 +211,8 @@ fn unknown(unit: Option<&Unit>) -> String {
 
 fn best_rule(words: &[String], unit: Option<&Unit>) -> Option<&'static Rule> {
     let holds = |rule: &&Rule| {
-        let said = rule.groups.iter().all(|group| words.iter().any(|w| group.contains(&w.as_str())));
+        let said =
+            rule.groups.iter().all(|group| words.iter().any(|w| group.contains(&w.as_str())));
         let turns = matches!(rule.quantity, Quantity::Rate(_)) && unit.is_some_and(counts_turns);
         let fits = unit.map_or(!rule.needs_unit, |unit| {
             unit.resolve(dimension_of(rule.quantity.kind())).is_ok()
@@ -229,9 +252,9 @@ fn why(channel: &Channel, named: Option<&str>) -> &'static str {
 fn doubt_of_values(channel: &Channel, quantity: &Quantity) -> Option<String> {
     let (min, max) = (channel.min()?, channel.max()?);
     match quantity {
-        Quantity::Depth if -min > max => Some(
-            "most of it is negative: if it points up, add negate = true".to_owned(),
-        ),
+        Quantity::Depth if -min > max => {
+            Some("most of it is negative: if it points up, add negate = true".to_owned())
+        }
         Quantity::Attitude(_) => {
             let radians = channel.unit.as_ref().is_some_and(|unit| unit.factor() == 1.0);
             let largest = max.abs().max(min.abs());
@@ -280,9 +303,8 @@ fn by_values(channel: &Channel) -> Option<(ThrusterInput, Option<&'static str>, 
 
 /// The name without the words that say what was logged: `port motor rpm` is `port motor`.
 fn thruster_name(name: &str) -> String {
-    const INPUTS: &[&str] = &[
-        "pwm", "rpm", "rps", "speed", "cmd", "command", "force", "us", "input", "output", "raw",
-    ];
+    const INPUTS: &[&str] =
+        &["pwm", "rpm", "rps", "speed", "cmd", "command", "force", "us", "input", "output", "raw"];
     let is_mark = |c: char| c.is_whitespace() || "_-.:/".contains(c);
     let mut left = name.trim();
     while let Some(at) = left.rfind(is_mark) {

@@ -30,7 +30,8 @@ impl Session {
 pub(super) fn sessions(log: &Log) -> Vec<Session> {
     let mut found: Vec<Session> = Vec::new();
     for source in 0..log.sources().len() {
-        let alone = Session { sources: vec![source], start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
+        let alone =
+            Session { sources: vec![source], start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
         let times = |(_, channel): (usize, &Channel)| {
             Some((*channel.time_s().first()?, *channel.time_s().last()?))
         };
@@ -41,9 +42,13 @@ pub(super) fn sessions(log: &Log) -> Vec<Session> {
             continue;
         }
         let folder = |source: usize| log.sources()[source].path.parent().map(Path::to_owned);
+        // Instruments may log to folders of their own; a folder of several files is a recording.
+        let others = (0..log.sources().len()).filter(|&other| other != source);
+        let loner = others.into_iter().all(|other| folder(other) != folder(source));
         let joins = |session: &&mut Session| {
             let together = start_s <= session.end_s && session.start_s <= end_s;
-            let near = session.sources.iter().any(|other| folder(*other) == folder(source));
+            let near =
+                loner || session.sources.iter().any(|&other| folder(other) == folder(source));
             let repeats = session.sources.iter().any(|other| are_alike(log, *other, source));
             together && near && !repeats
         };

@@ -8,12 +8,38 @@ pub(crate) const PITCH: &[&str] = &["pitch", "theta", "θ"];
 
 /// Words of what drives a vehicle.
 const THRUSTER: &[&str] = &[
-    "thruster", "thrusters", "thr", "thrust", "motor", "motors", "mot", "prop", "propeller", "propellers", "esc",
-    "servo", "pwm", "rpm", "rotor", "shaft", "engine", "throttle",
+    "thruster",
+    "thrusters",
+    "thr",
+    "thrust",
+    "motor",
+    "motors",
+    "mot",
+    "prop",
+    "propeller",
+    "propellers",
+    "esc",
+    "servo",
+    "pwm",
+    "rpm",
+    "rotor",
+    "shaft",
+    "engine",
+    "throttle",
 ];
 /// Words of what is asked for, not measured.
 pub(super) const COMMAND: &[&str] = &[
-    "cmd", "command", "commanded", "desired", "des", "setpoint", "sp", "target", "reference", "ref", "goal",
+    "cmd",
+    "command",
+    "commanded",
+    "desired",
+    "des",
+    "setpoint",
+    "sp",
+    "target",
+    "reference",
+    "ref",
+    "goal",
 ];
 
 /// The words of a name, in lower case: `psi_hat`, `GyroZ`, `DVLVelocity x` and `PWM1` have

@@ -1,0 +1,137 @@
+//! A starting vehicle.toml and campaign.toml, from what a log holds.
+//!
+//! What the log cannot tell is left out, so that reading the files says what is missing; a
+//! placeholder that happens to be read would be a wrong number that looks right.
+
+use std::path::{Path, PathBuf};
+
+use seaplant::{Dof, Quantity};
+use seaplant_log::Log;
+
+mod activity;
+mod campaign_text;
+mod claim;
+mod mapping;
+mod session;
+mod vehicle_text;
+pub(crate) mod words;
+mod write;
+
+use activity::{Score, Window, driven, windows};
+use mapping::{Mapped, Mapping, map};
+use session::{Session, sessions};
+use write::relative;
+
+/// Two files to finish by hand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Proposal {
+    /// The text of vehicle.toml.
+    pub vehicle_toml: String,
+    /// The text of campaign.toml.
+    pub campaign_toml: String,
+    /// What a human must decide, a line each; the files say the same where it matters.
+    pub open_questions: Vec<String>,
+}
+
+/// A trial to propose.
+struct ProposedTrial {
+    name: String,
+    logs: Vec<String>,
+    /// Which of the mapping's sessions it is of.
+    session: usize,
+    window: Window,
+    dof: Dof,
+    scores: Vec<Score>,
+    hold_out: bool,
+}
+
+/// Proposes the files for a log.
+///
+/// `files` are the log's files as the user named them, in the log's order; the campaign
+/// names them relative to `base`, the folder that it will be written to.
+pub fn propose(log: &Log, files: &[PathBuf], base: &Path) -> Proposal {
+    let sessions = sessions(log);
+    let mapping = map(log, &sessions);
+    let mut trials: Vec<ProposedTrial> = Vec::new();
+    for (index, session) in sessions.iter().enumerate() {
+        trials.extend(trials_of(log, files, base, index, session, &mapping.sessions[index]));
+    }
+    make_names_differ(&mut trials);
+    hold_out_the_last(&mut trials);
+    let (vehicle_toml, of_vehicle) = vehicle_text::write(log, &mapping);
+    let (campaign_toml, of_campaign) = campaign_text::write(log, &mapping, &trials);
+    let open_questions = [("vehicle.toml", of_vehicle), ("campaign.toml", of_campaign)]
+        .into_iter()
+        .flat_map(|(file, all)| all.into_iter().map(move |question| format!("{file}: {question}")))
+        .collect();
+    Proposal { vehicle_toml, campaign_toml, open_questions }
+}
+
+fn trials_of(
+    log: &Log,
+    files: &[PathBuf],
+    base: &Path,
+    index: usize,
+    session: &Session,
+    mapped: &[Mapped],
+) -> Vec<ProposedTrial> {
+    let named = |&source: &usize| files.get(source).unwrap_or(&log.sources()[source].path);
+    let logs: Vec<String> =
+        session.sources.iter().map(|source| relative(named(source), base)).collect();
+    let name = session_name(&session.sources.iter().map(named).collect::<Vec<_>>());
+    let windows = windows(log, session, mapped);
+    let several = windows.len() > 1;
+    let trial = |(k, window): (usize, Window)| {
+        let scores = driven(log, session, mapped, &window);
+        ProposedTrial {
+            name: if several { format!("{name} {}", k + 1) } else { name.clone() },
+            logs: logs.clone(),
+            session: index,
+            window,
+            dof: scores.first().map_or(Dof::Surge, |(dof, _)| *dof),
+            scores,
+            hold_out: false,
+        }
+    };
+    windows.into_iter().enumerate().map(trial).collect()
+}
+
+/// A file's name without extension; of several files, their folder's.
+fn session_name(files: &[&PathBuf]) -> String {
+    let of_folder = || files.first()?.parent()?.file_name();
+    let of_file = || files.first()?.file_stem();
+    let name = if files.len() > 1 { of_folder().or_else(of_file) } else { of_file() };
+    name.map_or_else(|| "trial".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+fn make_names_differ(trials: &mut [ProposedTrial]) {
+    for k in 0..trials.len() {
+        let name = trials[k].name.clone();
+        let taken = |name: &str| trials[..k].iter().any(|before| before.name == name);
+        let free = (2..).map(|n| format!("{name} ({n})")).find(|name| !taken(name));
+        if let Some(free) = free.filter(|_| taken(&name)) {
+            trials[k].name = free;
+        }
+    }
+}
+
+/// Of each degree of freedom with two trials or more, the last one judges the others.
+fn hold_out_the_last(trials: &mut [ProposedTrial]) {
+    for dof in Dof::ALL {
+        let of_dof: Vec<usize> = (0..trials.len()).filter(|&k| trials[k].dof == dof).collect();
+        if let [_, .., last] = of_dof[..] {
+            trials[last].hold_out = true;
+        }
+    }
+}
+
+impl Mapping {
+    /// The thrusters, with the first session's input.
+    fn thrusters(&self) -> Vec<(&str, &Mapped)> {
+        self.all().into_iter().filter_map(|mapped| Some((mapped.thruster()?, mapped))).collect()
+    }
+
+    fn has(&self, wanted: impl Fn(&Quantity) -> bool) -> bool {
+        self.sessions.iter().flatten().any(|mapped| wanted(mapped.quantity()))
+    }
+}

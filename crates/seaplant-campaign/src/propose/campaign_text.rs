@@ -1,0 +1,185 @@
+//! campaign.toml, as far as a log tells it.
+
+use seaplant::Quantity;
+use seaplant_log::{Log, Note};
+
+use super::ProposedTrial;
+use super::claim::SURFACE;
+use super::mapping::{Mapped, Mapping};
+use super::write::{Page, quoted, seconds};
+
+/// The file's text, and what is left to decide.
+pub(super) fn write(
+    log: &Log,
+    mapping: &Mapping,
+    trials: &[ProposedTrial],
+) -> (String, Vec<String>) {
+    let questions = questions(log, mapping, trials);
+    let mut page = Page::default();
+    page.comment("The campaign, begun from its logs. Lines with `decide:` need you.");
+    page.list("Still open:", &questions);
+    page.line("");
+    page.line("vehicle = \"vehicle.toml\"");
+    time(&mut page, log);
+    for trial in trials {
+        write_trial(&mut page, mapping, trial);
+    }
+    channels(&mut page, mapping);
+    let reason = |(column, why): &(String, String)| format!("{}: {why}", quoted(column));
+    let left_out: Vec<String> = mapping.left_out.iter().map(reason).collect();
+    if !left_out.is_empty() {
+        page.line("");
+    }
+    page.list("Columns that are not mapped:", &left_out);
+    (page.text, questions)
+}
+
+fn questions(log: &Log, mapping: &Mapping, trials: &[ProposedTrial]) -> Vec<String> {
+    let mut found = Vec::new();
+    found.extend(assumed_time(log).map(|column| {
+        format!("time column {} states no unit; seconds are assumed", quoted(column))
+    }));
+    for trial in trials {
+        found.push(format!("trial {}: {}", quoted(&trial.name), dof_question(trial)));
+        if trial.window.active_s.is_none() {
+            found.push(format!(
+                "trial {}: no thruster works in it, as far as mapped; give from_s and to_s",
+                quoted(&trial.name)
+            ));
+        }
+    }
+    for mapped in mapping.all() {
+        if let Some(doubt) = &mapped.claim.doubt {
+            found.push(format!("channel {}: {doubt}", quoted(&mapped.address)));
+        }
+    }
+    if mapping.all().is_empty() {
+        found.push("no column is recognised; map them under [channels]".to_owned());
+    }
+    let surface = mapping.left_out.iter().find(|(_, why)| why == SURFACE);
+    found.extend(surface.map(|(column, _)| {
+        format!("column {} is {SURFACE}, or choose trials in which it rests", quoted(column))
+    }));
+    found
+}
+
+/// Another degree of freedom that scores so near the best is worth a word.
+const NEAR: f64 = 0.5;
+
+fn dof_question(trial: &ProposedTrial) -> String {
+    let [best, others @ ..] = &trial.scores[..] else {
+        return "no motion is recognised in it, so its dof is not known; surge stands in"
+            .to_owned();
+    };
+    let near = others.iter().filter(|other| other.1 > NEAR * best.1);
+    let near: Vec<String> = near.map(|(dof, _)| dof.to_string()).collect();
+    let also =
+        if near.is_empty() { String::new() } else { format!("; {} move too", near.join(" and ")) };
+    format!("is {} what it was meant to excite? it moves most with the inputs{also}", best.0)
+}
+
+/// The first time column whose unit was assumed.
+fn assumed_time(log: &Log) -> Option<&str> {
+    log.notes().iter().find_map(|note| match note {
+        Note::TimeUnitAssumed { column, .. } => Some(column.as_str()),
+        _ => None,
+    })
+}
+
+fn time(page: &mut Page, log: &Log) {
+    if let Some(column) = assumed_time(log) {
+        page.line("");
+        page.comment("decide: the logs' time states no unit, and seconds are assumed; else say");
+        let entry = format!("time = {{ column = {}, unit = \"ms\" }}", quoted(column));
+        page.comment(&entry);
+    }
+}
+
+fn write_trial(page: &mut Page, mapping: &Mapping, trial: &ProposedTrial) {
+    page.line("\n[[trial]]");
+    page.line(&format!("name = {}", quoted(&trial.name)));
+    match &trial.logs[..] {
+        [only] => page.line(&format!("log = {}", quoted(only))),
+        several => {
+            page.line("log = [");
+            several.iter().for_each(|file| page.line(&format!("    {},", quoted(file))));
+            page.line("]");
+        }
+    }
+    page.explained(
+        &format!("dof = [\"{}\"]", trial.dof),
+        &format!("decide: {}", dof_question(trial)),
+    );
+    if trial.hold_out {
+        page.explained(
+            "role = \"hold-out\"",
+            "the last of its kind: it judges what is fitted to the others",
+        );
+    }
+    let window = &trial.window;
+    let why = match window.active_s {
+        Some((from, to)) => {
+            format!("thrusters work from {from:.1} to {to:.1} s after the log's first sample")
+        }
+        None => "decide: no thruster works, as far as mapped; this is the whole log".to_owned(),
+    };
+    page.explained(&format!("from_s = {}", seconds(window.from_s)), &why);
+    page.line(&format!("to_s = {}", seconds(window.to_s)));
+    let own = own_channels(mapping, trial.session);
+    if !own.is_empty() {
+        page.line("[trial.channels]");
+        own.iter()
+            .for_each(|mapped| page.explained(&entry(mapped, false), "called otherwise here"));
+    }
+}
+
+/// Channels that a session takes from another column than the campaign's [channels] say.
+fn own_channels(mapping: &Mapping, session: usize) -> Vec<&Mapped> {
+    let all = mapping.all();
+    let differs = |mapped: &&Mapped| {
+        let common = all.iter().find(|common| common.quantity() == mapped.quantity());
+        common.is_some_and(|common| {
+            common.address != mapped.address || common.claim.unit != mapped.claim.unit
+        })
+    };
+    mapping.sessions[session].iter().filter(differs).collect()
+}
+
+fn channels(page: &mut Page, mapping: &Mapping) {
+    page.line("\n[channels]");
+    for mapped in mapping.all() {
+        let has = |session: &Vec<Mapped>| session.iter().any(|m| m.quantity() == mapped.quantity());
+        let optional = !mapping.sessions.iter().all(has);
+        page.explained(&entry(mapped, optional), &reasons(mapped, optional));
+    }
+}
+
+fn entry(mapped: &Mapped, optional: bool) -> String {
+    let mut entry = format!("column = {}", quoted(&mapped.address));
+    if let Some(unit) = mapped.claim.unit {
+        entry += &format!(", unit = {}", quoted(unit));
+    }
+    if optional {
+        entry += ", optional = true";
+    }
+    format!("{} = {{ {entry} }}", quoted(&mapped.quantity().to_string()))
+}
+
+fn reasons(mapped: &Mapped, optional: bool) -> String {
+    let mut reasons = mapped.claim.why.clone();
+    if optional {
+        reasons += "; some logs lack it";
+    }
+    if !mapped.others.is_empty() {
+        let others: Vec<String> = mapped.others.iter().map(|other| quoted(other)).collect();
+        let what = match mapped.quantity() {
+            Quantity::Thruster { .. } => "its other inputs",
+            _ => "other candidates",
+        };
+        reasons += &format!("; {what}: {}", others.join(", "));
+    }
+    if let Some(doubt) = &mapped.claim.doubt {
+        reasons += &format!("; decide: {doubt}");
+    }
+    reasons
+}

@@ -1,0 +1,186 @@
+//! Which column is mapped to which quantity, in every session.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use seaplant::{Quantity, ThrusterInput};
+use seaplant_log::{Channel, Log};
+
+use super::claim::{Claim, claim};
+use super::session::Session;
+use crate::inspect::{Remark, remarks, short};
+
+/// A quantity of a session and the channel that gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Mapped {
+    pub claim: Claim,
+    /// Index into the log's channels.
+    pub channel: usize,
+    /// How the campaign names the column.
+    pub address: String,
+    /// Columns that claim the same quantity, less strongly.
+    pub others: Vec<String>,
+}
+
+impl Mapped {
+    pub fn quantity(&self) -> &Quantity {
+        &self.claim.quantity
+    }
+
+    /// The thruster whose input it is.
+    pub fn thruster(&self) -> Option<&str> {
+        match self.quantity() {
+            Quantity::Thruster { name, .. } => Some(name),
+            _ => None,
+        }
+    }
+}
+
+/// What is mapped in each session, and what is not, and why.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Mapping {
+    /// In the order of the sessions.
+    pub sessions: Vec<Vec<Mapped>>,
+    /// Columns and reasons, each column once.
+    pub left_out: Vec<(String, String)>,
+}
+
+pub(super) fn map(log: &Log, sessions: &[Session]) -> Mapping {
+    let mut mapping = Mapping::default();
+    let moving: BTreeSet<&str> = log
+        .channels()
+        .iter()
+        .filter(|channel| !channel.is_constant())
+        .map(|channel| channel.column.as_str())
+        .collect();
+    for session in sessions {
+        let mut claims = Vec::new();
+        for (index, channel) in session.channels(log) {
+            match claim_moving(log, channel, &moving) {
+                Ok(claim) => claims.push((index, claim)),
+                Err(reason) => mapping.leave_out(&channel.column, reason),
+            }
+        }
+        let of_session = choose(log, session, claims);
+        for mapped in &of_session {
+            let quantity = mapped.quantity();
+            for other in &mapped.others {
+                mapping.leave_out(other, format!("another column is mapped to {quantity}"));
+            }
+        }
+        mapping.sessions.push(of_session);
+    }
+    mapping
+}
+
+impl Mapping {
+    fn leave_out(&mut self, column: &str, reason: String) {
+        if !self.left_out.iter().any(|(known, _)| known == column) {
+            self.left_out.push((column.to_owned(), reason));
+        }
+    }
+
+    /// Every quantity with the first session that has it; thrusters in the order of columns.
+    pub fn all(&self) -> Vec<&Mapped> {
+        let mut found: Vec<&Mapped> = Vec::new();
+        for mapped in self.sessions.iter().flatten() {
+            if !found.iter().any(|known| known.quantity() == mapped.quantity()) {
+                found.push(mapped);
+            }
+        }
+        found.sort_by_key(|mapped| place(mapped.quantity()));
+        found
+    }
+}
+
+/// Where a quantity stands in the file: inputs, then motion.
+fn place(quantity: &Quantity) -> (u8, Option<&Quantity>) {
+    match quantity {
+        Quantity::Thruster { .. } => (0, None),
+        Quantity::SupplyVoltage => (1, None),
+        other => (2, Some(other)),
+    }
+}
+
+/// A claim of a channel that says something: a thruster may stand still, a sensor may not.
+fn claim_moving(log: &Log, channel: &Channel, moving: &BTreeSet<&str>) -> Result<Claim, String> {
+    let path = &log.sources()[channel.source].path;
+    let context = path.file_stem().unwrap_or_default().to_string_lossy();
+    let claim = claim(channel, &context)?;
+    if matches!(claim.quantity, Quantity::Thruster { .. }) {
+        return Ok(claim);
+    }
+    if !moving.contains(channel.column.as_str()) {
+        let value = channel.min().map(short).unwrap_or_default();
+        return Err(format!(
+            "constant at {value}, so not measured; it would be {}",
+            claim.quantity
+        ));
+    }
+    if remarks(channel).contains(&Remark::Clock) {
+        return Err(Remark::Clock.to_string());
+    }
+    Ok(claim)
+}
+
+/// The strongest claim to each quantity, and one input for each thruster.
+fn choose(log: &Log, session: &Session, claims: Vec<(usize, Claim)>) -> Vec<Mapped> {
+    let mut found: Vec<Mapped> = Vec::new();
+    for (channel, claim) in claims {
+        let address = address(log, session, channel);
+        let rival = found.iter_mut().find(|known| is_rival(known.quantity(), &claim.quantity));
+        let Some(known) = rival else {
+            found.push(Mapped { claim, channel, address, others: Vec::new() });
+            continue;
+        };
+        let rank = |claim: &Claim, channel: usize| {
+            let constant = log.channels()[channel].is_constant();
+            (input_rank(&claim.quantity), !constant, claim.strength)
+        };
+        if rank(&claim, channel) > rank(&known.claim, known.channel) {
+            known.others.push(std::mem::replace(&mut known.address, address));
+            (known.claim, known.channel) = (claim, channel);
+        } else {
+            known.others.push(address);
+        }
+    }
+    found
+}
+
+fn is_rival(one: &Quantity, other: &Quantity) -> bool {
+    match (one, other) {
+        (Quantity::Thruster { name: one, .. }, Quantity::Thruster { name: other, .. }) => {
+            one == other
+        }
+        _ => one == other,
+    }
+}
+
+/// The nearer to thrust, the greater.
+fn input_rank(quantity: &Quantity) -> u8 {
+    match quantity {
+        Quantity::Thruster { input: ThrusterInput::Speed, .. } => 3,
+        Quantity::Thruster { input: ThrusterInput::Force, .. } => 2,
+        Quantity::Thruster { input: ThrusterInput::Pwm, .. } => 1,
+        _ => 0,
+    }
+}
+
+/// The header, or `FILE:HEADER` where several files of the session have it.
+fn address(log: &Log, session: &Session, channel: usize) -> String {
+    let Channel { column, source, .. } = &log.channels()[channel];
+    let twice = session.channels(log).any(|(_, c)| c.column == *column && c.source != *source);
+    if !twice {
+        return column.clone();
+    }
+    let path = &log.sources()[*source].path;
+    let others = || session.sources.iter().filter(|other| *other != source);
+    let tail = |parts: usize| -> std::path::PathBuf {
+        let all: Vec<_> = path.components().collect();
+        all[all.len().saturating_sub(parts)..].iter().collect()
+    };
+    let tells = |tail: &Path| others().all(|&other| !log.sources()[other].path.ends_with(tail));
+    let lengths = 1..=path.components().count();
+    let file = lengths.map(tail).find(|tail| tells(tail)).unwrap_or_else(|| path.clone());
+    format!("{}:{column}", file.display())
+}

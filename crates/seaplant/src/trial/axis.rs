@@ -1,0 +1,155 @@
+use super::LEAST_SAMPLES;
+use crate::navigation::Motion;
+use crate::signal::{Stretches, differentiate, differentiate_timed, resample, uniform_stretches};
+use crate::{Dof, Error, Gap, Grid, Timed};
+
+/// What one trial says of one degree of freedom.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisRecord {
+    /// Which degree of freedom.
+    pub dof: Dof,
+    /// Which trial.
+    pub trial: String,
+    /// Force or moment, held from each sample to the next; N or N m.
+    pub force: Timed,
+    /// Velocity, or the position that it is derived from.
+    pub motion: Motion,
+    /// Position measured along this degree of freedom, where there is one.
+    pub position: Option<Timed>,
+}
+
+/// A stretch of one degree of freedom on a uniform grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UniformStretch {
+    /// Its instants.
+    pub grid: Grid,
+    /// Force averaged over the interval around each instant; N or N m, shape (n,).
+    pub tau: Vec<f64>,
+    /// Velocity, unfiltered; m/s or rad/s, shape (n,).
+    pub v: Vec<f64>,
+}
+
+/// A degree of freedom of a trial on uniform grids, cut at its gaps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UniformAxis {
+    /// Which degree of freedom.
+    pub dof: Dof,
+    /// Rate of the grids, Hz.
+    pub sample_hz: f64,
+    /// Rate at which motion was measured, Hz.
+    pub source_hz: f64,
+    /// The stretches, each without a gap.
+    pub stretches: Vec<UniformStretch>,
+    /// What was left out between them.
+    pub gaps: Vec<Gap>,
+}
+
+/// Regressions gain nothing above this rate: vehicles of a tonne move below 1 Hz.
+const HIGHEST_RATE_HZ: f64 = 20.0;
+
+impl Motion {
+    /// The samples as measured: velocity or position.
+    pub fn series(&self) -> &Timed {
+        match self {
+            Self::Velocity(series) | Self::Position(series) => series,
+        }
+    }
+}
+
+impl AxisRecord {
+    /// Velocity at the times of its own samples, unfiltered.
+    ///
+    /// # Errors
+    /// [`Error::TooShort`] if it must be derived from fewer than two positions.
+    pub fn velocity(&self) -> Result<Timed, Error> {
+        match &self.motion {
+            Motion::Velocity(velocity) => Ok(velocity.clone()),
+            Motion::Position(position) => differentiate_timed(position),
+        }
+    }
+
+    /// Force and velocity on uniform grids, cut at gaps of either, each stretch with
+    /// at least `least` instants.
+    ///
+    /// The rate is that of the faster of the two, at most 20 Hz.
+    ///
+    /// # Errors
+    /// [`Error::TooShort`] if no stretch is long enough.
+    pub fn uniform(&self, least: usize) -> Result<UniformAxis, Error> {
+        let motion = self.motion.series();
+        let source_hz = rate_hz(motion);
+        let sample_hz = source_hz.max(rate_hz(&self.force)).min(HIGHEST_RATE_HZ);
+        let period_s = 1.0 / sample_hz;
+        let least = least.max(LEAST_SAMPLES);
+        let Stretches { stretches: found, mut gaps } = uniform_stretches(motion, period_s, least)?;
+        let force_gaps = self.force_gaps();
+        let mut stretches = Vec::new();
+        for whole in found {
+            for grid in without(whole.grid, &force_gaps, least) {
+                let values =
+                    if grid == whole.grid { whole.values.clone() } else { resample(motion, grid)? };
+                let v = match self.motion {
+                    Motion::Velocity(_) => values,
+                    Motion::Position(_) => differentiate(&values, period_s)?,
+                };
+                stretches.push(UniformStretch { grid, tau: self.force.held_means(grid), v });
+            }
+        }
+        if stretches.is_empty() {
+            let span = ((motion.last_s() - motion.first_s()) * sample_hz) as usize + 1;
+            return Err(Error::TooShort {
+                name: format!(
+                    "trial `{}`, at {sample_hz:.1} Hz and without its gaps, in {}",
+                    self.trial, self.dof
+                ),
+                found: span,
+                needed: least,
+            });
+        }
+        gaps.extend(force_gaps);
+        gaps.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+        Ok(UniformAxis { dof: self.dof, sample_hz, source_hz, stretches, gaps })
+    }
+
+    /// Intervals in which thrust was not logged, though it usually is.
+    ///
+    /// Thrust that is logged when it changes has long intervals by nature, so a gap
+    /// is measured against the longest tenth of them.
+    pub fn force_gaps(&self) -> Vec<Gap> {
+        let mut steps: Vec<f64> =
+            self.force.time_s().windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        let Some(long) = steps.get(steps.len() * 9 / 10) else { return Vec::new() };
+        self.force.gaps((5.0 * long).max(1.0))
+    }
+}
+
+pub(super) fn rate_hz(series: &Timed) -> f64 {
+    let period = series.period_s();
+    if period > 0.0 { 1.0 / period } else { 0.0 }
+}
+
+/// The parts of a grid outside of gaps that have at least `least` instants.
+fn without(grid: Grid, gaps: &[Gap], least: usize) -> Vec<Grid> {
+    let mut parts = Vec::new();
+    let mut from = 0;
+    for gap in gaps {
+        let until = ((gap.from_s - grid.start_s) / grid.period_s).floor();
+        let next = ((gap.to_s - grid.start_s) / grid.period_s).ceil();
+        if next <= from as f64 || until >= grid.len as f64 {
+            continue;
+        }
+        parts.push((from, (until.max(0.0) as usize).min(grid.len)));
+        from = (next.max(0.0) as usize).min(grid.len);
+    }
+    parts.push((from, grid.len));
+    parts
+        .into_iter()
+        .filter(|(from, to)| *to >= from + least)
+        .map(|(from, to)| Grid {
+            start_s: grid.time(from),
+            period_s: grid.period_s,
+            len: to - from,
+        })
+        .collect()
+}

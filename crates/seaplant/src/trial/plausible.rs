@@ -1,0 +1,88 @@
+//! Values that no vehicle has.
+
+use super::count;
+use crate::navigation::Recording;
+use crate::quantity::Kind;
+use crate::signal::Hampel;
+use crate::{Caveat, CaveatCode, Quantity, Timed};
+
+/// Outliers of a measured velocity: a second of neighbours, eight standard deviations.
+const VELOCITY_OUTLIERS: Hampel = Hampel { half_width: 5, threshold: 8.0, floor: 0.0 };
+/// The least standard deviation of a velocity to believe, m/s or rad/s.
+const VELOCITY_NOISE_FLOOR: f64 = 0.02;
+
+/// Removes implausible samples of measured velocity, and says so.
+pub(super) fn masked(recording: &Recording, caveats: &mut Vec<Caveat>) -> Recording {
+    let mut clean = recording.clone();
+    for (quantity, series) in &mut clean {
+        if !matches!(quantity, Quantity::DvlVelocity(_) | Quantity::Velocity(_)) {
+            continue;
+        }
+        let masked = Hampel { floor: VELOCITY_NOISE_FLOOR, ..VELOCITY_OUTLIERS }.mask(series);
+        if let Some(first) = masked.removed_s.first() {
+            let message = format!(
+                "{} of {quantity} stand far off their neighbours and are left out, the first at {first:.1} s",
+                count(masked.removed_s.len(), "sample", "samples")
+            );
+            caveats.push(Caveat::note(CaveatCode::Outliers, message));
+            *series = masked.series;
+        }
+    }
+    clean
+}
+
+/// Values that no vehicle has in the unit that was stated.
+pub(super) fn suspicious_units(recording: &Recording) -> Vec<Caveat> {
+    recording.iter().filter_map(|(quantity, series)| suspicious(quantity, series)).collect()
+}
+
+/// Beyond these a unit is more likely wrong than the vehicle fast, deep or odd.
+const HIGHEST_SPEED_M_S: f64 = 20.0;
+const HIGHEST_RATE_RAD_S: f64 = 6.0;
+const DEEPEST_M: f64 = 12_000.0;
+const HIGHEST_ANGLE_RAD: f64 = 8.0;
+
+fn suspicious(quantity: &Quantity, series: &Timed) -> Option<Caveat> {
+    let peak = series.values().iter().fold(0.0_f64, |peak, x| peak.max(x.abs()));
+    let low = series.values().iter().copied().fold(f64::INFINITY, f64::min);
+    let (limit, hint) = match quantity.kind() {
+        Kind::Velocity => (HIGHEST_SPEED_M_S, "is it mm/s or cm/s?"),
+        Kind::AngularVelocity if matches!(quantity, Quantity::Thruster { .. }) => {
+            return None;
+        }
+        Kind::AngularVelocity => (HIGHEST_RATE_RAD_S, "is it deg/s?"),
+        Kind::Length => (DEEPEST_M, "is it mm or cm?"),
+        // Headings run to 2π; a log that is already unwrapped may go on, but slowly.
+        Kind::Angle if has_jump(series, HIGHEST_ANGLE_RAD) || peak > 100.0 => {
+            (HIGHEST_ANGLE_RAD, "is it deg?")
+        }
+        Kind::Ratio => (1.0 + 1e-6, "is it %, or another quantity?"),
+        Kind::PulseWidth if low < 500.0 || peak > 2500.0 => (0.0, "is it a pulse width at all?"),
+        _ => return None,
+    };
+    (peak > limit).then(|| {
+        let message = format!(
+            "{quantity} reaches {peak:.4} {}, which no vehicle does: check its unit ({hint})",
+            si_unit(quantity)
+        );
+        Caveat::warning(CaveatCode::SuspiciousUnit, message)
+    })
+}
+
+fn has_jump(series: &Timed, size: f64) -> bool {
+    series.values().windows(2).any(|pair| (pair[1] - pair[0]).abs() > size)
+}
+
+fn si_unit(quantity: &Quantity) -> &'static str {
+    match quantity.kind() {
+        Kind::AngularVelocity => "rad/s",
+        Kind::PulseWidth => "us",
+        Kind::Ratio => "(as a ratio)",
+        Kind::Force => "N",
+        Kind::Moment => "N m",
+        Kind::Velocity => "m/s",
+        Kind::Length => "m",
+        Kind::Angle => "rad",
+        Kind::Voltage => "V",
+    }
+}
