@@ -185,6 +185,7 @@ fn options(path: &Path, file: &CampaignFile) -> Result<IdentifyOptions, Error> {
     let mut options = IdentifyOptions {
         paper: file.paper,
         equation_error: file.equation_error,
+        filter_error: file.filter_error.clone(),
         steady: SteadyOptions {
             window_s: file.steady.window_s,
             slope: file.steady.slope_m_s2,
@@ -199,7 +200,7 @@ fn options(path: &Path, file: &CampaignFile) -> Result<IdentifyOptions, Error> {
         options.methods.clone_from(methods);
     }
     if let Some(chosen) = &file.fit.terms {
-        options.terms = terms("fit.terms", chosen)?;
+        options.terms = Some(terms("fit.terms", chosen)?);
     }
     for (dof, entry) in file.fit.by_dof() {
         if let Some(entry) = entry {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use seaplant::estimate::steady::SteadyOptions;
-use seaplant::estimate::{EquationErrorOptions, PaperOptions};
+use seaplant::estimate::{EquationErrorOptions, FilterErrorOptions, PaperOptions};
 use seaplant::{Dof, Method, Role, Term};
 use serde::{Deserialize, Serialize};
 
@@ -37,6 +37,9 @@ pub struct CampaignFile {
     /// Settings of equation error.
     #[serde(default, skip_serializing_if = "is_default")]
     pub equation_error: EquationErrorOptions,
+    /// Settings of filter error.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub filter_error: FilterErrorOptions,
     /// What counts as steady.
     #[serde(default, skip_serializing_if = "is_default")]
     pub steady: SteadyEntry,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 mod remarks;
 mod runs;
 
-pub(crate) use remarks::{Remark, looks_like_degrees, remarks};
+pub(crate) use remarks::{Remark, looks_like_degrees, remarks, short};
 
 /// What a log holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -17,7 +17,7 @@ mod vehicle_text;
 pub(crate) mod words;
 mod write;
 
-use activity::{Score, Window, driven, windows};
+use activity::{Score, Window, driven, thrust_varies, windows};
 use mapping::{Mapped, Mapping, map};
 use session::{Session, sessions};
 use write::relative;
@@ -42,6 +42,8 @@ struct ProposedTrial {
     window: Window,
     dof: Dof,
     scores: Vec<Score>,
+    /// Whether thrust changes while it works.
+    varies: bool,
     hold_out: bool,
 }
 
@@ -90,6 +92,7 @@ fn trials_of(
             window,
             dof: scores.first().map_or(Dof::Surge, |(dof, _)| *dof),
             scores,
+            varies: thrust_varies(log, session, mapped, &window),
             hold_out: false,
         }
     };
@@ -115,11 +118,14 @@ fn make_names_differ(trials: &mut [ProposedTrial]) {
     }
 }
 
-/// Of each degree of freedom with two trials or more, the last one judges the others.
+/// Of each degree of freedom with two trials or more, the last one judges the others; one
+/// of constant thrust only where there is no better.
 fn hold_out_the_last(trials: &mut [ProposedTrial]) {
     for dof in Dof::ALL {
         let of_dof: Vec<usize> = (0..trials.len()).filter(|&k| trials[k].dof == dof).collect();
-        if let [_, .., last] = of_dof[..] {
+        let varied: Vec<usize> = of_dof.iter().copied().filter(|&k| trials[k].varies).collect();
+        let candidates = if varied.len() > 1 { varied } else { of_dof };
+        if let [_, .., last] = candidates[..] {
             trials[last].hold_out = true;
         }
     }

@@ -47,6 +47,8 @@ pub(crate) struct Plate {
     pub(crate) subject: Subject,
     /// Absent for a figure of the whole vehicle.
     pub(crate) dof: Option<Dof>,
+    /// Empty for a figure of the whole vehicle.
+    pub(crate) trial: String,
     /// The name of its files, without folder and ending.
     pub(crate) stem: String,
     pub(crate) caption: String,
@@ -69,6 +71,7 @@ impl Scene {
 struct Draft {
     subject: Subject,
     dof: Option<Dof>,
+    trial: String,
     stem: String,
     scene: Scene,
 }
@@ -117,6 +120,7 @@ impl Draft {
         Ok(Plate {
             subject: self.subject,
             dof: self.dof,
+            trial: self.trial,
             stem: self.stem,
             inline: inline_svg(&self.scene),
             figure: self.scene.paint()?,
@@ -133,6 +137,7 @@ fn drafts(results: &Results, figures: &FigureData) -> Result<Vec<Draft>, Error> 
         drafts.push(Draft {
             subject: Subject::Comparison { method: figure.method, role: figure.role },
             dof: Some(dof),
+            trial: trial.clone(),
             stem: paths.unique(&[trial, dof.name(), figure.method.name()]),
             scene: comparison::scene(figure)?,
         });
@@ -141,6 +146,7 @@ fn drafts(results: &Results, figures: &FigureData) -> Result<Vec<Draft>, Error> 
         drafts.push(Draft {
             subject: Subject::Spectrum,
             dof: Some(figure.dof),
+            trial: figure.trial.clone(),
             stem: paths.unique(&[&figure.trial, figure.dof.name(), "spectrum"]),
             scene: spectrum::scene(figure, results)?,
         });
@@ -149,6 +155,7 @@ fn drafts(results: &Results, figures: &FigureData) -> Result<Vec<Draft>, Error> 
         drafts.push(Draft {
             subject: Subject::Steady,
             dof: Some(figure.dof),
+            trial: figure.trial.clone(),
             stem: paths.unique(&[&figure.trial, figure.dof.name(), "steady"]),
             scene: steady::scene(figure, results)?,
         });
@@ -157,6 +164,7 @@ fn drafts(results: &Results, figures: &FigureData) -> Result<Vec<Draft>, Error> 
         drafts.push(Draft {
             subject: Subject::Thrust,
             dof: None,
+            trial: String::new(),
             stem: paths.unique(&["thrust"]),
             scene: thrust(bollard_pull)?,
         });

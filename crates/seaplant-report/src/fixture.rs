@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use seaplant::estimate::Filters;
+use seaplant::estimate::{Candidate, Decision, Filters};
 use seaplant::results::*;
 use seaplant::signal::amplitude_spectrum;
 use seaplant::{
@@ -52,6 +52,14 @@ pub(crate) fn plant() -> PlantResult {
         lumped_std: LumpedParameters::default(),
         correlation: [[1.0, -0.5, 0.0, 0.1], [-0.5, 1.0, 0.0, 0.2], [0.0; 4], [0.1, 0.2, 0.0, 1.0]],
         nuisances: BTreeMap::from([("delay".to_owned(), parameter(0.21, 0.02, "s"))]),
+        structure: vec![Decision {
+            candidate: Candidate::LinearDrag,
+            likelihood_ratio: 1.23,
+            needed: 8.48,
+            hold_out_without: Some(0.0211),
+            hold_out_with: None,
+            admitted: false,
+        }],
         regression: RegressionResult {
             samples: 4790,
             effective_samples: 312.4,

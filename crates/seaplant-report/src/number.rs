@@ -86,6 +86,20 @@ pub(crate) fn significant(value: f64, digits: i32) -> String {
     Decimals::significant(value, digits).write(value)
 }
 
+/// A number that somebody chose, without trailing zeros.
+pub(crate) fn chosen(value: f64) -> String {
+    let text = significant(value, DIGITS_ALONE);
+    if !text.contains('.') || text.contains('×') {
+        return text;
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// A whole number.
+pub(crate) fn count(n: impl Into<u128>) -> String {
+    grouped(&n.into().to_string())
+}
+
 /// A number that may be missing.
 pub(crate) fn or_absent(value: Option<f64>, digits: i32) -> String {
     value.map_or_else(|| ABSENT.to_owned(), |value| significant(value, digits))
@@ -181,6 +195,9 @@ mod tests {
         assert_eq!(Decimals(2).write(-0.001), "0.00");
         assert_eq!(Decimals(2).write(f64::NAN), ABSENT);
         assert_eq!(significant(0.0, 3), "0");
+        assert_eq!(count(4800_u64), "4800");
+        assert_eq!([0.003, 45.0, -0.5, 100.0].map(chosen), ["0.003", "45", "−0.5", "100"]);
+        assert_eq!(count(123_456_u64).replace(THIN_SPACE, " "), "123 456");
         assert_eq!(rounded(f64::INFINITY, f64::NAN), "– ± – [–, –]");
     }
 

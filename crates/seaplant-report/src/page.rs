@@ -97,6 +97,7 @@ fn environment() -> Result<Environment<'static>, Error> {
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_filter("math", math);
+    environment.add_filter("prose", prose);
     for (name, source) in TEMPLATES {
         environment.add_template(name, source)?;
     }
@@ -115,10 +116,42 @@ fn failures(results: &Results) -> Vec<(String, &str)> {
         .collect()
 }
 
+/// Escapes a message and sets what stands between backticks as code.
+fn prose(text: &str) -> Value {
+    let escaped = minijinja::HtmlEscape(text).to_string();
+    let mut html = String::with_capacity(escaped.len());
+    let parts: Vec<&str> = escaped.split('`').collect();
+    for (k, part) in parts.iter().enumerate() {
+        match k % 2 {
+            1 if k + 1 < parts.len() => html.extend(["<code>", part, "</code>"]),
+            1 => html.extend(["`", part]),
+            _ => html.push_str(part),
+        }
+    }
+    Value::from_safe_string(html)
+}
+
 /// Escapes text and lowers the subscripts of the paper's symbols.
 fn math(text: &str) -> Value {
     let escaped = minijinja::HtmlEscape(text).to_string();
     let symbols =
         escaped.replace("d_Q", "<i>d</i><sub>Q</sub>").replace("d_L", "<i>d</i><sub>L</sub>");
     Value::from_safe_string(symbols)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prose_sets_code_and_escapes() {
+        let html = |text| prose(text).to_string();
+        assert_eq!(html("give `a <b>` and c"), "give <code>a &lt;b&gt;</code> and c");
+        assert_eq!(html("one ` alone"), "one ` alone");
+    }
+
+    #[test]
+    fn math_lowers_subscripts_and_escapes() {
+        assert_eq!(math("<d_Q>").to_string(), "&lt;<i>d</i><sub>Q</sub>&gt;");
+    }
 }

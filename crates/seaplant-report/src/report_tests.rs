@@ -21,7 +21,9 @@ fn text<'a>(artifacts: &'a [Artifact], path: &str) -> &'a str {
 
 /// As a browser shows it, near enough.
 fn unescaped(html: &str) -> String {
-    html.replace("&#x2f;", "/")
+    html.replace("<code>", "`")
+        .replace("</code>", "`")
+        .replace("&#x2f;", "/")
         .replace("&#x27;", "'")
         .replace("&quot;", "\"")
         .replace("&lt;", "<")
@@ -204,6 +206,19 @@ fn nothing_identified_still_makes_a_report() {
 }
 
 #[test]
+fn a_campaign_of_steady_trials_alone_points_to_table_6() {
+    let mut identification = fixture::identification();
+    identification.results.plants.clear();
+    identification.results.methods.clear();
+    identification.figures.comparisons.clear();
+    identification.figures.spectra.clear();
+    let all = artifacts(&identification);
+    let html = text(&all, "report.html");
+    assert!(html.contains("Drag from steady trials is in <a href=\"#paper\">Table 6</a>"));
+    assert!(html.contains("5660.6") && !html.contains("Table 5: plants"));
+}
+
+#[test]
 fn paths_are_unique() {
     let all = artifacts(&fixture::identification());
     let paths: HashSet<&str> = all.iter().map(|artifact| artifact.path.as_str()).collect();
@@ -245,14 +260,16 @@ fn the_thrust_figure_stands_alone() {
     assert!(scene.description.contains("deadband 25.0 ± 2.0 us"), "{}", scene.description);
 }
 
-/// The demo has five seconds for everything.
+/// s. It takes a third of a second on two idle cores; tests share theirs.
+const LONGEST_RENDER_S: f64 = 3.0;
+
 #[test]
-fn a_campaign_is_rendered_within_a_second() {
+fn a_campaign_of_24_comparisons_is_rendered_fast() {
     let mut identification = fixture::identification();
     let one = identification.figures.comparisons[0].clone();
     identification.figures.comparisons = vec![one; 24];
     let start = Instant::now();
     render(&identification).expect("renders");
     let taken = start.elapsed();
-    assert!(taken.as_secs_f64() < 3.0, "{taken:?}");
+    assert!(taken.as_secs_f64() < LONGEST_RENDER_S, "{taken:?}");
 }

@@ -4,7 +4,7 @@ use seaplant::estimate::Filters;
 use seaplant::results::Score;
 use seaplant::{CaveatCode, Dof, LowPass, Method, Role, Severity, Term};
 
-use crate::number::significant;
+use crate::number::chosen;
 
 /// "equation error", "the paper's method".
 pub(crate) fn method(method: Method) -> String {
@@ -14,9 +14,12 @@ pub(crate) fn method(method: Method) -> String {
     }
 }
 
-/// The first letter in upper case.
+/// The first letter in upper case, unless it is a symbol as in "v|v|".
 pub(crate) fn capitalised(text: &str) -> String {
     let mut chars = text.chars();
+    if !text.chars().nth(1).is_some_and(|second| second.is_alphabetic() || second == ' ') {
+        return text.to_owned();
+    }
     chars.next().map_or_else(String::new, |first| first.to_uppercase().chain(chars).collect())
 }
 
@@ -83,7 +86,7 @@ pub(crate) fn terms(terms: &[Term]) -> String {
 pub(crate) fn filters(filters: &Filters) -> String {
     let one = |what: &str, filter: Option<LowPass>| {
         filter.map(|LowPass { cutoff_hz, order }| {
-            format!("{what} below {} Hz (order {order}, both ways)", significant(cutoff_hz, 3))
+            format!("{what} below {} Hz (order {order}, both ways)", chosen(cutoff_hz))
         })
     };
     let all: Vec<String> =

@@ -71,6 +71,8 @@ pub enum CaveatCode {
     SampledSlowly,
     /// Thrust acts later than it was logged.
     LagOrDelay,
+    /// What the model fails to predict is correlated in time.
+    ResidualsNotWhite,
     /// Thrust scale cannot be seen in motion.
     ThrustScale,
     /// The log reader dropped or mended something.

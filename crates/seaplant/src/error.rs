@@ -136,23 +136,25 @@ pub enum Error {
     },
     /// Channels that share no time.
     #[error(
-        "trial `{trial}`: {first} spans {first_from_s:.1} to {first_to_s:.1} s and {second} {second_from_s:.1} to {second_to_s:.1} s, which do not overlap; check the clocks of the files (offset_s) and the time units"
+        "trial `{trial}`: {first} and {second} do not overlap; check the clocks of the files (offset_s), the time units, and from_s and to_s"
     )]
     NoOverlap {
         /// Which trial.
         trial: String,
-        /// One channel.
+        /// One channel, with its span.
         first: String,
-        /// Its first time, s.
-        first_from_s: f64,
-        /// Its last time, s.
-        first_to_s: f64,
-        /// Another.
+        /// Another, with its span.
         second: String,
-        /// Its first time, s.
-        second_from_s: f64,
-        /// Its last time, s.
-        second_to_s: f64,
+    },
+    /// A fit that did not reach an optimum.
+    #[error(
+        "the {dof} fit did not converge in {iterations} iterations; drop a term or a nuisance, or use a trial with more variation of thrust and speed"
+    )]
+    NotConverged {
+        /// Which degree of freedom.
+        dof: Dof,
+        /// After how many iterations it was given up.
+        iterations: usize,
     },
     /// A method without a trial to work on.
     #[error("no trial to fit {dof} with; give one with role = \"fit\" and dof = [\"{dof}\"]")]

@@ -1,9 +1,11 @@
 //! The estimators: trials in, a fitted plant out.
 
 mod equation_error;
+mod filter_error;
 mod paper;
 pub mod steady;
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
@@ -13,14 +15,16 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub use equation_error::{EquationErrorOptions, fit_equation_error};
+pub(crate) use filter_error::drive_over;
+pub use filter_error::{Candidate, Decision, FilterErrorOptions, fit_filter_error};
 pub use paper::{PaperOptions, fit_paper};
 
-use crate::regression::{Columns, LeastSquares};
+use crate::regression::LeastSquares;
 use crate::signal::LowPass;
 use crate::terms::Term;
 use crate::{
-    AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, PhysicalParameters, Terms,
-    UniformStretch,
+    AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Model, PhysicalParameters, Terms,
+    ThrustModel, UniformStretch,
 };
 
 /// How a plant was found.
@@ -33,20 +37,24 @@ pub enum Method {
     Paper,
     /// Least squares on the equation of motion, every term filtered alike.
     EquationError,
+    /// Maximum likelihood on the innovations of a Kalman filter, with what stands between
+    /// thrust and water.
+    FilterError,
 }
 
 impl Method {
     /// All methods, the recommended one first.
-    pub const ALL: [Self; 2] = [Self::EquationError, Self::Paper];
+    pub const ALL: [Self; 3] = [Self::FilterError, Self::EquationError, Self::Paper];
 
     /// The method to believe where nothing else is said.
-    pub const RECOMMENDED: Self = Self::EquationError;
+    pub const RECOMMENDED: Self = Self::FilterError;
 
     /// As files and flags write it.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
             Self::EquationError => "equation-error",
+            Self::FilterError => "filter-error",
         }
     }
 }
@@ -62,7 +70,7 @@ impl FromStr for Method {
 
     fn from_str(text: &str) -> Result<Self, Error> {
         Self::ALL.into_iter().find(|method| method.name() == text).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name).join(" or ");
+            let known = Self::ALL.map(Self::name).join(", ");
             Error::UnknownMethod { found: text.to_owned(), known }
         })
     }
@@ -95,6 +103,10 @@ pub struct Fit {
     pub residual_rms: f64,
     /// The filters that were in fact used.
     pub filters: Filters,
+    /// What was fitted beside the plant.
+    pub nuisances: Nuisances,
+    /// Why the model has the parts that it has.
+    pub structure: Vec<Decision>,
     /// Doubts that the estimator itself has.
     pub caveats: Vec<Caveat>,
 }
@@ -106,6 +118,29 @@ pub struct Filters {
     pub velocity: Option<LowPass>,
     /// On every term alike, after that.
     pub every_term: Option<LowPass>,
+}
+
+/// What is fitted beside the plant; `None` for what is not part of the model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Nuisances {
+    /// First-order lag of propeller speed, s.
+    pub lag_s: Option<Estimate>,
+    /// Delay of thrust, s.
+    pub delay_s: Option<Estimate>,
+    /// Reverse thrust over what its curve says.
+    pub reverse_ratio: Option<Estimate>,
+    /// Thrust lost to inflow: `k_in |n| v` for each thruster.
+    pub inflow: Option<Estimate>,
+    /// Current along the degree of freedom, m/s, by trial.
+    pub current: BTreeMap<String, Estimate>,
+    /// Standard deviation of the slow disturbance, m/s² or rad/s².
+    pub disturbance: Option<Estimate>,
+    /// Its correlation time, s.
+    pub correlation_s: Option<Estimate>,
+    /// Standard deviation of a velocity sample, m/s or rad/s.
+    pub velocity_noise: Option<Estimate>,
+    /// Standard deviation of a position sample, m or rad.
+    pub position_noise: Option<Estimate>,
 }
 
 /// A number with its uncertainty.
@@ -175,6 +210,23 @@ impl Fit {
         }
     }
 
+    /// The plant, ready to be driven.
+    pub fn model(&self) -> Model {
+        let value = |estimate: &Option<Estimate>| estimate.map(|estimate| estimate.value);
+        let nuisances = &self.nuisances;
+        let current = nuisances.current.iter();
+        Model {
+            lumped: self.lumped,
+            thrust: ThrustModel {
+                lag_s: value(&nuisances.lag_s).unwrap_or(0.0),
+                delay_s: value(&nuisances.delay_s).unwrap_or(0.0),
+                reverse_ratio: value(&nuisances.reverse_ratio).unwrap_or(1.0),
+                inflow: value(&nuisances.inflow).unwrap_or(0.0),
+                current: current.map(|(trial, u)| (trial.clone(), u.value)).collect(),
+            },
+        }
+    }
+
     /// Correlations of `[m, d_Q, d_L, b]`; zero where a term was not fitted.
     pub fn correlation(&self) -> Matrix4<f64> {
         let covariance = self.lumped.physical_covariance(&self.covariance);
@@ -205,6 +257,8 @@ impl Fit {
             effective_samples: found.effective_samples,
             residual_rms: found.residual_rms,
             filters,
+            nuisances: Nuisances::default(),
+            structure: Vec::new(),
             caveats,
         }
     }
@@ -225,37 +279,53 @@ fn check_trials(dof: Dof, axes: &[AxisRecord]) -> Result<(), Error> {
     if axes.is_empty() { Err(Error::NoTrial { dof }) } else { Ok(()) }
 }
 
+/// A uniform stretch and where it is from.
+struct Stretch<'a> {
+    axis: &'a AxisRecord,
+    uniform: UniformStretch,
+    sample_hz: f64,
+}
+
+impl Stretch<'_> {
+    fn duration_s(&self) -> f64 {
+        self.uniform.grid.len as f64 * self.uniform.grid.period_s
+    }
+}
+
 /// v|v| of each velocity.
 fn signed_square(v: &[f64]) -> Vec<f64> {
     v.iter().map(|v| v * v.abs()).collect()
 }
 
-/// The columns of every stretch of every trial.
+/// Every stretch of every trial that is long enough, with its trial's record and rate.
 ///
 /// A trial that is too short for the filters is left out with a caveat, unless all are.
-fn all_columns(
-    axes: &[AxisRecord],
+fn all_stretches<'a>(
+    axes: &'a [AxisRecord],
     least: impl Fn(f64) -> usize,
-    columns: impl Fn(&AxisRecord, UniformStretch, f64) -> Result<Columns, Error>,
     caveats: &mut Vec<Caveat>,
-) -> Result<Vec<Columns>, Error> {
+) -> Result<Vec<Stretch<'a>>, Error> {
     let mut all = Vec::new();
     let mut refused = None;
     for axis in axes {
         // The rate is found with the grid, which needs the least length at that rate.
-        let rate = axis.uniform(0)?.sample_hz;
-        match axis.uniform(least(rate)) {
-            Ok(uniform) => {
-                for stretch in uniform.stretches {
-                    all.push(columns(axis, stretch, uniform.sample_hz)?);
-                }
-            }
+        let uniform = axis.uniform(0)?;
+        let (sample_hz, least) = (uniform.sample_hz, least(uniform.sample_hz));
+        let before = all.len();
+        let long = uniform.stretches.into_iter().filter(|stretch| stretch.grid.len >= least);
+        all.extend(long.map(|uniform| Stretch { axis, uniform, sample_hz }));
+        if all.len() > before {
+            continue;
+        }
+        match axis.uniform(least) {
             Err(short @ Error::TooShort { .. }) => {
                 let message = format!("a trial is left out of this fit: {short}");
                 caveats.push(Caveat::warning(CaveatCode::TrialLeftOut, message));
                 refused = Some(short);
             }
-            Err(other) => return Err(other),
+            other => {
+                other?;
+            }
         }
     }
     match refused {

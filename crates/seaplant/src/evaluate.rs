@@ -2,9 +2,7 @@
 
 use crate::navigation::Motion;
 use crate::signal::LowPass;
-use crate::{
-    AxisRecord, Dof, Error, Grid, LumpedParameters, State, Timed, Trial, VelocitySource, simulate,
-};
+use crate::{AxisRecord, Dof, Error, Grid, Model, State, Timed, Trial, VelocitySource};
 
 /// Simulated against measured motion of one trial.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +77,7 @@ impl Agreement {
     }
 }
 
-/// Simulates a plant with the logged force of a trial and compares it with the raw,
+/// Simulates a model with the logged thrust of a trial and compares it with the raw,
 /// unfiltered measurement: `e = mean |v_model − v|`.
 ///
 /// The simulation starts from the measured velocity, and anew after each gap in force.
@@ -90,16 +88,20 @@ impl Agreement {
 ///
 /// # Source
 /// [Jason2, §4, fig. 3–6].
-pub fn evaluate(dof: Dof, plant: &LumpedParameters, trial: &Trial) -> Result<Comparison, Error> {
-    let axis = trial.axis(dof, VelocitySource::Measured)?;
+pub fn evaluate(dof: Dof, model: &Model, trial: &Trial) -> Result<Comparison, Error> {
+    compare_record(model, &trial.axis(dof, VelocitySource::Measured)?)
+}
+
+/// [`evaluate`], of one record.
+pub(crate) fn compare_record(model: &Model, axis: &AxisRecord) -> Result<Comparison, Error> {
     let velocity = axis.velocity()?;
     let position = axis.position.as_ref();
     let mut all = Parts::default();
-    for (from_s, to_s) in between_gaps(&axis, &velocity) {
+    for (from_s, to_s) in between_gaps(axis, &velocity) {
         let Some(part) = velocity.window(from_s, to_s) else { continue };
-        let start_velocity = starting_velocity(&axis, &part)?;
+        let start_velocity = starting_velocity(axis, &part)?;
         let start = State { position: 0.0, velocity: start_velocity };
-        let moved = simulate(dof, plant, &axis.force, start, part.time_s())?;
+        let moved = model.respond(axis, start, part.time_s())?;
         if let Some(seen) =
             position.and_then(|position| position.window(part.first_s(), part.last_s()))
         {
@@ -108,7 +110,7 @@ pub fn evaluate(dof: Dof, plant: &LumpedParameters, trial: &Trial) -> Result<Com
         }
         all.add_velocity(&part, &moved.velocity, &axis.force);
     }
-    Ok(all.into_comparison(dof, trial.name()))
+    Ok(all.into_comparison(axis.dof, &axis.trial))
 }
 
 #[derive(Default)]

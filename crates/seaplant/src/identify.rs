@@ -11,7 +11,8 @@ use crate::diagnose::{
 };
 use crate::estimate::steady::{SteadyFit, SteadyOptions, fit_steady};
 use crate::estimate::{
-    EquationErrorOptions, Fit, Method, PaperOptions, fit_equation_error, fit_paper,
+    EquationErrorOptions, FilterErrorOptions, Fit, Method, PaperOptions, fit_equation_error,
+    fit_filter_error, fit_paper,
 };
 use crate::results::{
     ComparisonFigure, Failure, FigureData, Identification, PlantResult, Score, SpectrumFigure,
@@ -19,8 +20,8 @@ use crate::results::{
 };
 use crate::signal::amplitude_spectrum;
 use crate::{
-    Agreement, AxisRecord, Caveat, CaveatCode, Comparison, Dof, Error, LumpedParameters, Role,
-    Terms, Trial, Vehicle, VelocitySource, evaluate,
+    Agreement, AxisRecord, Caveat, CaveatCode, Comparison, Dof, Error, Model, Role, Terms, Trial,
+    Vehicle, VelocitySource, evaluate,
 };
 
 /// What to identify, and how.
@@ -28,14 +29,17 @@ use crate::{
 pub struct IdentifyOptions {
     /// The methods, each once; the recommended plant is the first's.
     pub methods: Vec<Method>,
-    /// The terms to fit where `terms_of` does not say otherwise.
-    pub terms: Terms,
+    /// The terms to fit where `terms_of` does not say otherwise; if not given, the default
+    /// ones, and linear drag where the filter error method finds it.
+    pub terms: Option<Terms>,
     /// The terms to fit in some degrees of freedom.
     pub terms_of: BTreeMap<Dof, Terms>,
     /// Settings of the paper's method.
     pub paper: PaperOptions,
     /// Settings of equation error.
     pub equation_error: EquationErrorOptions,
+    /// Settings of filter error.
+    pub filter_error: FilterErrorOptions,
     /// What counts as steady.
     pub steady: SteadyOptions,
 }
@@ -43,20 +47,21 @@ pub struct IdentifyOptions {
 impl Default for IdentifyOptions {
     fn default() -> Self {
         Self {
-            methods: vec![Method::RECOMMENDED, Method::Paper],
-            terms: Terms::default(),
+            methods: Method::ALL.to_vec(),
+            terms: None,
             terms_of: BTreeMap::new(),
             paper: PaperOptions::default(),
             equation_error: EquationErrorOptions::default(),
+            filter_error: FilterErrorOptions::default(),
             steady: SteadyOptions::default(),
         }
     }
 }
 
 impl IdentifyOptions {
-    /// The terms to fit in one degree of freedom.
-    pub fn terms_for(&self, dof: Dof) -> Terms {
-        self.terms_of.get(&dof).copied().unwrap_or(self.terms)
+    /// The terms that were asked for in one degree of freedom.
+    pub fn terms_for(&self, dof: Dof) -> Option<Terms> {
+        self.terms_of.get(&dof).copied().or(self.terms)
     }
 }
 
@@ -71,7 +76,7 @@ pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) 
         figures: FigureData::default(),
     };
     for dof in Dof::ALL {
-        let work = Work { dof, vehicle, options, trials: TrialsOf::new(dof, trials) };
+        let work = Work { dof, vehicle, options, trials: &TrialsOf::new(dof, trials) };
         work.unsteady(&mut found);
         work.steady(&mut found);
     }
@@ -96,11 +101,12 @@ impl<'a> TrialsOf<'a> {
 }
 
 /// The identification of one degree of freedom.
+#[derive(Clone, Copy)]
 struct Work<'a> {
     dof: Dof,
     vehicle: &'a Vehicle,
     options: &'a IdentifyOptions,
-    trials: TrialsOf<'a>,
+    trials: &'a TrialsOf<'a>,
 }
 
 impl Work<'_> {
@@ -130,7 +136,7 @@ impl Work<'_> {
             }
         }
         if let Some(fit) = &recommended {
-            found.results.subsets.insert(self.dof, self.subsets(fit.method));
+            found.results.subsets.insert(self.dof, self.subsets(fit));
         }
         if let Ok(spectra) = self.spectra() {
             found.figures.spectra.extend(spectra);
@@ -141,22 +147,28 @@ impl Work<'_> {
         Failure { dof: self.dof, method: method.to_owned(), message: error.to_string() }
     }
 
-    fn axes(&self, source: VelocitySource) -> Result<Vec<AxisRecord>, Error> {
-        self.trials.fit.iter().map(|trial| trial.axis(self.dof, source)).collect()
+    fn axes(&self, trials: &[&Trial], source: VelocitySource) -> Result<Vec<AxisRecord>, Error> {
+        trials.iter().map(|trial| trial.axis(self.dof, source)).collect()
     }
 
-    fn fit(&self, method: Method, terms: Terms) -> Result<(Fit, Vec<AxisRecord>), Error> {
-        let (axes, fit);
-        match method {
-            Method::Paper => {
-                axes = self.axes(VelocitySource::Position)?;
-                fit = fit_paper(self.dof, &axes, terms, &self.options.paper)?;
+    fn fit(&self, method: Method, terms: Option<Terms>) -> Result<(Fit, Vec<AxisRecord>), Error> {
+        let source = match method {
+            Method::Paper => VelocitySource::Position,
+            Method::EquationError | Method::FilterError => VelocitySource::Measured,
+        };
+        let axes = self.axes(&self.trials.fit, source)?;
+        let chosen = terms.unwrap_or_default();
+        let equation_error =
+            || fit_equation_error(self.dof, &axes, chosen, &self.options.equation_error);
+        let fit = match method {
+            Method::Paper => fit_paper(self.dof, &axes, chosen, &self.options.paper)?,
+            Method::EquationError => equation_error()?,
+            Method::FilterError => {
+                let hold_out = self.axes(&self.trials.hold_out, source)?;
+                let options = &self.options.filter_error;
+                fit_filter_error(self.dof, &axes, &hold_out, terms, &equation_error()?, options)?
             }
-            Method::EquationError => {
-                axes = self.axes(VelocitySource::Measured)?;
-                fit = fit_equation_error(self.dof, &axes, terms, &self.options.equation_error)?;
-            }
-        }
+        };
         Ok((fit, axes))
     }
 
@@ -194,7 +206,7 @@ impl Work<'_> {
         trials: &[&Trial],
         found: &mut Identification,
     ) -> Result<Score, Error> {
-        let comparisons = compare(self.dof, &fit.lumped, trials)?;
+        let comparisons = compare(self.dof, &fit.model(), trials)?;
         let score = total_score(&comparisons);
         for (trial, comparison) in trials.iter().zip(comparisons) {
             if let Outcome::Compared(comparison) = comparison {
@@ -208,18 +220,25 @@ impl Work<'_> {
         Ok(score)
     }
 
-    fn subsets(&self, method: Method) -> Vec<SubsetResult> {
-        let error = |plant: &LumpedParameters, trials: &[&Trial]| {
-            score_plant(self.dof, plant, trials).ok()?.mean_abs_error
+    /// The recommended method with every choice of terms, beside the same nuisances.
+    fn subsets(&self, recommended: &Fit) -> Vec<SubsetResult> {
+        let admitted = recommended.structure.iter().filter(|decision| decision.admitted);
+        let candidates = admitted.map(|decision| decision.candidate).collect();
+        let filter_error = FilterErrorOptions { candidates };
+        let options = IdentifyOptions { filter_error, ..self.options.clone() };
+        let work = Work { options: &options, ..*self };
+        let error = |model: &Model, trials: &[&Trial]| {
+            score_plant(self.dof, model, trials).ok()?.mean_abs_error
         };
         let of = |terms: Terms| {
-            let (fit, _) = self.fit(method, terms).ok()?;
+            let (fit, _) = work.fit(recommended.method, Some(terms)).ok()?;
+            let model = fit.model();
             Some(SubsetResult {
                 terms: terms.fitted(),
                 lumped: fit.lumped,
                 stable: fit.lumped.stability().is_stable(),
-                fit_error: error(&fit.lumped, &self.trials.fit),
-                hold_out_error: error(&fit.lumped, &self.trials.hold_out)
+                fit_error: error(&model, &self.trials.fit),
+                hold_out_error: error(&model, &self.trials.hold_out)
                     .filter(|_| !self.trials.hold_out.is_empty()),
                 condition: fit.condition,
             })
@@ -229,7 +248,7 @@ impl Work<'_> {
 
     fn spectra(&self) -> Result<Vec<SpectrumFigure>, Error> {
         let mut spectra = Vec::new();
-        for axis in self.axes(VelocitySource::Measured)? {
+        for axis in self.axes(&self.trials.fit, VelocitySource::Measured)? {
             let uniform = axis.uniform(0)?;
             let longest = uniform.stretches.iter().max_by_key(|stretch| stretch.v.len());
             if let Some(stretch) = longest {
@@ -278,8 +297,8 @@ impl Work<'_> {
 ///
 /// # Errors
 /// Those of [`Trial::axis`]; a simulation that runs away is no error but has no score.
-pub fn score_plant(dof: Dof, plant: &LumpedParameters, trials: &[&Trial]) -> Result<Score, Error> {
-    Ok(total_score(&compare(dof, plant, trials)?))
+pub fn score_plant(dof: Dof, model: &Model, trials: &[&Trial]) -> Result<Score, Error> {
+    Ok(total_score(&compare(dof, model, trials)?))
 }
 
 /// One trial simulated, or not.
@@ -288,8 +307,8 @@ enum Outcome {
     Diverged { trial: String, null_error: f64, samples: usize },
 }
 
-fn compare(dof: Dof, plant: &LumpedParameters, trials: &[&Trial]) -> Result<Vec<Outcome>, Error> {
-    let of = |trial: &&Trial| match evaluate(dof, plant, trial) {
+fn compare(dof: Dof, model: &Model, trials: &[&Trial]) -> Result<Vec<Outcome>, Error> {
+    let of = |trial: &&Trial| match evaluate(dof, model, trial) {
         Ok(comparison) => Ok(Outcome::Compared(Box::new(comparison))),
         Err(Error::Diverged { .. }) => {
             let velocity = trial.axis(dof, VelocitySource::Measured)?.velocity()?;

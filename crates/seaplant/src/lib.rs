@@ -8,6 +8,7 @@ mod error;
 pub mod estimate;
 mod evaluate;
 mod identify;
+mod model;
 pub mod navigation;
 mod plant;
 pub mod quantity;
@@ -29,6 +30,7 @@ pub use error::Error;
 pub use estimate::{Estimate, Fit, Method};
 pub use evaluate::{Agreement, Comparison, PositionComparison, evaluate};
 pub use identify::{IdentifyOptions, identify, score_plant};
+pub use model::{Model, ThrustModel};
 pub use navigation::{Motion, Navigated, Recording};
 pub use plant::{LumpedParameters, PhysicalParameters, Stability};
 pub use quantity::Quantity;
@@ -37,5 +39,7 @@ pub use signal::{LowPass, Stretches};
 pub use simulate::{Response, State, simulate};
 pub use terms::{Term, Terms};
 pub use thrust::{QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
-pub use trial::{AxisRecord, Role, Trial, TrialSetup, UniformAxis, UniformStretch, VelocitySource};
+pub use trial::{
+    AxisRecord, Role, ThrusterTrack, Trial, TrialSetup, UniformAxis, UniformStretch, VelocitySource,
+};
 pub use vehicle::{Sensor, Sensors, Thruster, Vehicle};

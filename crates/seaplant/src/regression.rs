@@ -1,7 +1,7 @@
 //! Least squares on the columns of the plant model, with rank, conditioning and
 //! a covariance that correlated residuals do not fool.
 
-use nalgebra::{DMatrix, DVector, Matrix4};
+use nalgebra::{DMatrix, DVector, Matrix4, SVector};
 
 use crate::terms::Term;
 use crate::{Dof, Error, LumpedParameters, Terms};
@@ -46,38 +46,20 @@ pub struct LeastSquares {
 /// dependent: instruments have at most five digits.
 const EXCITATION_FLOOR: f64 = 1e-6;
 
-/// Rows that are reduced at a time: 512 rows of five numbers stay in the nearest cache.
-const BLOCK_ROWS: usize = 512;
-
 /// Residuals a batch apart are taken as independent …
 const BATCH_S: f64 = 20.0;
 /// … but there are never fewer batches than this, nor more than that.
 const BATCHES: (usize, usize) = (10, 60);
 
 impl Columns {
-    fn len(&self) -> usize {
-        self.v_dot.len()
+    fn rows(&self) -> impl Iterator<Item = Row> + '_ {
+        let terms = self.tau.iter().zip(&self.quadratic).zip(&self.linear);
+        let rows = terms.zip(&self.v_dot);
+        rows.map(|(((&tau, &quadratic), &linear), &v_dot)| [tau, quadratic, linear, v_dot])
     }
 
-    /// One term of one row.
-    fn term(&self, term: Term, row: usize) -> f64 {
-        match term {
-            Term::Force => self.tau[row],
-            Term::Quadratic => self.quadratic[row],
-            Term::Linear => self.linear[row],
-            Term::Bias => 1.0,
-        }
-    }
-
-    /// Rows `from..to` of one term, times `scale`, into `out`.
-    fn write(&self, term: Term, from: usize, to: usize, scale: f64, out: &mut [f64]) {
-        let column = match term {
-            Term::Force => &self.tau,
-            Term::Quadratic => &self.quadratic,
-            Term::Linear => &self.linear,
-            Term::Bias => return out.fill(scale),
-        };
-        out.iter_mut().zip(&column[from..to]).for_each(|(out, x)| *out = scale * x);
+    fn duration_s(&self) -> f64 {
+        self.v_dot.len() as f64 * self.period_s
     }
 }
 
@@ -96,160 +78,270 @@ impl Columns {
 /// [Jason2, eq. (7)], by orthogonal reduction and singular values: normal equations
 /// square the condition number. Batch means: [Schruben1983].
 pub fn least_squares(dof: Dof, stretches: &[Columns], terms: Terms) -> Result<LeastSquares, Error> {
-    let samples: usize = stretches.iter().map(Columns::len).sum();
-    if samples == 0 {
-        return Err(Error::NoTrial { dof });
-    }
-    let fitted = terms.fitted();
-    let needed = fitted.len();
-
-    // Newtons (~1e3) sit beside m/s (~1e-1): unscaled, the rank test would
-    // judge our choice of units instead of the trial.
-    let scale: Vec<f64> = fitted.iter().map(|&term| 1.0 / norm(stretches, term)).collect();
-    let triangle = reduce(stretches, &fitted, &scale);
-    let r = triangle.view((0, 0), (needed, needed)).into_owned();
-    let rhs = triangle.view((0, needed), (needed, 1)).into_owned();
-
-    let svd = r.clone().svd(true, true);
-    let largest = svd.singular_values.max();
-    let rank = svd.rank(EXCITATION_FLOOR * largest);
-    if rank < needed || !largest.is_finite() {
-        return Err(Error::NotExciting { dof, rank, needed });
-    }
-    let condition = largest / svd.singular_values.min();
-    let scaled = svd.solve(&rhs, 0.0).expect("U and Vᵀ were requested above");
-    let coefficients: Vec<f64> = scaled.iter().zip(&scale).map(|(x, scale)| x * scale).collect();
-
-    // (FᵀF)⁻¹ of the scaled columns, from R alone.
-    let inverse = (r.transpose() * &r).try_inverse();
-    let inverse = inverse.ok_or(Error::NotExciting { dof, rank, needed })?;
-    let residual = Residuals::of(stretches, &fitted, &coefficients, &scale);
-    let scaled_covariance = &inverse * residual.meat() * &inverse;
-
-    let mut covariance = Matrix4::zeros();
-    for (i, row) in fitted.iter().enumerate() {
-        for (j, column) in fitted.iter().enumerate() {
-            covariance[(*row as usize, *column as usize)] =
-                scaled_covariance[(i, j)] * scale[i] * scale[j];
-        }
-    }
-    Ok(LeastSquares {
-        lumped: terms.unpack(&coefficients),
-        covariance,
-        t_freedom: residual.scores.len().saturating_sub(needed).max(1) as f64,
-        condition,
-        inflation: inflation(stretches, &fitted, &scale, &inverse),
-        samples,
-        effective_samples: residual.effective_samples(samples),
-        residual_rms: (residual.square_sum / samples as f64).sqrt(),
-    })
-}
-
-fn norm(stretches: &[Columns], term: Term) -> f64 {
-    let square = |columns: &Columns| match term {
-        Term::Force => sum_of_squares(&columns.tau),
-        Term::Quadratic => sum_of_squares(&columns.quadratic),
-        Term::Linear => sum_of_squares(&columns.linear),
-        Term::Bias => columns.len() as f64,
-    };
-    stretches.iter().map(square).sum::<f64>().sqrt().max(f64::MIN_POSITIVE)
-}
-
-fn sum_of_squares(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum()
-}
-
-/// The triangle R of `[F v̇] = Q R`, block by block: shape (p+1, p+1).
-fn reduce(stretches: &[Columns], fitted: &[Term], scale: &[f64]) -> DMatrix<f64> {
-    let width = fitted.len() + 1;
-    let mut triangle = DMatrix::zeros(width, width);
+    let mut regression = Regression::of(stretches.iter().map(Columns::duration_s).sum());
     for columns in stretches {
-        for from in (0..columns.len()).step_by(BLOCK_ROWS) {
-            let to = (from + BLOCK_ROWS).min(columns.len());
-            let mut block = DMatrix::zeros(width + to - from, width);
-            block.view_mut((0, 0), (width, width)).copy_from(&triangle);
-            for (j, (&term, &scale)) in fitted.iter().zip(scale).enumerate() {
-                let mut column = block.column_mut(j);
-                columns.write(term, from, to, scale, &mut column.as_mut_slice()[width..]);
+        regression.start_stretch(columns.period_s);
+        regression.add(&columns.rows().collect::<Vec<_>>());
+    }
+    regression.solve(dof, terms)
+}
+
+/// τ, v|v|, v and v̇ of one instant.
+pub(crate) type Row = [f64; 4];
+
+/// Least squares on rows that are seen once and not kept.
+///
+/// Each batch of rows `[F v̇]` becomes the triangle R of its QR decomposition, from which
+/// rank, solution and the residuals' sums all follow: `v̇ − F Φ = Q R [−Φ; 1]`.
+pub(crate) struct Regression {
+    batch_s: f64,
+    batch_rows: usize,
+    batches: Vec<Batch>,
+    block: Block,
+}
+
+impl Regression {
+    /// For rows of stretches that last `total_s` together.
+    pub(crate) fn of(total_s: f64) -> Self {
+        let batches = ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1);
+        let batch_s = total_s / batches as f64;
+        Self { batch_s, batch_rows: 1, batches: Vec::new(), block: Block::default() }
+    }
+
+    /// No batch goes on across a gap.
+    pub(crate) fn start_stretch(&mut self, period_s: f64) {
+        self.finish_block();
+        self.batch_rows = ((self.batch_s / period_s).round() as usize).max(1);
+        self.batches.push(Batch::default());
+    }
+
+    pub(crate) fn add(&mut self, mut rows: &[Row]) {
+        while !rows.is_empty() {
+            let in_batch = self.batches.last().map_or(0, |batch| batch.rows) + self.block.rows;
+            let room = (BLOCK_ROWS - self.block.rows).min(self.batch_rows - in_batch);
+            let (now, later) = rows.split_at(room.min(rows.len()));
+            self.block.push(now);
+            if now.len() == room {
+                self.finish_block();
             }
-            block.column_mut(width - 1).as_mut_slice()[width..]
-                .copy_from_slice(&columns.v_dot[from..to]);
-            triangle = block.qr().unpack_r();
+            rows = later;
         }
     }
-    triangle
+
+    fn finish_block(&mut self) {
+        let Some(batch) = self.batches.last_mut() else { return };
+        batch.rows += self.block.rows;
+        batch.triangle.absorb(&mut self.block.columns, self.block.rows);
+        self.block.rows = 0;
+        if batch.rows >= self.batch_rows {
+            self.batches.push(Batch::default());
+        }
+    }
+
+    /// What the rows say of the chosen terms.
+    ///
+    /// # Errors
+    /// As [`least_squares`].
+    pub(crate) fn solve(mut self, dof: Dof, terms: Terms) -> Result<LeastSquares, Error> {
+        self.finish_block();
+        self.batches.retain(|batch| batch.rows > 0);
+        let samples: usize = self.batches.iter().map(|batch| batch.rows).sum();
+        if samples == 0 {
+            return Err(Error::NoTrial { dof });
+        }
+        let fitted = terms.fitted();
+        let needed = fitted.len();
+        let whole = Triangle::of(&self.batches);
+
+        // Newtons (~1e3) sit beside m/s (~1e-1): unscaled, the rank test would
+        // judge our choice of units instead of the trial.
+        let scale = DVector::from_iterator(
+            needed,
+            fitted
+                .iter()
+                .map(|&term| 1.0 / whole.column(term as usize).norm().max(f64::MIN_POSITIVE)),
+        );
+        let columns =
+            DMatrix::from_fn(WIDTH, needed, |i, j| whole.column(fitted[j] as usize)[i] * scale[j]);
+        let svd = columns.svd(true, true);
+        let largest = svd.singular_values.max();
+        let rank = svd.rank(EXCITATION_FLOOR * largest);
+        if rank < needed || !largest.is_finite() {
+            return Err(Error::NotExciting { dof, rank, needed });
+        }
+        let rhs = whole.column(V_DOT);
+        let scaled = svd.solve(&rhs, 0.0).expect("U and Vᵀ were requested above");
+        let coefficients: Vec<f64> = scaled.component_mul(&scale).iter().copied().collect();
+
+        // (FᵀF)⁻¹ = V Σ⁻² Vᵀ of the scaled columns.
+        let v_t = svd.v_t.as_ref().expect("requested above");
+        let inverse = v_t.transpose()
+            * DMatrix::from_diagonal(&svd.singular_values.map(|s| 1.0 / (s * s)))
+            * v_t;
+        let residual = Residuals::of(&self.batches, &fitted, &coefficients, &scale);
+        let scaled_covariance = &inverse * residual.meat() * &inverse;
+
+        let mut covariance = Matrix4::zeros();
+        for (i, row) in fitted.iter().enumerate() {
+            for (j, column) in fitted.iter().enumerate() {
+                covariance[(*row as usize, *column as usize)] =
+                    scaled_covariance[(i, j)] * scale[i] * scale[j];
+            }
+        }
+        Ok(LeastSquares {
+            lumped: terms.unpack(&coefficients),
+            covariance,
+            t_freedom: residual.scores.len().saturating_sub(needed).max(1) as f64,
+            condition: largest / svd.singular_values.min(),
+            inflation: inflation(&whole, &fitted, &scale, &inverse),
+            samples,
+            effective_samples: residual.effective_samples(samples),
+            residual_rms: (residual.square_sum / samples as f64).sqrt(),
+        })
+    }
+}
+
+/// The columns of a triangle: `[τ, v|v|, v, 1]` as [`Term`] numbers them, then v̇.
+const WIDTH: usize = 5;
+const ONE: usize = Term::Bias as usize;
+const V_DOT: usize = 4;
+
+/// Rows that are reduced at a time: 512 rows of five numbers stay in the nearest cache.
+const BLOCK_ROWS: usize = 512;
+
+/// Rows on their way into a triangle, column by column.
+struct Block {
+    columns: [[f64; BLOCK_ROWS]; WIDTH],
+    rows: usize,
+}
+
+impl Default for Block {
+    fn default() -> Self {
+        Self { columns: [[0.0; BLOCK_ROWS]; WIDTH], rows: 0 }
+    }
+}
+
+impl Block {
+    fn push(&mut self, rows: &[Row]) {
+        let space = self.rows..self.rows + rows.len();
+        for (term, place) in [(0, Term::Force as usize), (1, 1), (2, 2), (3, V_DOT)] {
+            let column = self.columns[place][space.clone()].iter_mut();
+            column.zip(rows).for_each(|(x, row)| *x = row[term]);
+        }
+        self.columns[ONE][space].fill(1.0);
+        self.rows += rows.len();
+    }
+}
+
+/// Rows that follow each other, reduced.
+#[derive(Default)]
+struct Batch {
+    triangle: Triangle,
+    rows: usize,
+}
+
+/// R of a QR decomposition, row by row.
+#[derive(Clone, Copy, Default)]
+struct Triangle([[f64; WIDTH]; WIDTH]);
+
+impl Triangle {
+    fn of(batches: &[Batch]) -> Self {
+        let mut whole = Self::default();
+        for batch in batches {
+            let mut columns: [[f64; WIDTH]; WIDTH] =
+                std::array::from_fn(|j| batch.triangle.column(j).into());
+            whole.absorb(&mut columns, WIDTH);
+        }
+        whole
+    }
+
+    /// R of this triangle with rows of a block below it, by Householder reflections; the
+    /// block is used up.
+    fn absorb<const N: usize>(&mut self, block: &mut [[f64; N]; WIDTH], rows: usize) {
+        for j in 0..WIDTH {
+            let (done, rest) = block.split_at_mut(j + 1);
+            let mirror = &done[j][..rows];
+            let square = dot(mirror, mirror);
+            if square == 0.0 {
+                continue;
+            }
+            let top = self.0[j][j];
+            let reflected = -(top * top + square).sqrt().copysign(top);
+            let mirror_top = top - reflected;
+            let weight = 2.0 / (mirror_top * mirror_top + square);
+            self.0[j][j] = reflected;
+            for (k, column) in rest.iter_mut().enumerate() {
+                let top = &mut self.0[j][j + 1 + k];
+                let column = &mut column[..rows];
+                let part = weight * (mirror_top * *top + dot(mirror, column));
+                *top -= part * mirror_top;
+                column.iter_mut().zip(mirror).for_each(|(x, mirror)| *x -= part * mirror);
+            }
+        }
+    }
+
+    fn column(&self, j: usize) -> SVector<f64, WIDTH> {
+        SVector::from_fn(|i, _| self.0[i][j])
+    }
+}
+
+/// A scalar product in eight sums side by side: one alone waits for itself.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..8 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 /// VIF_j = (FᵀF)⁻¹_jj Σ(x − x̄)², with x̄ = 0 where no bias is fitted.
 fn inflation(
-    stretches: &[Columns],
+    whole: &Triangle,
     fitted: &[Term],
-    scale: &[f64],
+    scale: &DVector<f64>,
     inverse: &DMatrix<f64>,
 ) -> Vec<(Term, f64)> {
-    let rows: usize = stretches.iter().map(Columns::len).sum();
-    let centred = fitted.contains(&Term::Bias);
+    let one = whole.column(ONE);
     let of = |j: usize, term: Term| {
-        let sum: f64 =
-            stretches.iter().flat_map(|x| (0..x.len()).map(move |k| x.term(term, k))).sum();
-        let mean = if centred { sum * scale[j] / rows as f64 } else { 0.0 };
+        let column = whole.column(term as usize) * scale[j];
+        let mean_part =
+            if fitted.contains(&Term::Bias) { one.dot(&column) / one.norm() } else { 0.0 };
         // Each scaled column has unit length.
-        (inverse[(j, j)] * (1.0 - rows as f64 * mean * mean)).max(1.0)
+        (inverse[(j, j)] * (1.0 - mean_part * mean_part)).max(1.0)
     };
     let but_bias = fitted.iter().enumerate().filter(|(_, term)| **term != Term::Bias);
     but_bias.map(|(j, &term)| (term, of(j, term))).collect()
 }
 
-/// Residuals, summed as they are needed.
+/// Sums of the residuals.
 struct Residuals {
     /// Σ xᵀe of each batch, scaled columns.
     scores: Vec<DVector<f64>>,
-    /// Mean residual of each batch, with its rows.
-    means: Vec<(f64, usize)>,
+    /// Sum of the residuals of each batch.
+    sums: Vec<f64>,
     square_sum: f64,
 }
 
 impl Residuals {
-    fn of(stretches: &[Columns], fitted: &[Term], coefficients: &[f64], scale: &[f64]) -> Self {
-        let total_s: f64 = stretches.iter().map(|x| x.len() as f64 * x.period_s).sum();
-        let batches = ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1);
-        let batch_s = total_s / batches as f64;
-        let mut all = Self { scores: Vec::new(), means: Vec::new(), square_sum: 0.0 };
-        for columns in stretches {
-            let rows = ((batch_s / columns.period_s).round() as usize).max(1);
-            for from in (0..columns.len()).step_by(rows) {
-                let to = (from + rows).min(columns.len());
-                all.add(columns, from..to, fitted, coefficients, scale);
+    fn of(batches: &[Batch], fitted: &[Term], coefficients: &[f64], scale: &DVector<f64>) -> Self {
+        let mut all = Self { scores: Vec::new(), sums: Vec::new(), square_sum: 0.0 };
+        for Batch { triangle, .. } in batches {
+            let mut e = triangle.column(V_DOT);
+            for (&term, coefficient) in fitted.iter().zip(coefficients) {
+                e -= triangle.column(term as usize) * *coefficient;
             }
+            let score =
+                |(&term, scale): (&Term, &f64)| triangle.column(term as usize).dot(&e) * scale;
+            all.scores
+                .push(DVector::from_iterator(fitted.len(), fitted.iter().zip(scale).map(score)));
+            all.sums.push(triangle.column(ONE).dot(&e));
+            all.square_sum += e.norm_squared();
         }
         all
-    }
-
-    fn add(
-        &mut self,
-        columns: &Columns,
-        rows: std::ops::Range<usize>,
-        fitted: &[Term],
-        coefficients: &[f64],
-        scale: &[f64],
-    ) {
-        let mut score = DVector::zeros(fitted.len());
-        let (mut sum, count) = (0.0, rows.len());
-        for row in rows {
-            let model: f64 = fitted
-                .iter()
-                .zip(coefficients)
-                .map(|(&term, coefficient)| coefficient * columns.term(term, row))
-                .sum();
-            let e = columns.v_dot[row] - model;
-            sum += e;
-            self.square_sum += e * e;
-            for (j, &term) in fitted.iter().enumerate() {
-                score[j] += scale[j] * columns.term(term, row) * e;
-            }
-        }
-        self.scores.push(score);
-        self.means.push((sum / count as f64, count));
     }
 
     /// S = B/(B − p) Σ sᵦ sᵦᵀ.
@@ -265,9 +357,7 @@ impl Residuals {
     /// n σ² / (rows a batch · variance of batch means), never more than n.
     fn effective_samples(&self, samples: usize) -> f64 {
         let n = samples as f64;
-        let long_run: f64 =
-            self.means.iter().map(|(mean, rows)| mean * mean * (*rows * *rows) as f64).sum::<f64>()
-                / n;
+        let long_run = self.sums.iter().map(|sum| sum * sum).sum::<f64>() / n;
         let variance = self.square_sum / n;
         if long_run > 0.0 { (n * variance / long_run).min(n) } else { n }
     }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::Filters;
+use crate::estimate::{Decision, Filters};
 use crate::signal::Spectrum;
 use crate::terms::Term;
 use crate::{Caveat, Comparison, Dof, Estimate, LumpedParameters, Method, Role, Stability};
@@ -133,6 +133,9 @@ pub struct PlantResult {
     pub correlation: [[f64; 4]; 4],
     /// Parameters of the thrusters and the water that were fitted beside the plant.
     pub nuisances: BTreeMap<String, Parameter>,
+    /// Why the model has the parts that it has.
+    #[serde(default)]
+    pub structure: Vec<Decision>,
     /// How the fit went.
     pub regression: RegressionResult,
     /// Its error on the trials that it was fitted to.

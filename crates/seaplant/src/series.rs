@@ -1,5 +1,6 @@
 //! Samples at their own times, and the grids they are brought to.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::Error;
@@ -19,6 +20,42 @@ use crate::Error;
 pub struct Timed {
     time_s: Arc<[f64]>,
     values: Arc<[f64]>,
+    steps: Steps,
+}
+
+/// The intervals between samples, s; zero for a single sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Steps {
+    shortest: f64,
+    median: f64,
+    longest: f64,
+}
+
+/// Times that keep to a grid within this part of its step are on it: decimal time stamps
+/// are rounded.
+const ROUNDING_PART: f64 = 1e-6;
+
+impl Steps {
+    fn of(time_s: &[f64]) -> Self {
+        let (mut shortest, mut longest) = (f64::INFINITY, f64::NEG_INFINITY);
+        for pair in time_s.windows(2) {
+            let step = pair[1] - pair[0];
+            shortest = if step < shortest { step } else { shortest };
+            longest = if step > longest { step } else { longest };
+        }
+        let (Some(first), Some(last), true) = (time_s.first(), time_s.last(), time_s.len() > 1)
+        else {
+            return Self { shortest: 0.0, median: 0.0, longest: 0.0 };
+        };
+        let mean = (last - first) / (time_s.len() - 1) as f64;
+        let steady = longest - shortest <= ROUNDING_PART * mean;
+        Self { shortest, median: if steady { mean } else { median_step(time_s) }, longest }
+    }
+}
+
+fn median_step(time_s: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    median(&mut steps).unwrap_or(0.0)
 }
 
 /// Equally spaced instants: `start_s + k period_s` for k = 0 … len − 1.
@@ -98,7 +135,11 @@ impl Timed {
                 to_s: time_s[index],
             });
         }
-        Ok(Self { time_s, values })
+        Ok(Self::checked(time_s, values))
+    }
+
+    fn checked(time_s: Arc<[f64]>, values: Arc<[f64]>) -> Self {
+        Self { steps: Steps::of(&time_s), time_s, values }
     }
 
     /// The values of a grid's instants; `values` has one for each and is finite.
@@ -136,17 +177,21 @@ impl Timed {
     }
 
     /// The median interval between samples, s; zero for a single sample.
+    ///
+    /// Where all are equal but for the rounding of time stamps it is their mean, which
+    /// that rounding leaves alone.
     pub fn period_s(&self) -> f64 {
-        let mut steps: Vec<f64> = self.time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        median(&mut steps).unwrap_or(0.0)
+        self.steps.median
+    }
+
+    /// The longest interval between samples, s; zero for a single sample.
+    pub fn longest_step_s(&self) -> f64 {
+        self.steps.longest
     }
 
     /// The values transformed one by one; the function must return finite values.
     pub fn map(&self, f: impl Fn(f64) -> f64) -> Self {
-        Self {
-            time_s: Arc::clone(&self.time_s),
-            values: self.values.iter().map(|&x| f(x)).collect(),
-        }
+        Self { values: self.values.iter().map(|&x| f(x)).collect(), ..self.clone() }
     }
 
     /// Other values at the same times, one for each, finite.
@@ -164,10 +209,8 @@ impl Timed {
         if (from, to) == (0, self.len()) {
             return Some(self.clone());
         }
-        (from < to).then(|| Self {
-            time_s: self.time_s[from..to].into(),
-            values: self.values[from..to].into(),
-        })
+        (from < to)
+            .then(|| Self::checked(self.time_s[from..to].into(), self.values[from..to].into()))
     }
 
     /// As [`Timed::window`] for a held signal: the sample in force at `from_s` is kept too.
@@ -178,10 +221,8 @@ impl Timed {
 
     /// Moves every time by `offset_s`.
     pub fn shifted(&self, offset_s: f64) -> Self {
-        Self {
-            time_s: self.time_s.iter().map(|t| t + offset_s).collect(),
-            values: Arc::clone(&self.values),
-        }
+        let time_s = self.time_s.iter().map(|t| t + offset_s).collect();
+        Self::checked(time_s, Arc::clone(&self.values))
     }
 
     /// The value at `t_s` by linear interpolation; the end values beyond the ends.
@@ -206,6 +247,9 @@ impl Timed {
 
     /// The intervals longer than `longest_s`.
     pub fn gaps(&self, longest_s: f64) -> Vec<Gap> {
+        if self.longest_step_s() <= longest_s {
+            return Vec::new();
+        }
         self.time_s
             .windows(2)
             .filter(|pair| pair[1] - pair[0] > longest_s)
@@ -215,6 +259,9 @@ impl Timed {
 
     /// Linear interpolation at each instant of a grid.
     pub fn interpolate(&self, grid: Grid) -> Vec<f64> {
+        if let Some(rows) = self.samples_on(grid) {
+            return self.values[rows].to_vec();
+        }
         let mut after = 0;
         let last = self.len() - 1;
         let at = |t: f64| {
@@ -234,6 +281,15 @@ impl Timed {
         grid.times().map(at).collect()
     }
 
+    /// The samples that are at the instants of a grid, one for each, if there are such.
+    fn samples_on(&self, grid: Grid) -> Option<Range<usize>> {
+        let near = ROUNDING_PART * grid.period_s;
+        let from = self.time_s.partition_point(|&t| t < grid.start_s - near);
+        let to = from + grid.len;
+        let mut at = self.time_s.get(from..to)?.iter().zip(grid.times());
+        at.all(|(t, instant)| (t - instant).abs() <= near).then_some(from..to)
+    }
+
     /// The mean over `[t − ½ period, t + ½ period]` around each instant of a grid,
     /// of a signal that is held between samples.
     ///
@@ -242,6 +298,15 @@ impl Timed {
     /// which the drag estimate pays for.
     pub fn held_means(&self, grid: Grid) -> Vec<f64> {
         let half = 0.5 * grid.period_s;
+        if let Some(rows) = self.samples_on(grid).filter(|_| self.steps.shortest >= half) {
+            // Half of each interval is under the sample before its middle.
+            let mut means = self.values[rows.clone()].to_vec();
+            let before = rows.start.saturating_sub(1)..rows.end - 1;
+            let late = usize::from(rows.start == 0);
+            let means_after = means[late..].iter_mut();
+            means_after.zip(&self.values[before]).for_each(|(x, before)| *x = 0.5 * (*x + before));
+            return means;
+        }
         let mut integral = HeldIntegral::new(self);
         let mut before = integral.up_to(grid.start_s - half);
         (0..grid.len)

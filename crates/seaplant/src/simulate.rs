@@ -68,13 +68,13 @@ pub fn simulate(
         while t < until {
             let tau = taus[next.max(1) - 1];
             let stop = changes.get(next).map_or(until, |change| change.min(until));
-            state = advance(plant, tau, state, stop - t);
+            state = advance(|v| plant.acceleration(tau, v), state, stop - t);
             t = stop;
             while changes.get(next).is_some_and(|change| *change <= t) {
                 next += 1;
             }
         }
-        if state.velocity.is_nan() || state.velocity.abs() > RUNAWAY {
+        if has_run_away(state) {
             return Err(Error::Diverged { dof, after_s: until - first });
         }
         response.position.push(state.position);
@@ -83,26 +83,32 @@ pub fn simulate(
     Ok(response)
 }
 
-/// One span of constant force, in equal steps of at most [`LONGEST_STEP_S`].
-fn advance(plant: &LumpedParameters, tau: f64, mut state: State, span_s: f64) -> State {
+/// One span over which acceleration depends on velocity alone, in equal steps of at most
+/// [`LONGEST_STEP_S`].
+pub(crate) fn advance(acceleration: impl Fn(f64) -> f64, mut state: State, span_s: f64) -> State {
     let steps = (span_s / LONGEST_STEP_S).ceil().max(1.0);
     let h = span_s / steps;
     for _ in 0..steps as usize {
-        state = rk4(plant, tau, state, h);
+        state = rk4(&acceleration, state, h);
     }
     state
 }
 
+/// Whether a simulated velocity is one that no vehicle has.
+pub(crate) fn has_run_away(state: State) -> bool {
+    state.velocity.is_nan() || state.velocity.abs() > RUNAWAY
+}
+
 /// One classical Runge–Kutta step of the pair (position, velocity).
-fn rk4(plant: &LumpedParameters, tau: f64, state: State, h: f64) -> State {
+fn rk4(acceleration: &impl Fn(f64) -> f64, state: State, h: f64) -> State {
     let v1 = state.velocity;
-    let a1 = plant.acceleration(tau, v1);
+    let a1 = acceleration(v1);
     let v2 = v1 + 0.5 * h * a1;
-    let a2 = plant.acceleration(tau, v2);
+    let a2 = acceleration(v2);
     let v3 = v1 + 0.5 * h * a2;
-    let a3 = plant.acceleration(tau, v3);
+    let a3 = acceleration(v3);
     let v4 = v1 + h * a3;
-    let a4 = plant.acceleration(tau, v4);
+    let a4 = acceleration(v4);
     State {
         position: state.position + h / 6.0 * (v1 + 2.0 * v2 + 2.0 * v3 + v4),
         velocity: v1 + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4),

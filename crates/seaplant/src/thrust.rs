@@ -72,10 +72,15 @@ pub struct QuadraticThrust {
 impl QuadraticThrust {
     /// The thrust at one input, N.
     pub fn force(&self, input: f64) -> f64 {
-        let offset = input - self.neutral;
-        let effective = (offset.abs() - self.deadband).max(0.0).copysign(offset);
-        let coefficient = if offset < 0.0 { self.reverse } else { self.forward };
+        let effective = self.effective(input);
+        let coefficient = if effective < 0.0 { self.reverse } else { self.forward };
         coefficient * effective * effective.abs()
+    }
+
+    /// The input beyond the deadband, from neutral.
+    pub fn effective(&self, input: f64) -> f64 {
+        let offset = input - self.neutral;
+        (offset.abs() - self.deadband).max(0.0).copysign(offset)
     }
 }
 

@@ -14,7 +14,8 @@ pub use axis::{AxisRecord, UniformAxis, UniformStretch};
 use crate::navigation::{Motion, Navigated, Recording, navigate};
 use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Timed, Vehicle};
 use axis::rate_hz;
-use force::{Saturation, force_along};
+pub use force::ThrusterTrack;
+use force::{Saturation, total_force, tracks_along};
 use plausible::{masked, suspicious_units};
 
 /// What a trial is for.
@@ -76,11 +77,18 @@ pub struct TrialSetup {
 #[derive(Clone, Debug)]
 pub struct Trial {
     setup: TrialSetup,
-    force: BTreeMap<Dof, Timed>,
+    thrust: BTreeMap<Dof, Thrust>,
     navigated: Navigated,
     rates_hz: BTreeMap<Quantity, f64>,
     saturated: Vec<Saturation>,
     caveats: Vec<Caveat>,
+}
+
+/// What drives one degree of freedom.
+#[derive(Clone, Debug)]
+struct Thrust {
+    force: Timed,
+    tracks: Vec<ThrusterTrack>,
 }
 
 impl Trial {
@@ -96,13 +104,13 @@ impl Trial {
         let mut navigated = navigate(&setup.name, &recording, &vehicle.sensors)?;
         caveats.append(&mut navigated.caveats);
         let mut saturated = Vec::new();
-        let mut force = BTreeMap::new();
+        let mut thrust = BTreeMap::new();
         for &dof in &setup.dofs {
-            let of_dof = force_along(&setup.name, dof, &recording, vehicle, &mut saturated)?;
-            force.insert(dof, of_dof);
+            let tracks = tracks_along(&setup.name, dof, &recording, vehicle, &mut saturated)?;
+            thrust.insert(dof, Thrust { force: total_force(&tracks)?, tracks });
         }
         let rates_hz = recording.iter().map(|(what, x)| (what.clone(), rate_hz(x))).collect();
-        let trial = Self { setup, force, navigated, rates_hz, saturated, caveats };
+        let trial = Self { setup, thrust, navigated, rates_hz, saturated, caveats };
         for &dof in &trial.setup.dofs {
             trial.axis(dof, VelocitySource::Measured)?;
         }
@@ -155,7 +163,7 @@ impl Trial {
             what: format!("{what} for {dof}"),
             advice: advice.to_owned(),
         };
-        let force = self.force.get(&dof).ok_or_else(|| {
+        let Thrust { force, tracks } = self.thrust.get(&dof).ok_or_else(|| {
             missing("force", "name the degree of freedom in the trial's dof = [...]")
         })?;
         let measured = self.navigated.measured.get(&dof).cloned().map(Motion::Velocity);
@@ -176,6 +184,7 @@ impl Trial {
             dof,
             trial: self.setup.name.clone(),
             force,
+            thrusters: tracks.iter().filter_map(|track| track.window(from_s, to_s)).collect(),
             motion,
             position: self.navigated.position.get(&dof).and_then(cut),
         });
@@ -219,24 +228,24 @@ impl Trial {
         let motion = motion.series();
         let wanted_from = self.setup.from_s.unwrap_or(f64::NEG_INFINITY);
         let wanted_to = self.setup.to_s.unwrap_or(f64::INFINITY);
-        let refuse = |second: String, from_s: f64, to_s: f64| Error::NoOverlap {
+        let span = |what: &str, from_s: f64, to_s: f64| {
+            format!("{what}, from {from_s:.1} to {to_s:.1} s,")
+        };
+        let refuse = |second: String| Error::NoOverlap {
             trial: self.setup.name.clone(),
-            first: format!("the {dof} motion"),
-            first_from_s: motion.first_s(),
-            first_to_s: motion.last_s(),
+            first: span(&format!("the {dof} motion"), motion.first_s(), motion.last_s()),
             second,
-            second_from_s: from_s,
-            second_to_s: to_s,
         };
         // A thrust logged once holds until it is logged again, but for no more than
         // the rest of the trial.
         let held_to = if force.len() == 1 { f64::INFINITY } else { force.last_s() };
         let held_to = held_to + force.period_s();
         if motion.first_s() > held_to || motion.last_s() < force.first_s() {
-            return Err(refuse(format!("the {dof} thrust"), force.first_s(), force.last_s()));
+            let thrust = format!("the {dof} thrust");
+            return Err(refuse(span(&thrust, force.first_s(), force.last_s())));
         }
         if motion.first_s() > wanted_to || motion.last_s() < wanted_from {
-            return Err(refuse("the trial's from_s to to_s".to_owned(), wanted_from, wanted_to));
+            return Err(refuse(span("the trial's window", wanted_from, wanted_to)));
         }
         Ok((
             wanted_from.max(motion.first_s()).max(force.first_s()),

@@ -269,6 +269,8 @@ fn saturated(facts: &Facts<'_>) -> Option<Remark> {
     const SAMPLES: usize = 10;
     const PART: f64 = 0.02;
     const SHARES: f64 = 5.0;
+    /// So many times the next level's: the peak of a coarse sine has but one and a half.
+    const NEIGHBOURS: usize = 4;
     let (n, levels) = (facts.values.len(), distinct(&facts.values));
     if levels < LEVELS {
         return None;
@@ -279,6 +281,11 @@ fn saturated(facts: &Facts<'_>) -> Option<Remark> {
     let ends = [("minimum", min), ("maximum", max)].into_iter().filter(|(_, end)| *end != 0.0);
     let (end, value, count) =
         ends.map(|(name, end)| (name, end, at(end))).max_by_key(|(_, _, count)| *count)?;
+    let inner = facts.values.iter().copied().filter(|x| *x != value);
+    let next = inner.min_by(|a, b| (a - value).abs().total_cmp(&(b - value).abs()))?;
+    if count < NEIGHBOURS * at(next) {
+        return None;
+    }
     let many = count as f64 > (PART * n as f64).max(SHARES * n as f64 / levels as f64);
     let value = facts.with_unit(value);
     (many && count >= SAMPLES).then_some(Remark::Saturated { count, of: n, end, value })

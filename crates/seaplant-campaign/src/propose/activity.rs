@@ -8,6 +8,7 @@ use seaplant_log::{Channel, Log, Unit};
 
 use super::mapping::Mapped;
 use super::session::Session;
+use super::words::words;
 use crate::units::dimension_of;
 
 /// A stretch of a session in which it is driven, s after the session's first sample.
@@ -24,7 +25,7 @@ pub(super) struct Window {
 const IDLE_S: f64 = 30.0;
 /// A trial starts so long before thrust, and ends so long after: coasting tells drag.
 const BEFORE_S: f64 = 2.0;
-const AFTER_S: f64 = 5.0;
+const AFTER_S: f64 = 10.0;
 /// Fewer samples of motion make no trial.
 const LEAST_SAMPLES: usize = 10;
 
@@ -126,6 +127,41 @@ fn active_intervals(input: &Series) -> Vec<(f64, f64)> {
     input.values.iter().enumerate().filter_map(active).collect()
 }
 
+/// Whether some input changes while it works, by more than a twentieth of its size.
+pub(super) fn thrust_varies(
+    log: &Log,
+    session: &Session,
+    mapped: &[Mapped],
+    window: &Window,
+) -> bool {
+    const PART: f64 = 0.05;
+    let Some((from_s, to_s)) = window.active_s else { return false };
+    let varies = |input: &Series| {
+        let works = input.within(&Window { from_s, to_s, active_s: None });
+        let n = works.values.len() as f64;
+        let mean = works.values.iter().sum::<f64>() / n;
+        let spread = works.values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
+        n > 0.0 && spread.sqrt() > PART * mean.abs()
+    };
+    inputs(log, session, mapped).iter().any(varies)
+}
+
+/// Whether an input that works in the session is named after a degree of freedom.
+fn is_named_after(log: &Log, mapped: &[Mapped], dof: Dof) -> bool {
+    let known: &[&str] = match dof {
+        Dof::Surge => &["surge", "fore", "forward", "main", "longitudinal"],
+        Dof::Sway => &["sway", "lateral", "lat", "transverse", "tunnel"],
+        Dof::Heave => &["heave", "vertical", "vert"],
+        Dof::Roll | Dof::Pitch | Dof::Yaw => &[],
+    };
+    // `fore-aft` pushes along x; the fore one of two lateral thrusters does not.
+    let named = |name: &str| words(name).first().is_some_and(|word| known.contains(&word.as_str()));
+    mapped.iter().any(|mapped| {
+        let works = !log.channels()[mapped.channel].is_constant();
+        works && mapped.thruster().is_some_and(named)
+    })
+}
+
 /// How much a degree of freedom looks driven, from 0 to 1.
 pub(super) type Score = (Dof, f64);
 
@@ -141,6 +177,8 @@ pub(super) fn driven(
     window: &Window,
 ) -> Vec<Score> {
     const UNCORRELATED: f64 = 0.3;
+    /// An instrument that sits askew sees surge and sway alike; the thrusters' names part them.
+    const NAMED: f64 = 1.2;
     let inputs = inputs(log, session, mapped);
     let score = |dof: Dof| {
         let velocity = velocity(log, session, mapped, dof)?.within(window);
@@ -155,6 +193,7 @@ pub(super) fn driven(
         };
         let follows = inputs.iter().map(|input| velocity.follows(input)).fold(0.0, f64::max);
         let size = velocity.rms() / (velocity.rms() + usual);
+        let meant = if is_named_after(log, mapped, dof) { NAMED * meant } else { meant };
         Some((dof, meant * size * (UNCORRELATED + (1.0 - UNCORRELATED) * follows)))
     };
     let mut scores: Vec<Score> = Dof::ALL.into_iter().filter_map(score).collect();

@@ -39,20 +39,15 @@ fn questions(log: &Log, mapping: &Mapping, trials: &[ProposedTrial]) -> Vec<Stri
     found.extend(assumed_time(log).map(|column| {
         format!("time column {} states no unit; seconds are assumed", quoted(column))
     }));
-    for trial in trials {
-        found.push(format!("trial {}: {}", quoted(&trial.name), dof_question(trial)));
-        if trial.window.active_s.is_none() {
-            found.push(format!(
-                "trial {}: no thruster works in it, as far as mapped; give from_s and to_s",
-                quoted(&trial.name)
-            ));
-        }
-    }
-    for mapped in mapping.all() {
-        if let Some(doubt) = &mapped.claim.doubt {
-            found.push(format!("channel {}: {doubt}", quoted(&mapped.address)));
-        }
-    }
+    let dofs = trials.iter().map(|trial| (&trial.name, dof_question(trial)));
+    found.extend(by_question("trial", dofs));
+    let idle = trials.iter().filter(|trial| trial.window.active_s.is_none());
+    let idle = idle.map(|trial| (&trial.name, IDLE.to_owned()));
+    found.extend(by_question("trial", idle));
+    let all = mapping.all();
+    let doubts =
+        all.iter().filter_map(|mapped| Some((&mapped.address, mapped.claim.doubt.clone()?)));
+    found.extend(by_question("channel", doubts));
     if mapping.all().is_empty() {
         found.push("no column is recognised; map them under [channels]".to_owned());
     }
@@ -61,6 +56,24 @@ fn questions(log: &Log, mapping: &Mapping, trials: &[ProposedTrial]) -> Vec<Stri
         format!("column {} is {SURFACE}, or choose trials in which it rests", quoted(column))
     }));
     found
+}
+
+const IDLE: &str = "no thruster works, as far as mapped; give from_s and to_s";
+
+/// `trials "a", "b": what is asked of both`.
+fn by_question<'a>(kind: &str, asked: impl Iterator<Item = (&'a String, String)>) -> Vec<String> {
+    let mut grouped: Vec<(String, Vec<String>)> = Vec::new();
+    for (name, question) in asked {
+        match grouped.iter_mut().find(|(known, _)| *known == question) {
+            Some((_, names)) => names.push(quoted(name)),
+            None => grouped.push((question, vec![quoted(name)])),
+        }
+    }
+    let line = |(question, names): (String, Vec<String>)| {
+        let plural = if names.len() > 1 { "s" } else { "" };
+        format!("{kind}{plural} {}: {question}", names.join(", "))
+    };
+    grouped.into_iter().map(line).collect()
 }
 
 /// Another degree of freedom that scores so near the best is worth a word.
@@ -74,8 +87,8 @@ fn dof_question(trial: &ProposedTrial) -> String {
     let near = others.iter().filter(|other| other.1 > NEAR * best.1);
     let near: Vec<String> = near.map(|(dof, _)| dof.to_string()).collect();
     let also =
-        if near.is_empty() { String::new() } else { format!("; {} move too", near.join(" and ")) };
-    format!("is {} what it was meant to excite? it moves most with the inputs{also}", best.0)
+        if near.is_empty() { String::new() } else { format!("; so do {}", near.join(" and ")) };
+    format!("was {} meant? it moves most with the inputs{also}", best.0)
 }
 
 /// The first time column whose unit was assumed.
@@ -117,11 +130,17 @@ fn write_trial(page: &mut Page, mapping: &Mapping, trial: &ProposedTrial) {
         );
     }
     let window = &trial.window;
+    if window.active_s.is_some() && !trial.varies && !trial.hold_out {
+        page.explained(
+            "# role = \"steady\"",
+            "decide: thrust hardly changes; take the `#` away if speed settles too",
+        );
+    }
     let why = match window.active_s {
         Some((from, to)) => {
             format!("thrusters work from {from:.1} to {to:.1} s after the log's first sample")
         }
-        None => "decide: no thruster works, as far as mapped; this is the whole log".to_owned(),
+        None => format!("decide: {IDLE}; this is the whole log"),
     };
     page.explained(&format!("from_s = {}", seconds(window.from_s)), &why);
     page.line(&format!("to_s = {}", seconds(window.to_s)));

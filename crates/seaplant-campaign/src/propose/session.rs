@@ -64,12 +64,12 @@ pub(super) fn sessions(log: &Log) -> Vec<Session> {
     found
 }
 
-/// Whether two files have half of their columns, or more, in common.
+/// Whether two files have more than half of their columns in common.
 fn are_alike(log: &Log, one: usize, other: usize) -> bool {
     let columns = |source: usize| -> BTreeSet<&str> {
         let of_file = log.channels().iter().filter(|channel| channel.source == source);
         of_file.map(|channel| channel.column.as_str()).collect()
     };
     let (one, other) = (columns(one), columns(other));
-    2 * one.intersection(&other).count() >= one.len().min(other.len())
+    2 * one.intersection(&other).count() > one.len().min(other.len())
 }

@@ -77,8 +77,8 @@ fn thrusters(page: &mut Page, log: &Log, mapping: &Mapping) {
         page.line("[[thruster]]");
         let code = format!("name = {}", quoted(name));
         page.explained(&code, &format!("column {}", seen(log, mapping, mapped)));
-        page.explained("# position_m = [0.0, 0.0, 0.0]", "measure: m from the origin");
-        page.explained("# direction = [1.0, 0.0, 0.0]", "decide: which way it pushes");
+        page.explained("# position_m = [x, y, z]", "measure: m from the origin");
+        page.explained("# direction = [0.0, 0.0, 0.0]", "decide: which way it pushes");
         page.explained(&format!("# {}", likely_curve(mapped)), "measure: its thrust");
     }
 }
@@ -95,7 +95,7 @@ fn seen(log: &Log, mapping: &Mapping, mapped: &Mapped) -> String {
     let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), fold);
     let column = quoted(&mapped.address);
     if low == high {
-        return format!("{column}, always {}", short(low));
+        return format!("{column}, always {}: delete it if no trial uses it", short(low));
     }
     format!("{column}, {} to {}", short(low), short(high))
 }

@@ -61,11 +61,17 @@ pub(super) fn relative(file: &Path, base: &Path) -> String {
         (file.components().collect(), base.components().collect());
     let shared = parts.iter().zip(&from).take_while(|(a, b)| a == b).count();
     if shared == 0 {
-        return file.to_string_lossy().into_owned();
+        return literal(&file.to_string_lossy());
     }
     let up = from[shared..].iter().map(|_| "..".to_owned());
     let down = parts[shared..].iter().map(|part| part.as_os_str().to_string_lossy().into_owned());
-    up.chain(down).collect::<Vec<String>>().join("/")
+    literal(&up.chain(down).collect::<Vec<String>>().join("/"))
+}
+
+/// A path that stays what it is where `~` and `$VARIABLE` are filled in.
+fn literal(path: &str) -> String {
+    let path = path.replace('$', "$$");
+    if path.starts_with('~') { format!("./{path}") } else { path }
 }
 
 /// Absolute, its folder without links; the file itself may be one and keeps its name.
@@ -115,5 +121,6 @@ mod tests {
         let base = Path::new("/nowhere/campaign");
         assert_eq!(relative(Path::new("/nowhere/campaign/a/log.csv"), base), "a/log.csv");
         assert_eq!(relative(Path::new("/nowhere/logs/log.csv"), base), "../logs/log.csv");
+        assert_eq!(relative(Path::new("/nowhere/campaign/~a/$b"), base), "./~a/$$b");
     }
 }

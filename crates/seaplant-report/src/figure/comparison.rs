@@ -7,7 +7,7 @@ use super::axis::Axis;
 use super::chart::{Frame, drawn, line, panel, px, stroke, titled};
 use super::ink::Ink;
 use super::scene::Scene;
-use crate::number::{or_absent, significant};
+use crate::number::{count, or_absent, significant};
 use crate::{Error, words};
 
 const KEY: [(Ink, &str); 3] = [
@@ -73,7 +73,7 @@ fn description(figure: &ComparisonFigure) -> String {
         units.velocity,
         significant(velocity.null_error, 3),
         or_absent(velocity.r_squared, 4),
-        significant(velocity.samples as f64, 9),
+        count(velocity.samples as u64),
     );
     if let Some(position) = position {
         text.push_str(&format!(

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use seaplant::results::{Results, SpectrumFigure};
+use seaplant::estimate::Filters;
+use seaplant::results::{PlantResult, Results, SpectrumFigure};
 use seaplant::signal::Spectrum;
 use seaplant::{LowPass, Method};
 
@@ -98,22 +99,29 @@ fn excited_hz(figure: &SpectrumFigure, results: &Results) -> Option<f64> {
     trial.axes.get(&figure.dof)?.dominant_hz
 }
 
-/// The recommended method's filter and the paper's.
+/// The filter of the recommended method, or of equation error where that has none, and
+/// the paper's.
 fn gains(figure: &SpectrumFigure, results: &Results) -> Vec<Gain> {
-    let mut gains = Vec::new();
-    let recommended = results.plants.get(&figure.dof);
-    if let Some(plant) = recommended.filter(|plant| plant.method != Method::Paper) {
-        let filters = plant.regression.filters;
-        if let Some(filter) = filters.every_term.or(filters.velocity) {
-            let name = format!("gain, {}", words::method(plant.method));
-            gains.push(Gain { ink: Ink::Gain, name, filter });
-        }
-    }
-    let paper = results.methods.get(&figure.dof).and_then(|all| all.get(&Method::Paper));
-    if let Some(filter) = paper.and_then(|plant| plant.regression.filters.velocity) {
-        gains.push(Gain { ink: Ink::PaperGain, name: "gain, paper".to_owned(), filter });
-    }
-    gains
+    let methods = results.methods.get(&figure.dof);
+    let of = |method| methods.and_then(|all| all.get(&method));
+    let filter = |plant: &PlantResult| {
+        let Filters { velocity, every_term } = plant.regression.filters;
+        every_term.or(velocity).map(|filter| (plant.method, filter))
+    };
+    let recommended = results.plants.get(&figure.dof).filter(|p| p.method != Method::Paper);
+    let equal = recommended.and_then(filter).or_else(|| of(Method::EquationError).and_then(filter));
+    let paper = of(Method::Paper).and_then(filter);
+    let equal = equal.map(|(method, filter)| Gain {
+        ink: Ink::Gain,
+        name: format!("gain, {}", words::method(method)),
+        filter,
+    });
+    let paper = paper.map(|(_, filter)| Gain {
+        ink: Ink::PaperGain,
+        name: "gain, paper".to_owned(),
+        filter,
+    });
+    equal.into_iter().chain(paper).collect()
 }
 
 fn greatest(amplitude: &[f64]) -> f64 {

@@ -9,7 +9,7 @@ use super::chart::{Area, Frame, drawn, line, panel, px, stroke, titled};
 use super::comparison::time_axis;
 use super::ink::Ink;
 use super::scene::Scene;
-use crate::number::significant;
+use crate::number::{chosen, significant};
 use crate::{Error, words};
 
 const KEY: [(Ink, &str); 3] = [
@@ -93,8 +93,8 @@ fn description(figure: &SteadyFigure, segments: &[&SegmentResult]) -> String {
         .map(|s| {
             format!(
                 "{} to {} s at {} {} and {} {}",
-                significant(s.from_s, 4),
-                significant(s.to_s, 4),
+                chosen(s.from_s),
+                chosen(s.to_s),
                 significant(s.force, 3),
                 units.force,
                 significant(s.velocity, 3),

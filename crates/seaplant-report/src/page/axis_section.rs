@@ -9,7 +9,7 @@ use super::card::stability;
 use super::doubts::{Doubts, collected};
 use super::table::{Row, Table};
 use crate::figure::{Plate, Subject};
-use crate::number::{ABSENT, Rounded, or_absent, significant};
+use crate::number::{ABSENT, Rounded, count, or_absent, significant};
 use crate::words;
 
 #[derive(Serialize)]
@@ -20,19 +20,19 @@ pub(crate) struct AxisSection {
     terms: String,
     stability: String,
     figures: Vec<FigureGroup>,
+    others: Vec<FigureView>,
     spectra: Vec<FigureView>,
     tables: Vec<Table>,
     details: Vec<Table>,
     doubts: Doubts,
 }
 
-/// The figures of one method.
+/// Trials of one role.
 #[derive(Serialize)]
 struct FigureGroup {
-    title: String,
-    figures: Vec<FigureView>,
-    /// Whether they can be folded away.
-    folded: bool,
+    title: &'static str,
+    /// Of each trial, the recommended method's figure and the paper's beside it.
+    trials: Vec<Vec<FigureView>>,
 }
 
 pub(crate) fn view(
@@ -47,13 +47,15 @@ pub(crate) fn view(
     details.extend(subsets(dof, results));
     details.push(correlation(plant));
     details.extend(nuisances(plant));
+    details.extend(structure(dof, plant));
     AxisSection {
         name: dof.name(),
         title: words::capitalised(dof.name()),
         method: words::method(plant.method),
         terms: words::terms(&plant.terms),
         stability: stability(dof, &plant.stability),
-        figures: figure_groups(dof, plant.method, &methods, plates),
+        figures: figure_groups(dof, plant.method, plates),
+        others: other_figures(dof, plant.method, plates),
         spectra,
         tables: vec![parameters(dof, &methods, plant.method), scores(dof, &methods, plant.method)],
         details,
@@ -74,24 +76,40 @@ fn methods<'a>(
     methods
 }
 
-fn figure_groups(
-    dof: Dof,
-    recommended: Method,
-    methods: &[(Method, &PlantResult)],
-    plates: &[Plate],
-) -> Vec<FigureGroup> {
-    let group = |&(method, _): &(Method, &PlantResult)| {
-        let mut figures = Vec::new();
-        for wanted in [Role::Fit, Role::HoldOut, Role::Steady] {
-            let subject = Subject::Comparison { method, role: wanted };
-            figures.extend(FigureView::all(plates, |p| p.dof == Some(dof) && p.subject == subject));
+fn figure_groups(dof: Dof, recommended: Method, plates: &[Plate]) -> Vec<FigureGroup> {
+    let titles = [
+        (Role::Fit, "Fitted trials"),
+        (Role::HoldOut, "Held-out trials"),
+        (Role::Steady, "Steady trials"),
+    ];
+    let group = |(wanted, title)| {
+        let mut trials: Vec<(&str, Vec<FigureView>)> = Vec::new();
+        for plate in plates.iter().filter(|plate| plate.dof == Some(dof)) {
+            let Subject::Comparison { method, role } = plate.subject else { continue };
+            if role != wanted || !(method == recommended || method == Method::Paper) {
+                continue;
+            }
+            let trial = &plate.trial;
+            let known = trials.iter_mut().find(|(name, _)| name == trial);
+            let place = if method == recommended { 0 } else { usize::MAX };
+            match known {
+                Some((_, figures)) => {
+                    figures.insert(place.min(figures.len()), FigureView::of(plate));
+                }
+                None => trials.push((trial, vec![FigureView::of(plate)])),
+            }
         }
-        let name = words::capitalised(&words::method(method));
-        let title = if method == recommended { format!("{name} (recommended)") } else { name };
-        let folded = method != recommended && method != Method::Paper;
-        FigureGroup { title, figures, folded }
+        FigureGroup { title, trials: trials.into_iter().map(|(_, figures)| figures).collect() }
     };
-    methods.iter().map(group).filter(|group| !group.figures.is_empty()).collect()
+    titles.map(group).into_iter().filter(|group| !group.trials.is_empty()).collect()
+}
+
+/// The figures of methods that are neither recommended nor the paper's.
+fn other_figures(dof: Dof, recommended: Method, plates: &[Plate]) -> Vec<FigureView> {
+    FigureView::all(plates, |plate| {
+        let Subject::Comparison { method, .. } = plate.subject else { return false };
+        plate.dof == Some(dof) && method != recommended && method != Method::Paper
+    })
 }
 
 /// `12 970 ± 250 [12 460, 13 480]`.
@@ -141,7 +159,7 @@ fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> 
         "Trial".to_owned(),
         "Use".to_owned(),
         format!("e, {}", units.velocity),
-        format!("e of a model that never moves, {}", units.velocity),
+        format!("Never moving, {}", units.velocity),
         "R²".to_owned(),
         format!("Position e, {}", units.position),
         "Position R²".to_owned(),
@@ -162,12 +180,12 @@ fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> 
                 or_absent(trial.r_squared, 4),
                 or_absent(trial.position_mean_abs_error, 3),
                 or_absent(trial.position_r_squared, 4),
-                significant(trial.samples as f64, 9),
+                count(trial.samples as u64),
             ]);
             rows.push(row.strong_if(*method == recommended));
         }
     }
-    Table::new("Error of each plant on each trial, on raw velocity", head, rows)
+    Table::new("Error e of each plant on each trial, on raw velocity", head, rows).left(3)
 }
 
 fn regression(methods: &[(Method, &PlantResult)], recommended: Method) -> Table {
@@ -191,7 +209,7 @@ fn regression(methods: &[(Method, &PlantResult)], recommended: Method) -> Table 
         Row::new([
             words::capitalised(&words::method(*method)),
             words::terms(&plant.terms),
-            significant(r.samples as f64, 9),
+            count(r.samples as u64),
             significant(r.effective_samples, 3),
             significant(r.condition, 3),
             if inflation.is_empty() { ABSENT.to_owned() } else { inflation.join(", ") },
@@ -200,7 +218,7 @@ fn regression(methods: &[(Method, &PlantResult)], recommended: Method) -> Table 
         ])
         .strong_if(*method == recommended)
     });
-    Table::new("How each fit went", head, rows.collect())
+    Table::new("How each fit went", head, rows.collect()).left(2)
 }
 
 fn subsets(dof: Dof, results: &Results) -> Option<Table> {
@@ -269,6 +287,35 @@ fn nuisances(plant: &PlantResult) -> Option<Table> {
     });
     let head = ["Parameter", "Value ± standard deviation [95 % interval]", "Unit"];
     Some(Table::new("Thrusters and water, fitted beside the plant", head, rows.collect()))
+}
+
+/// Why the model has the parts that it has.
+fn structure(dof: Dof, plant: &PlantResult) -> Option<Table> {
+    if plant.structure.is_empty() {
+        return None;
+    }
+    let unit = dof.units().velocity;
+    let head = [
+        "Part".to_owned(),
+        "In the model".to_owned(),
+        "Twice the gain in log-likelihood".to_owned(),
+        "Gain asked for".to_owned(),
+        format!("e held out without it, {unit}"),
+        format!("e held out with it, {unit}"),
+    ];
+    let rows = plant.structure.iter().map(|decision| {
+        Row::new([
+            words::capitalised(&decision.candidate.name().replace('-', " ")),
+            if decision.admitted { "yes" } else { "no" }.to_owned(),
+            significant(decision.likelihood_ratio, 3),
+            significant(decision.needed, 3),
+            or_absent(decision.hold_out_without, 3),
+            or_absent(decision.hold_out_with, 3),
+        ])
+        .strong_if(decision.admitted)
+    });
+    let caption = "What the logs ask the model to have, recommended method";
+    Some(Table::new(caption, head, rows.collect()).left(2))
 }
 
 /// What the other methods add to the doubts of the first screen.

@@ -114,7 +114,11 @@ fn parameter_row(
 
 /// In per cent of the truth; a truth of zero has none, and the difference is written.
 fn error(value: f64, truth: f64) -> String {
-    if truth == 0.0 { significant(value, 2) } else { signed_percent((value - truth) / truth.abs()) }
+    if truth == 0.0 {
+        format!("off by {}", significant(value, 2))
+    } else {
+        signed_percent((value - truth) / truth.abs())
+    }
 }
 
 fn score_row(label: &str, score: &Score) -> ScoreRow {

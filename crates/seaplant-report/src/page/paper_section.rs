@@ -1,8 +1,6 @@
 //! The paper's tables and figures, for this campaign.
 
-use std::collections::BTreeMap;
-
-use seaplant::results::{PlantResult, Results, SegmentResult, SteadyResult};
+use seaplant::results::{Parameter, PlantResult, Results, SegmentResult, SteadyResult};
 use seaplant::{Dof, Method};
 use serde::Serialize;
 
@@ -10,7 +8,7 @@ use super::FigureView;
 use super::axis_section::with_interval;
 use super::table::{Row, Table};
 use crate::figure::{Plate, Subject};
-use crate::number::{ABSENT, or_absent, significant};
+use crate::number::{ABSENT, Rounded, chosen, or_absent, significant};
 use crate::words;
 
 #[derive(Serialize)]
@@ -19,7 +17,7 @@ pub(crate) struct PaperSection {
     table_3: Table,
     thrusters: Table,
     table_4: Table,
-    table_5: Vec<Table>,
+    table_5: Table,
     table_6: Vec<Table>,
     steady: Vec<FigureView>,
 }
@@ -74,16 +72,16 @@ fn table_3(results: &Results) -> Table {
         "Rotation, deg",
     ];
     let rows = results.sensors.iter().map(|sensor| {
-        let std = sensor.std.map(|std| format!("{} {}", significant(std, 3), sensor.unit));
+        let std = sensor.std.map(|std| format!("{} {}", chosen(std), sensor.unit));
         Row::new([
             sensor.name.clone(),
             std.unwrap_or_else(|| ABSENT.to_owned()),
-            or_absent(sensor.rate_hz, 3),
+            sensor.rate_hz.map_or_else(|| ABSENT.to_owned(), chosen),
             vector(&sensor.position_m),
             vector(&sensor.rotation_deg),
         ])
     });
-    Table::new("Instruments, as Table 3", head, rows.collect())
+    Table::new("Instruments, as Table 3", head, rows.collect()).left(1)
 }
 
 fn thrusters(results: &Results) -> Table {
@@ -97,11 +95,18 @@ fn thrusters(results: &Results) -> Table {
             vector(&thruster.direction),
         ])
     });
-    Table::new("Thrusters, as section 3.2", head, rows.collect())
+    Table::new("Thrusters", head, rows.collect()).left(3)
 }
 
 fn vector(values: &[f64; 3]) -> String {
-    values.map(|value| significant(value, 3)).join(", ")
+    values.map(chosen).join(", ")
+}
+
+/// Below this part of the greatest force an oscillation is the rounding of a constant one.
+const LEAST_OSCILLATION: f64 = 1e-3;
+
+fn span(from_s: f64, to_s: f64) -> String {
+    format!("{} to {}", chosen(from_s), chosen(to_s))
 }
 
 fn table_4(results: &Results) -> Table {
@@ -123,76 +128,79 @@ fn table_4(results: &Results) -> Table {
     for trial in &results.trials {
         for (dof, axis) in &trial.axes {
             let units = dof.units();
+            let oscillates = axis.dominant_amplitude > LEAST_OSCILLATION * axis.force_max.abs();
+            let dominant_hz = axis.dominant_hz.filter(|_| oscillates);
             let with_unit = |value: f64, unit: &str| format!("{} {unit}", significant(value, 3));
             rows.push(Row::new([
                 trial.name.clone(),
                 dof.name().to_owned(),
                 words::role(trial.role).to_owned(),
-                format!("{} to {}", significant(axis.from_s, 4), significant(axis.to_s, 4)),
-                or_absent(axis.dominant_hz, 3),
-                or_absent(axis.dominant_hz.map(|hz| std::f64::consts::TAU * hz), 3),
-                with_unit(axis.dominant_amplitude, units.force),
+                span(axis.from_s, axis.to_s),
+                or_absent(dominant_hz, 3),
+                or_absent(dominant_hz.map(|hz| std::f64::consts::TAU * hz), 3),
+                dominant_hz.map_or_else(
+                    || ABSENT.to_owned(),
+                    |_| with_unit(axis.dominant_amplitude, units.force),
+                ),
                 with_unit(axis.force_max, units.force),
                 with_unit(axis.speed_max, units.velocity),
                 axis.motion.clone(),
-                significant(axis.source_hz, 3),
-                significant(axis.gap_s, 3),
+                chosen(axis.source_hz),
+                chosen(axis.gap_s),
             ]));
         }
     }
-    Table::new("Trials, as Table 4", head, rows)
+    Table::new("Trials, as Table 4", head, rows).left(4)
 }
 
-/// The recommended methods and the paper's, side by side.
-fn table_5(results: &Results) -> Vec<Table> {
-    let recommended = results.plants.iter().map(|(dof, plant)| (*dof, plant)).collect();
-    let paper: BTreeMap<Dof, &PlantResult> = results
-        .methods
-        .iter()
-        .filter_map(|(dof, methods)| Some((*dof, methods.get(&Method::Paper)?)))
-        .collect();
-    let mut tables =
-        vec![table_5_of("Identified plants by the recommended method, as Table 5", &recommended)];
-    if !paper.is_empty() && recommended != paper {
-        let note = "The paper’s method filters velocity but not thrust, which inflates mass by about one over the filter’s gain at the excited frequency. For the paper’s own vehicle that is plausible and unproven: no logs survive.";
-        let caption = "Identified plants by the paper’s method, as Table 5";
-        tables.push(table_5_of(caption, &paper).noted(note));
+/// The recommended method and the paper's, side by side.
+fn table_5(results: &Results) -> Table {
+    let head = [
+        "DOF",
+        "Method",
+        "α",
+        "β",
+        "μ",
+        "bias",
+        "e fitted",
+        "e held out",
+        "Mass or inertia",
+        "d_Q",
+        "b",
+    ];
+    let mut rows = Vec::new();
+    for (&dof, plant) in &results.plants {
+        rows.push(row_5(dof, plant).strong_if(true));
+        let paper = results.methods.get(&dof).and_then(|methods| methods.get(&Method::Paper));
+        rows.extend(paper.filter(|paper| paper.method != plant.method).map(|p| row_5(dof, p)));
     }
-    tables
+    let note = "The paper’s method filters velocity but not thrust, which inflates mass by about one over the filter’s gain at the excited frequency. That this explains the masses of the paper itself is plausible and unproven: no logs survive.";
+    Table::new("Identified plants, as Table 5", head, rows).left(2).noted(note)
 }
 
-fn table_5_of(caption: &str, plants: &BTreeMap<Dof, &PlantResult>) -> Table {
-    let head =
-        ["DOF", "α", "β", "μ", "bias", "e fitted", "e held out", "Mass or inertia", "d_Q", "b"];
-    let rows = plants.iter().map(|(dof, plant)| {
-        let PlantResult { lumped, parameters, fit, hold_out, .. } = plant;
-        let units = dof.units();
-        let e = |e: Option<f64>| {
-            e.map_or_else(
-                || ABSENT.to_owned(),
-                |e| format!("{} {}", significant(e, 3), units.velocity),
-            )
-        };
-        let value = |parameter: Option<&seaplant::results::Parameter>| {
-            parameter.map_or_else(
-                || ABSENT.to_owned(),
-                |p| format!("{} {}", crate::number::Rounded::of(p).value, p.unit),
-            )
-        };
-        Row::new([
-            words::capitalised(dof.name()),
-            significant(lumped.alpha, 3),
-            significant(lumped.beta, 3),
-            significant(lumped.mu, 3),
-            significant(lumped.bias, 3),
-            e(fit.mean_abs_error),
-            e(hold_out.as_ref().and_then(|score| score.mean_abs_error)),
-            value(Some(&parameters.mass)),
-            value(parameters.quadratic_drag.as_ref()),
-            value(parameters.bias_force.as_ref()),
-        ])
-    });
-    Table::new(caption, head, rows.collect())
+fn row_5(dof: Dof, plant: &PlantResult) -> Row {
+    let PlantResult { method, lumped, parameters, fit, hold_out, .. } = plant;
+    let units = dof.units();
+    let absent = || ABSENT.to_owned();
+    let e = |e: Option<f64>| {
+        e.map_or_else(absent, |e| format!("{} {}", significant(e, 3), units.velocity))
+    };
+    let value = |parameter: Option<&Parameter>| {
+        parameter.map_or_else(absent, |p| format!("{} {}", Rounded::of(p).value, p.unit))
+    };
+    Row::new([
+        words::capitalised(dof.name()),
+        words::method(*method),
+        significant(lumped.alpha, 3),
+        significant(lumped.beta, 3),
+        significant(lumped.mu, 3),
+        significant(lumped.bias, 3),
+        e(fit.mean_abs_error),
+        e(hold_out.as_ref().and_then(|score| score.mean_abs_error)),
+        value(Some(&parameters.mass)),
+        value(parameters.quadratic_drag.as_ref()),
+        value(parameters.bias_force.as_ref()),
+    ])
 }
 
 fn table_6(dof: Dof, steady: &SteadyResult) -> Vec<Table> {
@@ -219,7 +227,7 @@ fn segments(dof: Dof, steady: &SteadyResult) -> Table {
     let rows = steady.segments.iter().map(|segment| {
         Row::new([
             segment.trial.clone(),
-            format!("{} to {}", significant(segment.from_s, 4), significant(segment.to_s, 4)),
+            span(segment.from_s, segment.to_s),
             direction(dof, segment).to_owned(),
             significant(100.0 * segment.force_part.abs(), 2),
             significant(segment.force, 4),
@@ -230,7 +238,7 @@ fn segments(dof: Dof, steady: &SteadyResult) -> Table {
         ])
     });
     let caption = format!("Drag from steady stretches, {dof}, as Table 6");
-    Table::new(&caption, head, rows.collect())
+    Table::new(&caption, head, rows.collect()).left(3)
 }
 
 fn direction(dof: Dof, segment: &SegmentResult) -> &'static str {
@@ -279,5 +287,5 @@ fn pairs(dof: Dof, steady: &SteadyResult) -> Table {
             with_interval(Some(&pair.bias_force)),
         ])
     });
-    Table::new(&format!("Pairs at one thrust, {dof}"), head, rows.collect())
+    Table::new(&format!("Pairs at one thrust, {dof}"), head, rows.collect()).left(2)
 }

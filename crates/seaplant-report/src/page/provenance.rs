@@ -4,7 +4,7 @@ use seaplant::results::Results;
 use serde::Serialize;
 
 use super::table::{Row, Table};
-use crate::number::significant;
+use crate::number::{count, significant};
 
 #[derive(Serialize)]
 pub(crate) struct Provenance {
@@ -18,9 +18,10 @@ pub(crate) struct Provenance {
 
 pub(crate) fn view(results: &Results) -> Provenance {
     let provenance = &results.provenance;
-    let inputs = provenance.inputs.iter().map(|file| {
-        Row::new([file.path.clone(), significant(file.bytes as f64, 12), file.sha256.clone()])
-    });
+    let inputs = provenance
+        .inputs
+        .iter()
+        .map(|file| Row::new([file.path.clone(), count(file.bytes), file.sha256.clone()]));
     let settings = provenance.settings.iter().map(|(name, value)| Row::new([name, value]));
     Provenance {
         version: results.version.clone(),
@@ -28,7 +29,7 @@ pub(crate) fn view(results: &Results) -> Provenance {
         command: provenance.command.clone(),
         seed: provenance.seed,
         inputs: Table::new("Files that were read", ["File", "Bytes", "SHA-256"], inputs.collect()),
-        settings: Table::new("Settings in force", ["Setting", "Value"], settings.collect()),
+        settings: Table::new("Settings in force", ["Setting", "Value"], settings.collect()).left(2),
     }
 }
 

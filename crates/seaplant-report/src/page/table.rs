@@ -8,6 +8,8 @@ pub(crate) struct Table {
     pub(crate) caption: String,
     pub(crate) head: Vec<String>,
     pub(crate) rows: Vec<Row>,
+    /// How many columns are words, which start where numbers end.
+    pub(crate) left: usize,
     /// Below the table; may be empty.
     pub(crate) note: String,
 }
@@ -30,8 +32,15 @@ impl Table {
             caption: caption.to_owned(),
             head: head.into_iter().map(Into::into).collect(),
             rows,
+            left: 1,
             note: String::new(),
         }
+    }
+
+    /// The first columns are words.
+    pub(crate) fn left(mut self, columns: usize) -> Self {
+        self.left = columns;
+        self
     }
 
     pub(crate) fn noted(mut self, note: &str) -> Self {

@@ -2,9 +2,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Filters, Fit, Method, all_columns, check_trials, least_rows, signed_square, slowest_source_hz,
+    Filters, Fit, Method, Stretch, all_stretches, check_trials, least_rows, slowest_source_hz,
 };
-use crate::regression::{Columns, least_squares};
+use crate::regression::{Regression, Row};
 use crate::signal::{LowPass, differentiate};
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Terms, UniformStretch};
 
@@ -54,25 +54,74 @@ pub fn fit_equation_error(
     check_trials(dof, axes)?;
     let mut caveats = Vec::new();
     let filters = filters_for(slowest_source_hz(axes), options, &mut caveats);
-    let smooth = |filter: Option<LowPass>, x: Vec<f64>, sample_hz: f64| match filter {
-        Some(filter) => filter.zero_phase(&x, sample_hz),
-        None => Ok(x),
-    };
-    let columns = |_: &AxisRecord, stretch: UniformStretch, sample_hz: f64| {
-        let v = smooth(filters.velocity, stretch.v, sample_hz)?;
-        let alike = |x: Vec<f64>| smooth(filters.every_term, x, sample_hz);
-        Ok(Columns {
-            v_dot: alike(differentiate(&v, stretch.grid.period_s)?)?,
-            tau: alike(stretch.tau)?,
-            quadratic: alike(signed_square(&v))?,
-            linear: alike(v)?,
-            period_s: stretch.grid.period_s,
-        })
-    };
     let least = |rate| filters.every_term.map_or(0, |filter| least_rows(filter, rate));
-    let columns = all_columns(axes, least, columns, &mut caveats)?;
-    let found = least_squares(dof, &columns, terms)?;
+    let stretches = all_stretches(axes, least, &mut caveats)?;
+    let mut regression = Regression::of(stretches.iter().map(Stretch::duration_s).sum());
+    for stretch in &stretches {
+        add_stretch(stretch, &filters, &mut regression)?;
+    }
+    let found = regression.solve(dof, terms)?;
     Ok(Fit::of_regression(dof, Method::EquationError, terms, found, filters, caveats))
+}
+
+/// Rows that are filtered at a time: with all their columns they stay in the cache.
+const TILE_ROWS: usize = 4096;
+
+/// Filters a stretch tile by tile, each with so much of its neighbours that the filters
+/// have forgotten its edges, to rounding.
+fn add_stretch(
+    stretch: &Stretch<'_>,
+    filters: &Filters,
+    regression: &mut Regression,
+) -> Result<(), Error> {
+    let UniformStretch { grid, v, tau } = &stretch.uniform;
+    let margin = margin_rows(filters, stretch.sample_hz)?.min(grid.len);
+    let tile_rows = TILE_ROWS.max(4 * margin);
+    let mut tile = Tile::default();
+    regression.start_stretch(grid.period_s);
+    for from in (0..grid.len).step_by(tile_rows) {
+        let to = (from + tile_rows).min(grid.len);
+        let seen = from.saturating_sub(margin)..(to + margin).min(grid.len);
+        tile.fill(&v[seen.clone()], &tau[seen.clone()], stretch, filters)?;
+        regression.add(&tile.rows[from - seen.start..to - seen.start]);
+    }
+    Ok(())
+}
+
+fn margin_rows(filters: &Filters, sample_hz: f64) -> Result<usize, Error> {
+    let used = [filters.velocity, filters.every_term].into_iter().flatten();
+    used.map(|filter| filter.settling_rows(sample_hz)).sum()
+}
+
+/// Room for the rows of a tile, used again and again.
+#[derive(Default)]
+struct Tile {
+    v: Vec<f64>,
+    rows: Vec<Row>,
+}
+
+impl Tile {
+    fn fill(
+        &mut self,
+        v: &[f64],
+        tau: &[f64],
+        Stretch { uniform, sample_hz, .. }: &Stretch<'_>,
+        filters: &Filters,
+    ) -> Result<(), Error> {
+        self.v.clear();
+        self.v.extend_from_slice(v);
+        if let Some(filter) = filters.velocity {
+            filter.zero_phase_in_place(&mut self.v, *sample_hz)?;
+        }
+        let v_dot = differentiate(&self.v, uniform.grid.period_s)?;
+        let terms = tau.iter().zip(&self.v).zip(v_dot);
+        self.rows.clear();
+        self.rows.extend(terms.map(|((&tau, &v), v_dot)| [tau, v * v.abs(), v, v_dot]));
+        match filters.every_term {
+            Some(filter) => filter.zero_phase_rows(&mut self.rows, *sample_hz),
+            None => Ok(()),
+        }
+    }
 }
 
 fn filters_for(

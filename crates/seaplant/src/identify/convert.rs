@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::IdentifyOptions;
 use crate::diagnose::dominant_force_hz;
-use crate::estimate::Fit;
 use crate::estimate::steady::SteadyFit;
+use crate::estimate::{Fit, Nuisances};
 use crate::quantity::{Attitude, Axis, World};
 use crate::results::{
     AxisResult, PairResult, Parameter, Parameters, PlantResult, Provenance, RegressionResult,
@@ -14,8 +14,8 @@ use crate::results::{
 };
 use crate::signal::amplitude_spectrum;
 use crate::{
-    Caveat, Dof, Error, LumpedParameters, Motion, Quantity, Sensor, ThrustCurve, Thruster, Trial,
-    Vehicle, VelocitySource,
+    Caveat, Dof, Error, LumpedParameters, Model, Motion, Quantity, Sensor, Terms, ThrustCurve,
+    Thruster, Trial, Vehicle, VelocitySource,
 };
 
 pub(super) fn plant_result(
@@ -43,7 +43,8 @@ pub(super) fn plant_result(
         lumped: fit.lumped,
         lumped_std: LumpedParameters { alpha: std(0), beta: std(1), mu: std(2), bias: std(3) },
         correlation: std::array::from_fn(|i| std::array::from_fn(|j| correlation[(i, j)])),
-        nuisances: BTreeMap::new(),
+        nuisances: nuisances(fit),
+        structure: fit.structure.clone(),
         regression: RegressionResult {
             samples: fit.samples,
             effective_samples: fit.effective_samples,
@@ -56,6 +57,42 @@ pub(super) fn plant_result(
         hold_out,
         caveats,
     }
+}
+
+/// Every nuisance by its name in `results.json`.
+fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
+    let Nuisances {
+        lag_s,
+        delay_s,
+        reverse_ratio,
+        inflow,
+        current,
+        disturbance,
+        correlation_s,
+        velocity_noise,
+        position_noise,
+    } = &fit.nuisances;
+    let units = fit.dof.units();
+    let named = [
+        ("lag", lag_s, "s"),
+        ("delay", delay_s, "s"),
+        ("reverse_ratio", reverse_ratio, "1"),
+        ("inflow", inflow, "N/(n v)"),
+        ("disturbance", disturbance, units.acceleration),
+        ("disturbance_correlation", correlation_s, "s"),
+        ("velocity_noise", velocity_noise, units.velocity),
+        ("position_noise", position_noise, units.position),
+    ];
+    let mut all: BTreeMap<String, Parameter> = named
+        .into_iter()
+        .filter_map(|(name, estimate, unit)| {
+            Some((name.to_owned(), Parameter::new((*estimate)?, unit)))
+        })
+        .collect();
+    for (trial, estimate) in current {
+        all.insert(Model::current_name(trial), Parameter::new(*estimate, units.velocity));
+    }
+    all
 }
 
 pub(super) fn steady_result(fit: &SteadyFit) -> SteadyResult {
@@ -141,9 +178,18 @@ fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
     let methods: Vec<&str> = options.methods.iter().map(|method| method.name()).collect();
     let ee = options.equation_error;
     let steady = options.steady;
+    let candidates: Vec<&str> =
+        options.filter_error.candidates.iter().map(|candidate| candidate.name()).collect();
     let mut settings = BTreeMap::from([
         ("methods".to_owned(), methods.join(", ")),
-        ("terms".to_owned(), options.terms.to_string()),
+        (
+            "terms".to_owned(),
+            options.terms.map_or_else(
+                || format!("{}; linear drag if filter-error finds it", Terms::default()),
+                |terms| terms.to_string(),
+            ),
+        ),
+        ("filter-error: candidates".to_owned(), candidates.join(", ")),
         (
             "paper: velocity filter".to_owned(),
             format!(

@@ -1,4 +1,4 @@
-use super::LEAST_SAMPLES;
+use super::{LEAST_SAMPLES, ThrusterTrack};
 use crate::navigation::Motion;
 use crate::signal::{Stretches, differentiate, differentiate_timed, resample, uniform_stretches};
 use crate::{Dof, Error, Gap, Grid, Timed};
@@ -12,6 +12,8 @@ pub struct AxisRecord {
     pub trial: String,
     /// Force or moment, held from each sample to the next; N or N m.
     pub force: Timed,
+    /// The thrusters that make it.
+    pub thrusters: Vec<ThrusterTrack>,
     /// Velocity, or the position that it is derived from.
     pub motion: Motion,
     /// Position measured along this degree of freedom, where there is one.

@@ -1,7 +1,7 @@
 //! From thruster readings to the force along a degree of freedom.
 
 use crate::navigation::Recording;
-use crate::{Dof, Error, Quantity, Thruster, ThrusterInput, Timed, Vehicle};
+use crate::{Dof, Error, Quantity, ThrustCurve, Thruster, ThrusterInput, Timed, Vehicle};
 
 /// How often a thruster was driven beyond its measured curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,29 +12,86 @@ pub(super) struct Saturation {
     pub(super) part: f64,
 }
 
-/// `τ = Σ [d; r × d] F`, held, at the times of all thrusters that act along `dof`;
-/// or the wrench where the log has it.
-pub(super) fn force_along(
+/// A thruster as one degree of freedom feels it: `τ = lever · k n|n|`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThrusterTrack {
+    /// Force along the degree of freedom for each newton of thrust: 1, or an arm in m.
+    pub lever: f64,
+    /// Propeller speed n, held: rad/s where thrust is its square law, else √N with the
+    /// sign of thrust.
+    pub speed: Timed,
+    /// k for positive n.
+    pub forward: f64,
+    /// k for negative n.
+    pub reverse: f64,
+}
+
+impl ThrusterTrack {
+    /// A thruster of which only the force is known: n = √|F| with the sign of F.
+    pub fn of_force(lever: f64, force: &Timed) -> Self {
+        let speed = force.map(|force| force.abs().sqrt().copysign(force));
+        Self { lever, speed, forward: 1.0, reverse: 1.0 }
+    }
+
+    pub(super) fn window(&self, from_s: f64, to_s: f64) -> Option<Self> {
+        Some(Self { speed: self.speed.window_held(from_s, to_s)?, ..self.clone() })
+    }
+
+    /// The thrust at a propeller speed, N.
+    pub fn thrust(&self, speed: f64) -> f64 {
+        let k = if speed < 0.0 { self.reverse } else { self.forward };
+        k * speed * speed.abs()
+    }
+}
+
+/// The thrusters that act along `dof`; or the wrench where the log has it.
+pub(super) fn tracks_along(
     trial: &str,
     dof: Dof,
     recording: &Recording,
     vehicle: &Vehicle,
     saturated: &mut Vec<Saturation>,
-) -> Result<Timed, Error> {
+) -> Result<Vec<ThrusterTrack>, Error> {
     if let Some(wrench) = recording.get(&Quantity::Wrench(dof)) {
-        return Ok(wrench.clone());
+        return Ok(vec![ThrusterTrack::of_force(1.0, wrench)]);
     }
-    let mut parts = Vec::new();
+    let mut tracks = Vec::new();
     for thruster in vehicle.thrusters.iter().filter(|thruster| Vehicle::acts_on(thruster, dof)) {
-        let force = thruster_force(trial, thruster, recording, saturated)?;
-        parts.push((thruster.unit_wrench()[dof.index()], force));
+        let lever = thruster.unit_wrench()[dof.index()];
+        tracks.push(track(trial, lever, thruster, recording, saturated)?);
     }
-    let missing = || Error::MissingChannel {
-        trial: trial.to_owned(),
-        what: format!("thruster that acts in {dof}"),
-        advice: format!("give one in vehicle.toml, or map wrench.{dof}"),
-    };
-    held_sum(&parts)?.ok_or_else(missing)
+    if tracks.is_empty() {
+        return Err(Error::MissingChannel {
+            trial: trial.to_owned(),
+            what: format!("thruster that acts in {dof}"),
+            advice: format!("give one in vehicle.toml, or map wrench.{dof}"),
+        });
+    }
+    Ok(tracks)
+}
+
+fn track(
+    trial: &str,
+    lever: f64,
+    thruster: &Thruster,
+    recording: &Recording,
+    saturated: &mut Vec<Saturation>,
+) -> Result<ThrusterTrack, Error> {
+    let speed = Quantity::Thruster { name: thruster.name.clone(), input: ThrusterInput::Speed };
+    match (&thruster.curve, recording.get(&speed)) {
+        (ThrustCurve::Quadratic { input: ThrusterInput::Speed, law }, Some(speed)) => {
+            Ok(ThrusterTrack {
+                lever,
+                speed: speed.map(|speed| law.effective(speed)),
+                forward: law.forward,
+                reverse: law.reverse,
+            })
+        }
+        _ => {
+            let force = thruster_force(trial, thruster, recording, saturated)?;
+            Ok(ThrusterTrack::of_force(lever, &force))
+        }
+    }
 }
 
 fn thruster_force(
@@ -80,29 +137,32 @@ fn thruster_force(
     input.with_values(&thruster.name, forces)
 }
 
-/// Σ weight · series of held series, at every time at which one changes.
-fn held_sum(parts: &[(f64, Timed)]) -> Result<Option<Timed>, Error> {
-    let Some((_, first)) = parts.first() else { return Ok(None) };
-    let together = parts.iter().all(|(_, part)| part.time_s() == first.time_s());
-    let times: Vec<f64> = if together {
-        first.time_s().to_vec()
+/// `τ = Σ lever · F`, held, at every time at which a thruster changes.
+pub(super) fn total_force(tracks: &[ThrusterTrack]) -> Result<Timed, Error> {
+    let first = tracks[0].speed.time_s();
+    let together = tracks.iter().all(|track| track.speed.time_s() == first);
+    let (times, values): (Vec<f64>, Vec<f64>);
+    if together {
+        let at = |k: usize| {
+            tracks.iter().map(|track| track.lever * track.thrust(track.speed.values()[k])).sum()
+        };
+        (times, values) = (first.to_vec(), (0..first.len()).map(at).collect());
     } else {
-        // Before the last of them starts, the sum is not known.
-        let start = parts.iter().map(|(_, part)| part.first_s()).fold(f64::MIN, f64::max);
-        let mut times: Vec<f64> = parts
-            .iter()
-            .flat_map(|(_, part)| part.time_s())
-            .copied()
-            .filter(|t| *t >= start)
-            .collect();
-        times.sort_by(f64::total_cmp);
-        times.dedup();
-        times
-    };
-    let values: Vec<f64> = if together {
-        (0..times.len()).map(|k| parts.iter().map(|(w, part)| w * part.values()[k]).sum()).collect()
-    } else {
-        times.iter().map(|&t| parts.iter().map(|(w, part)| w * part.held_at(t)).sum()).collect()
-    };
-    Timed::new("force", times, values).map(Some)
+        times = all_times(tracks);
+        let at = |&t: &f64| {
+            tracks.iter().map(|track| track.lever * track.thrust(track.speed.held_at(t))).sum()
+        };
+        values = times.iter().map(at).collect();
+    }
+    Timed::new("force", times, values)
+}
+
+/// Every time at which a thruster was logged, from when all of them are known.
+fn all_times(tracks: &[ThrusterTrack]) -> Vec<f64> {
+    let start = tracks.iter().map(|track| track.speed.first_s()).fold(f64::MIN, f64::max);
+    let all = tracks.iter().flat_map(|track| track.speed.time_s()).copied();
+    let mut times: Vec<f64> = all.filter(|t| *t >= start).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    times
 }

@@ -1,0 +1,76 @@
+//! The hot paths: `cargo bench -p seaplant-bench`.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use seaplant::estimate::{EquationErrorOptions, fit_equation_error};
+use seaplant::regression::{Columns, least_squares};
+use seaplant::signal::LowPass;
+use seaplant::{Dof, State, Terms, simulate};
+use seaplant_bench::{SAMPLE_HZ, SURGE, SurgeSignals};
+
+const SEED: u64 = 1;
+
+/// 480 s at 10 Hz, both ends included.
+const TRIAL_ROWS: usize = 4801;
+
+fn signals(n: usize) -> SurgeSignals {
+    SurgeSignals::seeded(n, SEED).expect("a stable plant")
+}
+
+fn zero_phase_filter(c: &mut Criterion) {
+    let filter = LowPass { cutoff_hz: 0.5, order: 2 };
+    for (name, n) in [("6001 samples", 6001), ("a million samples", 1_000_000)] {
+        let v = signals(n).v;
+        c.bench_function(&format!("zero-phase filter of {name}"), |b| {
+            b.iter(|| filter.zero_phase(black_box(&v), SAMPLE_HZ).expect("long enough"));
+        });
+    }
+}
+
+fn least_squares_of_many_rows(c: &mut Criterion) {
+    let SurgeSignals { v, tau } = signals(100_000);
+    let plant = SURGE.to_lumped();
+    let columns = [Columns {
+        v_dot: tau.iter().zip(&v).map(|(&tau, &v)| plant.acceleration(tau, v)).collect(),
+        quadratic: v.iter().map(|v| v * v.abs()).collect(),
+        tau,
+        linear: v,
+        period_s: 1.0 / SAMPLE_HZ,
+    }];
+    c.bench_function("least squares of 100 000 rows", |b| {
+        b.iter(|| least_squares(Dof::Surge, black_box(&columns), Terms::default()));
+    });
+}
+
+fn equation_error_of_a_trial(c: &mut Criterion) {
+    let record = [signals(TRIAL_ROWS).record().expect("valid")];
+    let options = EquationErrorOptions::default();
+    c.bench_function("equation error of a 480 s trial", |b| {
+        b.iter(|| {
+            fit_equation_error(Dof::Surge, black_box(&record), Terms::default(), &options)
+                .expect("exciting")
+        });
+    });
+}
+
+fn simulation_of_a_trial(c: &mut Criterion) {
+    let record = signals(TRIAL_ROWS).record().expect("valid");
+    let plant = SURGE.to_lumped();
+    c.bench_function("simulation of a 480 s trial", |b| {
+        b.iter(|| {
+            let times_s = record.force.time_s();
+            simulate(Dof::Surge, black_box(&plant), &record.force, State::default(), times_s)
+                .expect("stable")
+        });
+    });
+}
+
+criterion_group!(
+    benches,
+    zero_phase_filter,
+    least_squares_of_many_rows,
+    equation_error_of_a_trial,
+    simulation_of_a_trial
+);
+criterion_main!(benches);

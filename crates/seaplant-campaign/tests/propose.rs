@@ -1,0 +1,401 @@
+//! What `init` proposes: files that read back, mapped right, open where a guess would be.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use common::{Folder, csv, data, noise, open};
+use seaplant::{Dof, Role};
+use seaplant_campaign::{
+    Campaign, CampaignFile, Proposal, VehicleFile, propose, read_toml, read_vehicle,
+};
+
+fn propose_in(folder: &Folder, files: &[PathBuf]) -> (Proposal, CampaignFile) {
+    let proposal = propose(&open(files), files, folder.path());
+    folder.write("vehicle.toml", &proposal.vehicle_toml);
+    let path = folder.write("campaign.toml", &proposal.campaign_toml);
+    let campaign =
+        read_toml(&path).unwrap_or_else(|error| panic!("{error}\n{}", proposal.campaign_toml));
+    (proposal, campaign)
+}
+
+fn columns(campaign: &CampaignFile) -> BTreeMap<&str, &str> {
+    campaign.channels.iter().map(|(k, v)| (k.as_str(), v.column.as_str())).collect()
+}
+
+/// The vehicle file with what a human adds at the least.
+fn filled(vehicle_toml: &str, direction: &str) -> String {
+    let curve = "curve = { kind = \"quadratic\", input = \"pwm\", forward = 1e-4, reverse = 1e-4 }";
+    let line = |line: &str| match line {
+        line if line.starts_with("# position_m = [x") => "position_m = [0.0, 0.0, 0.0]".to_owned(),
+        line if line.starts_with("# direction =") => format!("direction = {direction}"),
+        line if line.starts_with("# curve =") => curve.to_owned(),
+        line => line.to_owned(),
+    };
+    vehicle_toml.lines().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// A vehicle that dives by two thrusters for 40 s, rests for a minute, and dives again.
+fn dive() -> String {
+    let works = |t: f64| (20.0..60.0).contains(&t) || (120.0..150.0).contains(&t);
+    let pulse = move |t: f64| if works(t) { 1500.0 + 80.0 * (0.8 * t).sin() } else { 1500.0 };
+    let depth = move |t: f64| {
+        let jitter = 0.001 * noise((t * 10.0) as usize);
+        if works(t) { 3.0 - 0.3 * (0.8 * t).sin() + jitter } else { 3.0 + jitter }
+    };
+    let roll = |t: f64| 0.001 * noise((t * 10.0) as usize + 7);
+    let zero = |_| 0.0;
+    csv(
+        10.0,
+        200.0,
+        &[
+            ("up port [us]", &pulse),
+            ("up stbd [us]", &pulse),
+            ("Depth [m]", &depth),
+            ("roll [rad]", &roll),
+            ("X [m]", &zero),
+        ],
+    )
+}
+
+#[test]
+fn columns_are_mapped_by_name_and_unit() {
+    let folder = Folder::new();
+    let log = folder.write("dive.csv", &dive());
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    let expected = [
+        ("attitude.roll", "roll [rad]"),
+        ("depth", "Depth [m]"),
+        ("thruster.up port.pwm", "up port [us]"),
+        ("thruster.up stbd.pwm", "up stbd [us]"),
+    ];
+    assert_eq!(columns(&campaign), BTreeMap::from(expected));
+    let reason = "\"X [m]\": constant at 0, so not measured";
+    assert!(proposal.campaign_toml.contains(reason), "{}", proposal.campaign_toml);
+}
+
+#[test]
+fn trials_are_where_thrusters_work() {
+    let folder = Folder::new();
+    let log = folder.write("dive.csv", &dive());
+    let (_, campaign) = propose_in(&folder, &[log]);
+    let [first, second] = &campaign.trial[..] else { panic!("{:?}", campaign.trial) };
+    assert_eq!((first.from_s, first.to_s), (Some(18.0), Some(70.0)));
+    assert_eq!((second.from_s, second.to_s), (Some(118.0), Some(160.0)));
+    assert_eq!((&first.dof[..], &second.dof[..]), (&[Dof::Heave][..], &[Dof::Heave][..]));
+    assert_eq!((first.role, second.role), (Role::Fit, Role::HoldOut));
+    assert_eq!((first.name.as_str(), second.name.as_str()), ("dive 1", "dive 2"));
+}
+
+#[test]
+fn windows_count_from_the_logs_first_sample() {
+    let folder = Folder::new();
+    let shifted: String = dive()
+        .lines()
+        .map(|line| {
+            match line.split_once(',').and_then(|(t, rest)| Some((t.parse::<f64>().ok()?, rest))) {
+                Some((t, rest)) => format!("{},{rest}\n", t + 1000.0),
+                None => format!("{line}\n"),
+            }
+        })
+        .collect();
+    let log = folder.write("dive.csv", &shifted);
+    let (_, campaign) = propose_in(&folder, &[log]);
+    assert_eq!((campaign.trial[0].from_s, campaign.trial[0].to_s), (Some(18.0), Some(70.0)));
+}
+
+#[test]
+fn what_the_log_cannot_tell_is_named_when_the_files_are_read() {
+    let folder = Folder::new();
+    let log = folder.write("dive.csv", &dive());
+    let (proposal, _) = propose_in(&folder, &[log]);
+    let vehicle = folder.path().join("vehicle.toml");
+    let message = read_vehicle(&vehicle).expect_err("thrusters are open").to_string();
+    assert!(message.contains("missing field `position_m`"), "{message}");
+    let without = |key: &str| {
+        let text = filled(&proposal.vehicle_toml, "[0.0, 0.0, -1.0]");
+        let text =
+            text.lines().filter(|line| !line.starts_with(key)).collect::<Vec<_>>().join("\n");
+        let path = folder.write("vehicle.toml", &text);
+        read_vehicle(&path).expect_err(key).to_string()
+    };
+    for key in ["direction", "curve"] {
+        let message = without(key);
+        assert!(message.contains(&format!("missing field `{key}`")), "{message}");
+    }
+}
+
+#[test]
+fn a_direction_that_was_not_decided_is_refused() {
+    let folder = Folder::new();
+    let log = folder.write("dive.csv", &dive());
+    let (proposal, _) = propose_in(&folder, &[log]);
+    let path = folder.write("vehicle.toml", &filled(&proposal.vehicle_toml, "[0.0, 0.0, 0.0]"));
+    let message = read_vehicle(&path).expect_err("no direction").to_string();
+    assert!(message.contains("direction"), "{message}");
+}
+
+#[test]
+fn filled_in_the_files_are_a_campaign() {
+    let folder = Folder::new();
+    let log = folder.write("logs/dive.csv", &dive());
+    let (proposal, _) = propose_in(&folder, &[log]);
+    let path = folder.write("vehicle.toml", &filled(&proposal.vehicle_toml, "[0.0, 0.0, -1.0]"));
+    let vehicle: VehicleFile = read_toml(&path).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(vehicle.thruster.len(), 2);
+    let campaign = Campaign::open(&folder.path().join("campaign.toml"));
+    let campaign = campaign.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(campaign.trials.len(), 2);
+}
+
+#[test]
+fn every_open_question_stands_in_its_file() {
+    let folder = Folder::new();
+    let log = folder.write("dive.csv", &dive());
+    let (proposal, _) = propose_in(&folder, &[log]);
+    assert!(proposal.open_questions.len() >= 3);
+    for question in &proposal.open_questions {
+        let (file, question) = question.split_once(": ").expect("names its file");
+        let text = match file {
+            "vehicle.toml" => &proposal.vehicle_toml,
+            _ => &proposal.campaign_toml,
+        };
+        assert!(text.contains(question), "{question}");
+    }
+}
+
+#[test]
+fn files_of_one_recording_make_one_trial() {
+    let folder = Folder::new();
+    let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
+    let speed = |t: f64| 900.0 * (0.5 * t).sin();
+    let mut files = Vec::new();
+    for dive in ["one", "two"] {
+        let thrust = csv(10.0, 60.0, &[("port [rpm]", &speed), ("status", &speed)]);
+        let dvl = csv(5.0, 60.0, &[("velocity x [m/s]", &wave), ("status", &wave)]);
+        files.push(folder.write(&format!("{dive}/dvl.csv"), &dvl));
+        files.push(folder.write(&format!("{dive}/thrusters.csv"), &thrust));
+        files
+            .push(folder.write(&format!("{dive}/depth.csv"), &csv(1.0, 60.0, &[("Z [m]", &wave)])));
+    }
+    files.remove(5);
+    let (_, campaign) = propose_in(&folder, &files);
+    let [one, two] = &campaign.trial[..] else { panic!("{:?}", campaign.trial) };
+    assert_eq!((one.name.as_str(), two.name.as_str()), ("one", "two"));
+    let logs: Vec<&Path> = one.log.files().iter().map(PathBuf::as_path).collect();
+    assert_eq!(logs, ["one/dvl.csv", "one/thrusters.csv", "one/depth.csv"].map(Path::new));
+    assert_eq!(columns(&campaign)["dvl.velocity.x"], "velocity x [m/s]");
+    assert_eq!(columns(&campaign)["thruster.port.speed"], "port [rpm]");
+    assert!(campaign.channels["depth"].optional, "the second dive has no depth");
+}
+
+#[test]
+fn a_column_of_several_files_is_named_with_its_file() {
+    let folder = Folder::new();
+    let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
+    let files = [
+        folder.write("ins.csv", &csv(5.0, 60.0, &[("u [m/s]", &wave), ("a", &wave), ("b", &wave)])),
+        folder.write("dvl.csv", &csv(5.0, 60.0, &[("u [m/s]", &wave), ("c", &wave), ("d", &wave)])),
+    ];
+    let (_, campaign) = propose_in(&folder, &files);
+    assert_eq!(campaign.trial.len(), 1);
+    assert_eq!(columns(&campaign)["velocity.surge"], "ins.csv:u [m/s]");
+    assert_eq!(columns(&campaign)["dvl.velocity.x"], "dvl.csv:u [m/s]");
+}
+
+#[test]
+fn a_column_that_is_called_otherwise_in_one_log_is_mapped_there() {
+    let folder = Folder::new();
+    let wave = |t: f64| 3.0 + 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
+    let pulse = |t: f64| 1500.0 + 80.0 * (0.5 * t).sin();
+    let columns =
+        |depth: &str| csv(5.0, 60.0, &[("T1 [us]", &pulse), ("T2 [us]", &pulse), (depth, &wave)]);
+    let files =
+        [folder.write("a.csv", &columns("depth [m]")), folder.write("b.csv", &columns("Z [m]"))];
+    let (_, campaign) = propose_in(&folder, &files);
+    assert_eq!(campaign.channels["depth"].column, "depth [m]");
+    assert!(campaign.trial[0].channels.is_empty());
+    assert_eq!(campaign.trial[1].channels["depth"].column, "Z [m]");
+}
+
+#[test]
+fn of_several_candidates_the_plainest_is_mapped_and_the_others_are_named() {
+    let folder = Folder::new();
+    let wave = |t: f64| 3.0 + 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
+    let text = csv(5.0, 60.0, &[("z [m]", &wave), ("depth [m]", &wave), ("depth raw [m]", &wave)]);
+    let (proposal, campaign) = propose_in(&folder, &[folder.write("a.csv", &text)]);
+    assert_eq!(columns(&campaign)["depth"], "depth [m]");
+    let others = "other candidates: \"z [m]\", \"depth raw [m]\"";
+    assert!(proposal.campaign_toml.contains(others), "{}", proposal.campaign_toml);
+}
+
+#[test]
+fn names_and_units_of_many_loggers_are_known() {
+    let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
+    for (column, quantity) in [
+        ("heading_deg", "attitude.heading"),
+        ("yaw rate [deg/s]", "rate.yaw"),
+        ("gyro_z [rad/s]", "rate.yaw"),
+        ("GyroX [rad/s]", "rate.roll"),
+        ("psi [rad]", "attitude.heading"),
+        ("phi [rad]", "attitude.roll"),
+        ("theta [deg]", "attitude.pitch"),
+        ("surge [m/s]", "velocity.surge"),
+        ("u [m/s]", "velocity.surge"),
+        ("v [m/s]", "velocity.sway"),
+        ("w [m/s]", "velocity.heave"),
+        ("p [rad/s]", "rate.roll"),
+        ("DVL vx [m/s]", "dvl.velocity.x"),
+        ("vy [m/s]", "dvl.velocity.y"),
+        ("northing [m]", "position.north"),
+        ("y [m]", "position.east"),
+        ("batt [V]", "supply.voltage"),
+        ("tau_x [N]", "wrench.surge"),
+        ("N [N m]", "wrench.yaw"),
+        ("motor1 rpm", "thruster.motor1.speed"),
+        ("port thruster [%]", "thruster.port thruster.command"),
+        ("motor cmd", "thruster.motor.command"),
+        ("prop thrust [N]", "thruster.prop thrust.force"),
+    ] {
+        let folder = Folder::new();
+        let log = folder.write("a.csv", &csv(5.0, 60.0, &[(column, &wave)]));
+        let (_, campaign) = propose_in(&folder, &[log]);
+        assert_eq!(columns(&campaign), BTreeMap::from([(quantity, column)]));
+    }
+}
+
+#[test]
+fn what_only_looks_like_a_quantity_is_left_out() {
+    let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
+    for column in [
+        "wind_velo [m/s]",
+        "rudder [rad]",
+        "depth setpoint [m]",
+        "acc_x [m/s^2]",
+        "vx_ned [m/s]",
+        "beam1 velocity [m/s]",
+        "altitude [m]",
+        "cog [deg]",
+        "depth [V]",
+        "battery [%]",
+        "heading std [deg]",
+    ] {
+        let folder = Folder::new();
+        let log = folder.write("a.csv", &csv(5.0, 60.0, &[(column, &wave)]));
+        let (proposal, campaign) = propose_in(&folder, &[log]);
+        assert!(campaign.channels.is_empty(), "{column}: {:?}", campaign.channels);
+        assert!(proposal.campaign_toml.contains(&format!("#   - \"{column}\": ")));
+    }
+}
+
+#[test]
+fn a_unit_that_is_not_stated_is_asked_for() {
+    let folder = Folder::new();
+    let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
+    let pulse = |t: f64| (1500.0 + 80.0 * (0.5 * t).sin()).round();
+    let text = csv(5.0, 60.0, &[("heading", &wave), ("servo1", &pulse)]);
+    let (proposal, campaign) = propose_in(&folder, &[folder.write("a.csv", &text)]);
+    assert_eq!(campaign.channels["attitude.heading"].unit, None);
+    assert_eq!(campaign.channels["thruster.servo1.pwm"].unit.as_deref(), Some("us"));
+    let asked =
+        proposal.open_questions.iter().any(|q| q.contains("\"heading\": no unit is stated"));
+    assert!(asked, "{:?}", proposal.open_questions);
+}
+
+#[test]
+fn no_name_can_break_out_of_its_string() {
+    let folder = Folder::new();
+    let text =
+        "time [s],\"T1\"\"]\n[[trial]]\nname = \\ [us]\",\"de'\"\"pth # [m]\",\"☃ = 1 [m]\"\n";
+    let rows = (0..50).map(|k| format!("{k},{},{},{}\n", 1500 + k, noise(k), noise(k + 1)));
+    let log =
+        folder.write("a \"quoted\" $HOME #.csv", &format!("{text}{}", rows.collect::<String>()));
+    let (proposal, campaign) = propose_in(&folder, std::slice::from_ref(&log));
+    assert_eq!(campaign.trial.len(), 1, "{}", proposal.campaign_toml);
+    let _: VehicleFile = {
+        let filled = filled(&proposal.vehicle_toml, "[1.0, 0.0, 0.0]");
+        read_toml(&folder.write("vehicle.toml", &filled))
+            .unwrap_or_else(|e| panic!("{e}\n{filled}"))
+    };
+}
+
+#[test]
+fn a_log_without_thrusters_or_motion_still_makes_files() {
+    let folder = Folder::new();
+    let wave = |t: f64| noise((t * 10.0) as usize);
+    let log = folder.write("a.csv", &csv(5.0, 60.0, &[("foo", &wave)]));
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    assert!(campaign.channels.is_empty());
+    assert!(proposal.open_questions.iter().any(|q| q.contains("no column is recognised")));
+    assert!(proposal.open_questions.iter().any(|q| q.contains("looks like a thruster's")));
+}
+
+#[test]
+fn the_twins_logs_are_mapped_as_the_twin_maps_them() {
+    let twin = seaplant::twin::make(&seaplant::twin::TwinSpec::default()).expect("the default");
+    let folder = Folder::new();
+    let made = seaplant_campaign::twin_files(&twin).expect("every number is finite");
+    let files: Vec<PathBuf> = made
+        .iter()
+        .map(|file| (file, folder.write(&file.path, &file.text)))
+        .filter(|(file, _)| file.path.starts_with("logs/"))
+        .map(|(_, path)| path)
+        .collect();
+    let truth: CampaignFile =
+        read_toml(&folder.path().join("campaign.toml")).unwrap_or_else(|error| panic!("{error}"));
+    let (_, campaign) = propose_in(&folder, &files);
+    assert_eq!(campaign.channels, truth.channels);
+    assert_eq!(campaign.trial.len(), truth.trial.len());
+    for (found, truth) in campaign.trial.iter().zip(&truth.trial) {
+        assert_eq!((&found.log, &found.dof), (&truth.log, &truth.dof), "{}", truth.name);
+        assert_eq!(found.role == Role::HoldOut, truth.role == Role::HoldOut, "{}", truth.name);
+    }
+}
+
+#[test]
+fn the_pool_logs_are_mapped() {
+    let names = ["depth_test", "depth_test_2", "yaw_test", "yaw_test_2"];
+    let files: Vec<_> = names.iter().filter_map(|n| data(&format!("bolt-auv/{n}.csv"))).collect();
+    if files.len() < names.len() {
+        return;
+    }
+    let folder = Folder::new();
+    let (proposal, campaign) = propose_in(&folder, &files);
+    let mut expected = BTreeMap::from([
+        ("depth".to_owned(), "Z (m)".to_owned()),
+        ("attitude.roll".to_owned(), "Roll (rad)".to_owned()),
+        ("attitude.pitch".to_owned(), "Pitch (rad)".to_owned()),
+        ("attitude.heading".to_owned(), "Yaw (rad)".to_owned()),
+    ]);
+    expected.extend((1..=8).map(|k| (format!("thruster.T{k}.pwm"), format!("T{k} (us)"))));
+    let found: BTreeMap<String, String> =
+        campaign.channels.iter().map(|(k, v)| (k.clone(), v.column.clone())).collect();
+    assert_eq!(found, expected);
+    let dofs: Vec<Dof> = campaign.trial.iter().map(|trial| trial.dof[0]).collect();
+    assert_eq!(dofs, [Dof::Heave, Dof::Heave, Dof::Yaw, Dof::Yaw]);
+    let roles: Vec<Role> = campaign.trial.iter().map(|trial| trial.role).collect();
+    assert_eq!(roles, [Role::Fit, Role::HoldOut, Role::Fit, Role::HoldOut]);
+    folder.write("vehicle.toml", &filled(&proposal.vehicle_toml, "[0.0, 0.0, 1.0]"));
+    let heave = proposal.campaign_toml.replace("dof = [\"yaw\"]", "dof = [\"heave\"]");
+    let path = folder.write("campaign.toml", &heave);
+    Campaign::open(&path).unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn the_tankers_logs_are_mapped() {
+    let Some(path) = data("esso-osaka/random_06-Aug-2020_16_24_25_4.csv") else { return };
+    let (proposal, campaign) = propose_in(&Folder::new(), &[path]);
+    let expected = [
+        ("velocity.surge", "u_velo [m/s]"),
+        ("velocity.sway", "vm_velo [m/s]"),
+        ("attitude.heading", "psi_hat [rad]"),
+        ("rate.yaw", "r_angvelo [rad/s]"),
+        ("position.north", "x_position_mid [m]"),
+        ("position.east", "y_position_mid [m]"),
+        ("thruster.n_prop.speed", "n_prop [rps]"),
+    ];
+    assert_eq!(columns(&campaign), BTreeMap::from(expected));
+    assert_eq!(campaign.trial[0].dof, [Dof::Surge]);
+    assert!(proposal.open_questions.iter().any(|q| q.contains("delta_rudder")));
+}

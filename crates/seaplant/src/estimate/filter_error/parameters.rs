@@ -1,0 +1,76 @@
+//! The parameters of the filter error method, and where each starts.
+
+/// One unknown of the model or of its noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Unknown {
+    /// α, 1/kg.
+    Alpha,
+    /// β, 1/m.
+    Beta,
+    /// μ, 1/s.
+    Mu,
+    /// bias, m/s².
+    Bias,
+    /// Current along the degree of freedom, m/s; one for each trial.
+    Current,
+    /// First-order lag of propeller speed, s.
+    Lag,
+    /// Delay of thrust, s.
+    Delay,
+    /// Logarithm of the reverse-thrust ratio κ.
+    LogReverseRatio,
+    /// Thrust lost to inflow, k_in.
+    Inflow,
+    /// Logarithm of the standard deviation of the disturbance, m/s².
+    LogDisturbance,
+    /// Logarithm of its correlation time, s.
+    LogCorrelation,
+    /// Logarithm of the standard deviation of a velocity sample, m/s.
+    LogVelocityNoise,
+    /// Logarithm of the standard deviation of a position sample, m.
+    LogPositionNoise,
+}
+
+/// How many unknowns there are.
+pub(crate) const UNKNOWNS: usize = 13;
+
+/// Values of all unknowns for one trial; those that are not fitted keep theirs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Values(pub(crate) [f64; UNKNOWNS]);
+
+impl Values {
+    pub(crate) fn get(&self, unknown: Unknown) -> f64 {
+        self.0[unknown as usize]
+    }
+
+    pub(crate) fn set(&mut self, unknown: Unknown, value: f64) {
+        self.0[unknown as usize] = value;
+    }
+}
+
+/// Which unknowns are fitted, in which order: the columns of every sensitivity.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Active {
+    /// The fitted unknowns.
+    pub(crate) unknowns: Vec<Unknown>,
+    column: [Option<usize>; UNKNOWNS],
+}
+
+impl Active {
+    pub(crate) fn new(unknowns: &[Unknown]) -> Self {
+        let mut column = [None; UNKNOWNS];
+        for (j, unknown) in unknowns.iter().enumerate() {
+            column[*unknown as usize] = Some(j);
+        }
+        Self { unknowns: unknowns.to_vec(), column }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.unknowns.len()
+    }
+
+    /// The column of an unknown, if it is fitted.
+    pub(crate) fn column(&self, unknown: Unknown) -> Option<usize> {
+        self.column[unknown as usize]
+    }
+}

@@ -1,0 +1,119 @@
+//! A plant with what stands between its logged thrust and the water.
+
+use std::collections::BTreeMap;
+
+use crate::estimate::drive_over;
+use crate::results::PlantResult;
+use crate::simulate::{Response, State, advance, has_run_away, simulate};
+use crate::{AxisRecord, Error, LumpedParameters};
+
+/// What stands between logged thrust and the water; by default nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThrustModel {
+    /// First-order lag of propeller speed, s.
+    pub lag_s: f64,
+    /// Delay of thrust, s.
+    pub delay_s: f64,
+    /// Reverse thrust over what the curve says.
+    pub reverse_ratio: f64,
+    /// Thrust lost to inflow: each thruster gives `k_in |n| v` less.
+    pub inflow: f64,
+    /// Current along the degree of freedom, m/s, by trial.
+    pub current: BTreeMap<String, f64>,
+}
+
+impl Default for ThrustModel {
+    fn default() -> Self {
+        Self { lag_s: 0.0, delay_s: 0.0, reverse_ratio: 1.0, inflow: 0.0, current: BTreeMap::new() }
+    }
+}
+
+impl ThrustModel {
+    /// The current of a trial: its own, else the mean of those that are known.
+    pub fn current_of(&self, trial: &str) -> f64 {
+        let mean = self.current.values().sum::<f64>() / self.current.len().max(1) as f64;
+        self.current.get(trial).copied().unwrap_or(mean)
+    }
+}
+
+/// A plant of one degree of freedom, ready to be driven.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Model {
+    /// The plant.
+    pub lumped: LumpedParameters,
+    /// What stands between its logged thrust and the water.
+    pub thrust: ThrustModel,
+}
+
+impl From<LumpedParameters> for Model {
+    fn from(lumped: LumpedParameters) -> Self {
+        Self { lumped, thrust: ThrustModel::default() }
+    }
+}
+
+/// How results call the current of a trial.
+const CURRENT_OF: &str = "current: ";
+
+impl Model {
+    /// The model that results hold.
+    pub fn of_result(result: &PlantResult) -> Self {
+        let value = |name: &str| result.nuisances.get(name).map(|nuisance| nuisance.value);
+        let current = result.nuisances.iter().filter_map(|(name, nuisance)| {
+            Some((name.strip_prefix(CURRENT_OF)?.to_owned(), nuisance.value))
+        });
+        let thrust = ThrustModel {
+            lag_s: value("lag").unwrap_or(0.0),
+            delay_s: value("delay").unwrap_or(0.0),
+            reverse_ratio: value("reverse_ratio").unwrap_or(1.0),
+            inflow: value("inflow").unwrap_or(0.0),
+            current: current.collect(),
+        };
+        Self { lumped: result.lumped, thrust }
+    }
+
+    /// How results call the current of a trial.
+    pub(crate) fn current_name(trial: &str) -> String {
+        format!("{CURRENT_OF}{trial}")
+    }
+
+    /// How the plant moves under the thrust of a record: the states at `times_s`, which
+    /// must increase, from `start` at the first of them.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] if it runs away.
+    pub fn respond(
+        &self,
+        axis: &AxisRecord,
+        start: State,
+        times_s: &[f64],
+    ) -> Result<Response, Error> {
+        if self.thrust == ThrustModel::default() {
+            return simulate(axis.dof, &self.lumped, &axis.force, start, times_s);
+        }
+        let mut response = Response::default();
+        let Some(&first) = times_s.first() else { return Ok(response) };
+        let (schedule_s, drive) = drive_over(&axis.thrusters, times_s, &self.thrust);
+        let current = self.thrust.current_of(&axis.trial);
+        let mut next = times_s.iter().peekable();
+        let mut state = start;
+        for (k, &t) in schedule_s.iter().enumerate() {
+            if k > 0 {
+                let (tau, gamma) = (drive.tau[k - 1], drive.gamma[k - 1]);
+                let lost = self.lumped.alpha * self.thrust.inflow * gamma;
+                let acceleration = |v: f64| {
+                    // Drag acts on velocity through the water.
+                    self.lumped.acceleration(tau, v - current) - lost * (v - current)
+                };
+                state = advance(acceleration, state, t - schedule_s[k - 1]);
+            }
+            if has_run_away(state) {
+                return Err(Error::Diverged { dof: axis.dof, after_s: t - first });
+            }
+            if next.next_if(|wanted| **wanted <= t).is_some() {
+                response.position.push(state.position);
+                response.velocity.push(state.velocity);
+            }
+        }
+        Ok(response)
+    }
+}
