@@ -5,8 +5,8 @@
 
 The mathematics is that of `seaplant::estimate::fit_equation_error` without covariance.
 The choices below are the fastest sound ones of those tried; each other costs more:
-sosfiltfilt of one column at a time (a stacked (4, n) call takes five times as long),
-one reused work array, and normal equations of columns scaled to unit length, whose
+sosfiltfilt of one column at a time (a stacked (4, n) call takes five times as long, and
+filtfilt on polynomials as long), one reused work array, and normal equations of columns scaled to unit length, whose
 condition number here is below 10 (lstsq takes eight times, QR six times as long).
 """
 
@@ -17,11 +17,6 @@ import numpy as np
 from scipy import signal
 
 SAMPLE_HZ = 10.0
-
-
-def best_filter():
-    """The faster of SciPy's two on this machine, for second-order filters."""
-    return signal.sosfiltfilt
 
 
 def fit(v, tau, split):

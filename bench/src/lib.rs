@@ -12,12 +12,8 @@ use seaplant::{
 pub const SAMPLE_HZ: f64 = 10.0;
 
 /// The surge plant of Jason 2 as the paper has it.
-pub const SURGE: PhysicalParameters = PhysicalParameters {
-    mass: 12970.2,
-    d_quadratic: 2230.9,
-    d_linear: 0.0,
-    bias_force: -255.5,
-};
+pub const SURGE: PhysicalParameters =
+    PhysicalParameters { mass: 12970.2, d_quadratic: 2230.9, d_linear: 0.0, bias_force: -255.5 };
 
 /// The DVL's standard deviation, m/s.
 const NOISE_M_S: f64 = 0.003;
@@ -59,6 +55,7 @@ impl SurgeSignals {
             force: velocity.with_values("force", self.tau)?,
             motion: Motion::Velocity(velocity),
             position: None,
+            lever_rates: None,
         })
     }
 }

@@ -86,14 +86,13 @@ pub(crate) fn terms(terms: &[Term]) -> String {
 pub(crate) fn filters(filters: &Filters) -> String {
     let one = |what: &str, filter: Option<LowPass>| {
         filter.map(|LowPass { cutoff_hz, order }| {
-            format!("{what} below {} Hz (order {order}, both ways)", chosen(cutoff_hz))
+            format!("{what} {} Hz, order {order}", chosen(cutoff_hz))
         })
     };
-    let all: Vec<String> =
-        [one("velocity", filters.velocity), one("every term", filters.every_term)]
-            .into_iter()
-            .flatten()
-            .collect();
+    let all: Vec<String> = [one("v", filters.velocity), one("all", filters.every_term)]
+        .into_iter()
+        .flatten()
+        .collect();
     if all.is_empty() { "none".to_owned() } else { all.join("; ") }
 }
 

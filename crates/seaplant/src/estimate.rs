@@ -19,7 +19,7 @@ pub(crate) use filter_error::drive_over;
 pub use filter_error::{Candidate, Decision, FilterErrorOptions, fit_filter_error};
 pub use paper::{PaperOptions, fit_paper};
 
-use crate::regression::LeastSquares;
+use crate::regression::{Columns, LeastSquares};
 use crate::signal::LowPass;
 use crate::terms::Term;
 use crate::{
@@ -133,6 +133,9 @@ pub struct Nuisances {
     pub inflow: Option<Estimate>,
     /// Current along the degree of freedom, m/s, by trial.
     pub current: BTreeMap<String, Estimate>,
+    /// Lever arm of the velocity sensor that navigation did not know, m, along the two
+    /// [`lever_axes`](crate::lever_axes).
+    pub lever_m: [Option<Estimate>; 2],
     /// Standard deviation of the slow disturbance, m/s² or rad/s².
     pub disturbance: Option<Estimate>,
     /// Its correlation time, s.
@@ -295,6 +298,17 @@ impl Stretch<'_> {
 /// v|v| of each velocity.
 fn signed_square(v: &[f64]) -> Vec<f64> {
     v.iter().map(|v| v * v.abs()).collect()
+}
+
+/// The columns of every stretch of every trial, as [`all_stretches`] finds them.
+fn all_columns(
+    axes: &[AxisRecord],
+    least: impl Fn(f64) -> usize,
+    columns: impl Fn(&AxisRecord, UniformStretch, f64) -> Result<Columns, Error>,
+    caveats: &mut Vec<Caveat>,
+) -> Result<Vec<Columns>, Error> {
+    let stretches = all_stretches(axes, least, caveats)?.into_iter();
+    stretches.map(|found| columns(found.axis, found.uniform, found.sample_hz)).collect()
 }
 
 /// Every stretch of every trial that is long enough, with its trial's record and rate.

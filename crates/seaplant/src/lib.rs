@@ -40,6 +40,7 @@ pub use simulate::{Response, State, simulate};
 pub use terms::{Term, Terms};
 pub use thrust::{QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
 pub use trial::{
-    AxisRecord, Role, ThrusterTrack, Trial, TrialSetup, UniformAxis, UniformStretch, VelocitySource,
+    AxisRecord, Role, ThrusterTrack, Trial, TrialSetup, UniformAxis, UniformStretch,
+    VelocitySource, lever_axes,
 };
 pub use vehicle::{Sensor, Sensors, Thruster, Vehicle};

@@ -33,6 +33,8 @@ pub struct Navigated {
     /// Positions along a degree of freedom that were measured themselves:
     /// depth (heave), roll, pitch and unwrapped heading (yaw).
     pub position: BTreeMap<Dof, Timed>,
+    /// Angular velocity `[p, q, r]` of the body, rad/s, where rates or attitude were logged.
+    pub rates: Option<[Timed; 3]>,
     /// World-fixed displacement `[north, east, down]` since the start, m.
     pub displacement_ned: Option<[Timed; 3]>,
     /// What navigation had to do without.
@@ -90,7 +92,9 @@ impl AttitudeRecord {
                 Some(angle) => smooth_if_possible(resample(angle, grid)?, grid.period_s),
                 None => vec![0.0; grid.len],
             };
-            slopes[k] = differentiate(&x, grid.period_s)?;
+            let believed = believed_part(angle.as_ref(), &x, grid.period_s)?;
+            slopes[k] =
+                differentiate(&x, grid.period_s)?.iter().map(|slope| believed * slope).collect();
             angles[k] = x;
         }
         let mut rates: [Vec<f64>; 3] = Default::default();
@@ -109,6 +113,28 @@ impl AttitudeRecord {
         let [p, q, r] = rates.map(|rate| Timed::on_grid("angular rate", grid, rate));
         Ok(Some([p?, q?, r?]))
     }
+}
+
+/// The part of a smoothed angle's slope that is motion and not the sensor's noise:
+/// `1 − (noise / slope)²` of root mean squares, Wiener's gain.
+///
+/// A vehicle that hardly turns would else be given the attitude sensor's noise times its
+/// lever arm as velocity. Noise of one sample is read off third differences, whose
+/// variance is 20 σ²; smoothed and differentiated it is
+/// `2π σ f_c^{3/2} √(2 h ∫ x²/(1+x⁴)² dx)`, with the integral π√2/16.
+fn believed_part(angle: Option<&Timed>, smooth: &[f64], period_s: f64) -> Result<f64, Error> {
+    use std::f64::consts::{PI, SQRT_2};
+    let Some(angle) = angle else { return Ok(0.0) };
+    let mean_square = |x: &mut dyn Iterator<Item = f64>| {
+        let (sum, n) = x.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
+        sum / n.max(1) as f64
+    };
+    let thirds = angle.values().windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]);
+    let sample = mean_square(&mut { thirds }) / 20.0;
+    let passed = 2.0 * PI * RATE_FILTER.cutoff_hz.powf(1.5);
+    let noise = sample * passed * passed * 2.0 * period_s * PI * SQRT_2 / 16.0;
+    let slope = mean_square(&mut differentiate(smooth, period_s)?.into_iter());
+    Ok(if slope > noise { 1.0 - noise / slope } else { 0.0 })
 }
 
 fn smooth_if_possible(x: Vec<f64>, period_s: f64) -> Vec<f64> {
@@ -173,6 +199,7 @@ pub fn navigate(trial: &str, recording: &Recording, sensors: &Sensors) -> Result
     }
     depth_of_origin(recording, sensors, &attitude, &mut nav);
     world_position(recording, sensors, &attitude, &mut nav)?;
+    nav.rates = rates;
     Ok(nav)
 }
 

@@ -78,12 +78,12 @@ impl Columns {
 /// [Jason2, eq. (7)], by orthogonal reduction and singular values: normal equations
 /// square the condition number. Batch means: [Schruben1983].
 pub fn least_squares(dof: Dof, stretches: &[Columns], terms: Terms) -> Result<LeastSquares, Error> {
-    let mut regression = Regression::of(stretches.iter().map(Columns::duration_s).sum());
+    let mut regression = Regression::of(stretches.iter().map(Columns::duration_s).sum(), terms);
     for columns in stretches {
         regression.start_stretch(columns.period_s);
         regression.add(&columns.rows().collect::<Vec<_>>());
     }
-    regression.solve(dof, terms)
+    regression.solve(dof)
 }
 
 /// τ, v|v|, v and v̇ of one instant.
@@ -94,6 +94,7 @@ pub(crate) type Row = [f64; 4];
 /// Each batch of rows `[F v̇]` becomes the triangle R of its QR decomposition, from which
 /// rank, solution and the residuals' sums all follow: `v̇ − F Φ = Q R [−Φ; 1]`.
 pub(crate) struct Regression {
+    terms: Terms,
     batch_s: f64,
     batch_rows: usize,
     batches: Vec<Batch>,
@@ -102,10 +103,10 @@ pub(crate) struct Regression {
 
 impl Regression {
     /// For rows of stretches that last `total_s` together.
-    pub(crate) fn of(total_s: f64) -> Self {
+    pub(crate) fn of(total_s: f64, terms: Terms) -> Self {
         let batches = ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1);
         let batch_s = total_s / batches as f64;
-        Self { batch_s, batch_rows: 1, batches: Vec::new(), block: Block::default() }
+        Self { terms, batch_s, batch_rows: 1, batches: Vec::new(), block: Block::default() }
     }
 
     /// No batch goes on across a gap.
@@ -131,25 +132,25 @@ impl Regression {
     fn finish_block(&mut self) {
         let Some(batch) = self.batches.last_mut() else { return };
         batch.rows += self.block.rows;
-        batch.triangle.absorb(&mut self.block.columns, self.block.rows);
+        batch.triangle.absorb(&mut self.block.columns, self.block.rows, width(self.terms));
         self.block.rows = 0;
         if batch.rows >= self.batch_rows {
             self.batches.push(Batch::default());
         }
     }
 
-    /// What the rows say of the chosen terms.
+    /// What the rows say.
     ///
     /// # Errors
     /// As [`least_squares`].
-    pub(crate) fn solve(mut self, dof: Dof, terms: Terms) -> Result<LeastSquares, Error> {
+    pub(crate) fn solve(mut self, dof: Dof) -> Result<LeastSquares, Error> {
         self.finish_block();
         self.batches.retain(|batch| batch.rows > 0);
         let samples: usize = self.batches.iter().map(|batch| batch.rows).sum();
         if samples == 0 {
             return Err(Error::NoTrial { dof });
         }
-        let fitted = terms.fitted();
+        let fitted = self.terms.fitted();
         let needed = fitted.len();
         let whole = Triangle::of(&self.batches);
 
@@ -159,10 +160,10 @@ impl Regression {
             needed,
             fitted
                 .iter()
-                .map(|&term| 1.0 / whole.column(term as usize).norm().max(f64::MIN_POSITIVE)),
+                .map(|&term| 1.0 / whole.column(place(term)).norm().max(f64::MIN_POSITIVE)),
         );
         let columns =
-            DMatrix::from_fn(WIDTH, needed, |i, j| whole.column(fitted[j] as usize)[i] * scale[j]);
+            DMatrix::from_fn(WIDTH, needed, |i, j| whole.column(place(fitted[j]))[i] * scale[j]);
         let svd = columns.svd(true, true);
         let largest = svd.singular_values.max();
         let rank = svd.rank(EXCITATION_FLOOR * largest);
@@ -189,7 +190,7 @@ impl Regression {
             }
         }
         Ok(LeastSquares {
-            lumped: terms.unpack(&coefficients),
+            lumped: self.terms.unpack(&coefficients),
             covariance,
             t_freedom: residual.scores.len().saturating_sub(needed).max(1) as f64,
             condition: largest / svd.singular_values.min(),
@@ -201,10 +202,24 @@ impl Regression {
     }
 }
 
-/// The columns of a triangle: `[τ, v|v|, v, 1]` as [`Term`] numbers them, then v̇.
+/// The columns of a triangle: `[τ, v|v|, 1, v̇, v]`; the last is seldom fitted, and then
+/// costs nothing.
 const WIDTH: usize = 5;
-const ONE: usize = Term::Bias as usize;
-const V_DOT: usize = 4;
+const ONE: usize = 2;
+const V_DOT: usize = 3;
+
+fn width(terms: Terms) -> usize {
+    if terms.has(Term::Linear) { WIDTH } else { WIDTH - 1 }
+}
+
+const fn place(term: Term) -> usize {
+    match term {
+        Term::Force => 0,
+        Term::Quadratic => 1,
+        Term::Bias => ONE,
+        Term::Linear => 4,
+    }
+}
 
 /// Rows that are reduced at a time: 512 rows of five numbers stay in the nearest cache.
 const BLOCK_ROWS: usize = 512;
@@ -224,7 +239,12 @@ impl Default for Block {
 impl Block {
     fn push(&mut self, rows: &[Row]) {
         let space = self.rows..self.rows + rows.len();
-        for (term, place) in [(0, Term::Force as usize), (1, 1), (2, 2), (3, V_DOT)] {
+        for (term, place) in [
+            (0, place(Term::Force)),
+            (1, place(Term::Quadratic)),
+            (2, place(Term::Linear)),
+            (3, V_DOT),
+        ] {
             let column = self.columns[place][space.clone()].iter_mut();
             column.zip(rows).for_each(|(x, row)| *x = row[term]);
         }
@@ -250,16 +270,16 @@ impl Triangle {
         for batch in batches {
             let mut columns: [[f64; WIDTH]; WIDTH] =
                 std::array::from_fn(|j| batch.triangle.column(j).into());
-            whole.absorb(&mut columns, WIDTH);
+            whole.absorb(&mut columns, WIDTH, WIDTH);
         }
         whole
     }
 
-    /// R of this triangle with rows of a block below it, by Householder reflections; the
-    /// block is used up.
-    fn absorb<const N: usize>(&mut self, block: &mut [[f64; N]; WIDTH], rows: usize) {
-        for j in 0..WIDTH {
-            let (done, rest) = block.split_at_mut(j + 1);
+    /// R of this triangle with rows of a block below it, by Householder reflections, in
+    /// the first `width` columns; the block is used up.
+    fn absorb<const N: usize>(&mut self, block: &mut [[f64; N]; WIDTH], rows: usize, width: usize) {
+        for j in 0..width {
+            let (done, rest) = block[..width].split_at_mut(j + 1);
             let mirror = &done[j][..rows];
             let square = dot(mirror, mirror);
             if square == 0.0 {
@@ -307,7 +327,7 @@ fn inflation(
 ) -> Vec<(Term, f64)> {
     let one = whole.column(ONE);
     let of = |j: usize, term: Term| {
-        let column = whole.column(term as usize) * scale[j];
+        let column = whole.column(place(term)) * scale[j];
         let mean_part =
             if fitted.contains(&Term::Bias) { one.dot(&column) / one.norm() } else { 0.0 };
         // Each scaled column has unit length.
@@ -332,10 +352,10 @@ impl Residuals {
         for Batch { triangle, .. } in batches {
             let mut e = triangle.column(V_DOT);
             for (&term, coefficient) in fitted.iter().zip(coefficients) {
-                e -= triangle.column(term as usize) * *coefficient;
+                e -= triangle.column(place(term)) * *coefficient;
             }
             let score =
-                |(&term, scale): (&Term, &f64)| triangle.column(term as usize).dot(&e) * scale;
+                |(&term, scale): (&Term, &f64)| triangle.column(place(term)).dot(&e) * scale;
             all.scores
                 .push(DVector::from_iterator(fitted.len(), fitted.iter().zip(scale).map(score)));
             all.sums.push(triangle.column(ONE).dot(&e));

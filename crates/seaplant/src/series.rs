@@ -91,6 +91,11 @@ impl Grid {
         self.start_s + k as f64 * self.period_s
     }
 
+    /// Some of its instants, by their numbers.
+    pub fn part(&self, of: Range<usize>) -> Self {
+        Self { start_s: self.time(of.start), period_s: self.period_s, len: of.len() }
+    }
+
     /// All instants, s.
     pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.len).map(|k| self.time(k))
@@ -262,7 +267,7 @@ impl Timed {
         if let Some(rows) = self.samples_on(grid) {
             return self.values[rows].to_vec();
         }
-        let mut after = 0;
+        let mut after = self.time_s.partition_point(|&t| t <= grid.start_s);
         let last = self.len() - 1;
         let at = |t: f64| {
             while after <= last && self.time_s[after] <= t {
@@ -286,8 +291,10 @@ impl Timed {
         let near = ROUNDING_PART * grid.period_s;
         let from = self.time_s.partition_point(|&t| t < grid.start_s - near);
         let to = from + grid.len;
-        let mut at = self.time_s.get(from..to)?.iter().zip(grid.times());
-        at.all(|(t, instant)| (t - instant).abs() <= near).then_some(from..to)
+        let at = self.time_s.get(from..to)?.iter().zip(grid.times());
+        // Counting all of them is quicker than stopping at the first that is off.
+        let off = at.filter(|(t, instant)| (*t - instant).abs() > near).count();
+        (off == 0).then_some(from..to)
     }
 
     /// The mean over `[t − ½ period, t + ½ period]` around each instant of a grid,
@@ -307,7 +314,7 @@ impl Timed {
             means_after.zip(&self.values[before]).for_each(|(x, before)| *x = 0.5 * (*x + before));
             return means;
         }
-        let mut integral = HeldIntegral::new(self);
+        let mut integral = HeldIntegral::from(self, grid.start_s - half);
         let mut before = integral.up_to(grid.start_s - half);
         (0..grid.len)
             .map(|k| {
@@ -320,7 +327,8 @@ impl Timed {
     }
 }
 
-/// ∫ x dt of a held signal from its first sample, for times that never decrease.
+/// ∫ x dt of a held signal from the sample in force at some time, for times that never
+/// decrease.
 struct HeldIntegral<'a> {
     series: &'a Timed,
     held: usize,
@@ -328,8 +336,9 @@ struct HeldIntegral<'a> {
 }
 
 impl<'a> HeldIntegral<'a> {
-    fn new(series: &'a Timed) -> Self {
-        Self { series, held: 0, to_held: 0.0 }
+    fn from(series: &'a Timed, t_s: f64) -> Self {
+        let held = series.time_s().partition_point(|&t| t <= t_s).max(1) - 1;
+        Self { series, held, to_held: 0.0 }
     }
 
     fn up_to(&mut self, t_s: f64) -> f64 {

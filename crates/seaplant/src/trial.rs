@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use axis::{AxisRecord, UniformAxis, UniformStretch};
+pub use axis::{AxisRecord, UniformAxis, UniformStretch, lever_axes};
 
 use crate::navigation::{Motion, Navigated, Recording, navigate};
 use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Timed, Vehicle};
-use axis::rate_hz;
+use axis::{lever_rates, rate_hz};
 pub use force::ThrusterTrack;
 use force::{Saturation, total_force, tracks_along};
 use plausible::{masked, suspicious_units};
@@ -180,12 +180,16 @@ impl Trial {
             Motion::Position(position) => cut(position).map(Motion::Position),
         };
         let force = force.window_held(from_s, to_s);
+        // Only an instrument that moves with the hull is misled by its turning.
+        let is_velocity = matches!(motion, Some(Motion::Velocity(_)));
+        let rates = self.navigated.rates.as_ref().filter(|_| is_velocity);
         let record = motion.zip(force).map(|(motion, force)| AxisRecord {
             dof,
             trial: self.setup.name.clone(),
             force,
             thrusters: tracks.iter().filter_map(|track| track.window(from_s, to_s)).collect(),
             motion,
+            lever_rates: rates.and_then(|rates| lever_rates(dof, rates)),
             position: self.navigated.position.get(&dof).and_then(cut),
         });
         let samples = record.as_ref().map_or(0, |record| record.motion.series().len());

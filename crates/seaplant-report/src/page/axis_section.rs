@@ -197,7 +197,7 @@ fn regression(methods: &[(Method, &PlantResult)], recommended: Method) -> Table 
         "Condition",
         "Variance inflation",
         "Residual (rms)",
-        "Filters",
+        "Low-pass",
     ];
     let rows = methods.iter().map(|(method, plant)| {
         let r = &plant.regression;
@@ -282,7 +282,9 @@ fn nuisances(plant: &PlantResult) -> Option<Table> {
         return None;
     }
     let rows = plant.nuisances.iter().map(|(name, parameter)| {
-        let name = words::capitalised(&name.replace(['_', '-'], " "));
+        // What follows a stop or a space is the name of a trial, and stays as it is.
+        let (own, trial) = name.split_at(name.find(['.', ' ', ':']).unwrap_or(name.len()));
+        let name = words::capitalised(&format!("{}{trial}", own.replace('_', " ")));
         Row::new([name, with_interval(Some(parameter)), parameter.unit.clone()])
     });
     let head = ["Parameter", "Value ± standard deviation [95 % interval]", "Unit"];

@@ -56,11 +56,11 @@ pub fn fit_equation_error(
     let filters = filters_for(slowest_source_hz(axes), options, &mut caveats);
     let least = |rate| filters.every_term.map_or(0, |filter| least_rows(filter, rate));
     let stretches = all_stretches(axes, least, &mut caveats)?;
-    let mut regression = Regression::of(stretches.iter().map(Stretch::duration_s).sum());
+    let mut regression = Regression::of(stretches.iter().map(Stretch::duration_s).sum(), terms);
     for stretch in &stretches {
         add_stretch(stretch, &filters, &mut regression)?;
     }
-    let found = regression.solve(dof, terms)?;
+    let found = regression.solve(dof)?;
     Ok(Fit::of_regression(dof, Method::EquationError, terms, found, filters, caveats))
 }
 

@@ -1,12 +1,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Filters, Fit, Method, Stretch, all_stretches, check_trials, least_rows, signed_square,
-};
+use super::{Filters, Fit, Method, all_columns, check_trials, least_rows, signed_square};
 use crate::regression::{Columns, least_squares};
 use crate::signal::{LowPass, differentiate};
-use crate::{AxisRecord, Dof, Error, Terms};
+use crate::{AxisRecord, Dof, Error, Terms, UniformStretch};
 
 /// The choices of the paper's method; by default the paper's own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -48,19 +46,19 @@ pub fn fit_paper(
 ) -> Result<Fit, Error> {
     check_trials(dof, axes)?;
     let filter = options.velocity_filter;
-    let columns = |Stretch { axis, uniform, sample_hz }: Stretch<'_>| {
-        let (v, grid) = (filter.zero_phase(&uniform.v, sample_hz)?, uniform.grid);
+    let columns = |axis: &AxisRecord, stretch: UniformStretch, sample_hz: f64| {
+        let v = filter.zero_phase(&stretch.v, sample_hz)?;
         Ok(Columns {
-            v_dot: differentiate(&v, grid.period_s)?,
-            tau: grid.times().map(|t| axis.force.held_at(t + ROUNDING_S)).collect(),
+            v_dot: differentiate(&v, stretch.grid.period_s)?,
+            tau: stretch.grid.times().map(|t| axis.force.held_at(t + ROUNDING_S)).collect(),
             quadratic: signed_square(&v),
             linear: v,
-            period_s: grid.period_s,
+            period_s: stretch.grid.period_s,
         })
     };
     let mut caveats = Vec::new();
-    let stretches = all_stretches(axes, |rate| least_rows(filter, rate), &mut caveats)?;
-    let columns = stretches.into_iter().map(columns).collect::<Result<Vec<_>, Error>>()?;
+    let least = |rate| least_rows(filter, rate);
+    let columns = all_columns(axes, least, columns, &mut caveats)?;
     let found = least_squares(dof, &columns, terms)?;
     let filters = Filters { velocity: Some(filter), every_term: None };
     Ok(Fit::of_regression(dof, Method::Paper, terms, found, filters, caveats))

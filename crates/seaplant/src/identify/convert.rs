@@ -15,7 +15,7 @@ use crate::results::{
 use crate::signal::amplitude_spectrum;
 use crate::{
     Caveat, Dof, Error, LumpedParameters, Model, Motion, Quantity, Sensor, Terms, ThrustCurve,
-    Thruster, Trial, Vehicle, VelocitySource,
+    Thruster, Trial, Vehicle, VelocitySource, lever_axes,
 };
 
 pub(super) fn plant_result(
@@ -67,6 +67,7 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         reverse_ratio,
         inflow,
         current,
+        lever_m,
         disturbance,
         correlation_s,
         velocity_noise,
@@ -89,6 +90,12 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
             Some((name.to_owned(), Parameter::new((*estimate)?, unit)))
         })
         .collect();
+    let axes = lever_axes(fit.dof).unwrap_or_default();
+    for (axis, estimate) in axes.into_iter().zip(lever_m) {
+        if let Some(estimate) = estimate {
+            all.insert(format!("lever_{axis}"), Parameter::new(*estimate, "m"));
+        }
+    }
     for (trial, estimate) in current {
         all.insert(Model::current_name(trial), Parameter::new(*estimate, units.velocity));
     }

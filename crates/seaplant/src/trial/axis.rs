@@ -16,8 +16,35 @@ pub struct AxisRecord {
     pub thrusters: Vec<ThrusterTrack>,
     /// Velocity, or the position that it is derived from.
     pub motion: Motion,
+    /// What a metre of lever arm adds to the measured velocity, along the axes that
+    /// [`lever_axes`] names; absent for positions, rotations and logs without attitude.
+    pub lever_rates: Option<[Timed; 2]>,
     /// Position measured along this degree of freedom, where there is one.
     pub position: Option<Timed>,
+}
+
+/// The two body axes along which a velocity sensor's lever arm shows in a translation:
+/// (ω × r) has no part along its own axis.
+pub const fn lever_axes(dof: Dof) -> Option<[char; 2]> {
+    match dof {
+        Dof::Surge => Some(['y', 'z']),
+        Dof::Sway => Some(['x', 'z']),
+        Dof::Heave => Some(['x', 'y']),
+        Dof::Roll | Dof::Pitch | Dof::Yaw => None,
+    }
+}
+
+/// The angular velocities that a lever arm along those axes is multiplied with.
+pub(super) fn lever_rates(dof: Dof, rates: &[Timed; 3]) -> Option<[Timed; 2]> {
+    let [p, q, r] = rates;
+    let minus = |rate: &Timed| rate.map(|x| -x);
+    match dof {
+        // ω × r = (q z − r y, r x − p z, p y − q x).
+        Dof::Surge => Some([minus(r), q.clone()]),
+        Dof::Sway => Some([r.clone(), minus(p)]),
+        Dof::Heave => Some([minus(q), p.clone()]),
+        Dof::Roll | Dof::Pitch | Dof::Yaw => None,
+    }
 }
 
 /// A stretch of one degree of freedom on a uniform grid.

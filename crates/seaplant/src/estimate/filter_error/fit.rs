@@ -11,7 +11,6 @@ use super::parameters::{UNKNOWNS, Unknown, Values};
 use super::problem::{Prior, Problem, Record};
 use super::structure::{Candidate, Decision, Fitted, Search};
 use crate::estimate::{Estimate, Fit, Method, Nuisances, check_trials};
-use crate::evaluate::compare_record;
 use crate::navigation::Motion;
 use crate::terms::Term;
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Model, Terms, ThrustModel};
@@ -58,19 +57,20 @@ pub fn fit_filter_error(
 ) -> Result<Fit, Error> {
     check_trials(dof, axes)?;
     let records: Vec<Record> = axes.iter().map(Record::of).collect();
+    let others: Vec<Record> = hold_out.iter().map(Record::of).collect();
     let first = Beginning::of(axes, start);
     let search = Search {
         records: &records,
         priors: &first.priors,
         fixed: first.fixed(),
-        hold_out: &|problem, optimum| held_out_error(problem, optimum, hold_out),
+        hold_out: &others,
     };
     let base = search.fit(&first.unknowns(terms.unwrap_or_default()), None, &first.values);
     let candidates: Vec<Candidate> = options
         .candidates
         .iter()
         .copied()
-        .filter(|c| c.exists_in(dof) && (*c != Candidate::LinearDrag || terms.is_none()))
+        .filter(|c| c.exists_in(axes) && (*c != Candidate::LinearDrag || terms.is_none()))
         .collect();
     let (fitted, structure) = search.run(base, &candidates);
     if !fitted.optimum.converged {
@@ -115,6 +115,8 @@ impl Beginning {
             prior(Unknown::Current, 0.0, 0.15),
             // 1 N s²/(rad m) for thrusters of 0.04 N/(rad/s)², and alike for others.
             prior(Unknown::Inflow, 0.0, 5.0 * gain),
+            prior(Unknown::LeverFirst, 0.0, 0.5),
+            prior(Unknown::LeverSecond, 0.0, 0.5),
             prior(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln(), 1.5),
             prior(Unknown::LogDisturbance, disturbance.ln(), 2.0),
             prior(noise, noise_std.ln(), 2.0),
@@ -187,21 +189,6 @@ fn model(problem: &Problem<'_>, optimum: &Optimum) -> Model {
             current: current.collect(),
         },
     }
-}
-
-fn held_out_error(
-    problem: &Problem<'_>,
-    optimum: &Optimum,
-    hold_out: &[AxisRecord],
-) -> Option<f64> {
-    let model = model(problem, optimum);
-    let (mut sum, mut samples) = (0.0, 0);
-    for axis in hold_out {
-        let compared = compare_record(&model, axis).ok()?;
-        sum += compared.velocity.mean_abs_error * compared.velocity.samples as f64;
-        samples += compared.velocity.samples;
-    }
-    (samples > 0).then(|| sum / samples as f64)
 }
 
 fn into_fit(
@@ -286,6 +273,7 @@ fn nuisances(
         reverse_ratio: estimate(Unknown::LogReverseRatio, 0).map(exponential),
         inflow: estimate(Unknown::Inflow, 0),
         current: currents.collect::<BTreeMap<_, _>>(),
+        lever_m: [estimate(Unknown::LeverFirst, 0), estimate(Unknown::LeverSecond, 0)],
         disturbance: estimate(Unknown::LogDisturbance, 0).map(exponential),
         correlation_s: estimate(Unknown::LogCorrelation, 0).map(exponential),
         velocity_noise: estimate(Unknown::LogVelocityNoise, 0).map(exponential),

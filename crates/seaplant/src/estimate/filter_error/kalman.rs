@@ -87,6 +87,7 @@ struct Kalman<'a, const N: usize, const POSITION: bool> {
     bias: f64,
     current: f64,
     inflow: f64,
+    lever: [f64; 2],
     sigma2: f64,
     inverse_t: f64,
     r_velocity: f64,
@@ -97,6 +98,7 @@ struct Kalman<'a, const N: usize, const POSITION: bool> {
     is_t: Row<N>,
     r_velocity_by: Row<N>,
     r_position_by: Row<N>,
+    is_lever: [Row<N>; 2],
     state: State<N>,
     cost: f64,
     gradient: Row<N>,
@@ -139,7 +141,8 @@ pub(crate) fn likelihood(
         1..=6 => run!(6),
         7..=8 => run!(8),
         9..=10 => run!(10),
-        _ => run!(14),
+        11..=12 => run!(12),
+        _ => run!(16),
     }
 }
 
@@ -175,6 +178,7 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
             bias: of(Unknown::Bias),
             current: of(Unknown::Current),
             inflow: of(Unknown::Inflow),
+            lever: [of(Unknown::LeverFirst), of(Unknown::LeverSecond)],
             sigma2,
             inverse_t: (-of(Unknown::LogCorrelation)).exp(),
             r_velocity,
@@ -184,6 +188,7 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
             is_t: one_at(Unknown::LogCorrelation, 1.0),
             r_velocity_by: one_at(Unknown::LogVelocityNoise, 2.0 * r_velocity),
             r_position_by: one_at(Unknown::LogPositionNoise, 2.0 * r_position),
+            is_lever: [one_at(Unknown::LeverFirst, 1.0), one_at(Unknown::LeverSecond, 1.0)],
             state,
             cost: 0.0,
             gradient: [0.0; N],
@@ -367,21 +372,22 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
     fn measure(&mut self, instant: usize) {
         let measured = self.schedule.measured[instant];
         if let Some(y) = measured.velocity {
-            self.measure_velocity(y);
+            self.measure_velocity(y, measured.lever);
         }
         if let (true, Some(y)) = (POSITION, measured.position) {
             self.measure_position(y);
         }
     }
 
-    fn measure_velocity(&mut self, y: f64) {
+    fn measure_velocity(&mut self, y: f64, rates: [f64; 2]) {
         let (r, r_by) = (self.r_velocity, self.r_velocity_by);
         let s = &mut self.state;
-        let (e, total) = (y - s.v, s.vv + r);
+        let turning = self.lever[0] * rates[0] + self.lever[1] * rates[1];
+        let (e, total) = (y - turning - s.v, s.vv + r);
         let (mut e_by, mut total_by) = ([0.0; N], [0.0; N]);
         let (gain_v, gain_d) = (s.vv / total, s.vd / total);
         for j in 0..N {
-            e_by[j] = -s.v_by[j];
+            e_by[j] = -s.v_by[j] - self.is_lever[0][j] * rates[0] - self.is_lever[1][j] * rates[1];
             total_by[j] = s.vv_by[j] + r_by[j];
             let gain_v_by = (s.vv_by[j] - gain_v * total_by[j]) / total;
             let gain_d_by = (s.vd_by[j] - gain_d * total_by[j]) / total;

@@ -21,6 +21,10 @@ pub(crate) enum Unknown {
     LogReverseRatio,
     /// Thrust lost to inflow, k_in.
     Inflow,
+    /// Lever arm of the velocity sensor that navigation did not know, first axis, m.
+    LeverFirst,
+    /// The same along the second axis, m.
+    LeverSecond,
     /// Logarithm of the standard deviation of the disturbance, m/s².
     LogDisturbance,
     /// Logarithm of its correlation time, s.
@@ -32,7 +36,7 @@ pub(crate) enum Unknown {
 }
 
 /// How many unknowns there are.
-pub(crate) const UNKNOWNS: usize = 13;
+pub(crate) const UNKNOWNS: usize = 15;
 
 /// Values of all unknowns for one trial; those that are not fitted keep theirs.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -156,6 +156,23 @@ impl<'a> Problem<'a> {
         likelihood(schedule, &drive, &self.active, &values, *start, wanted)
     }
 
+    /// Cost of trials that were not fitted, at the values of those that were; a current is
+    /// the mean of theirs.
+    pub(crate) fn cost_of_others(&self, theta: &DVector<f64>, others: &[Record]) -> f64 {
+        let mut values = self.values(theta, 0);
+        let count = self.records.len();
+        for unknown in &self.own {
+            let of = |record| self.index(*unknown, record).map_or(0.0, |place| theta[place]);
+            values.set(*unknown, (0..count).map(of).sum::<f64>() / count as f64);
+        }
+        let cost = |record: &Record| {
+            let drive = Drive::of(&record.tracks, &record.schedule, &values);
+            let Record { schedule, start, .. } = record;
+            likelihood(schedule, &drive, &self.active, &values, *start, Wanted::Cost).cost
+        };
+        others.iter().map(cost).sum()
+    }
+
     fn prior_cost(&self, theta: &DVector<f64>) -> f64 {
         let of = |(place, prior): (usize, Prior)| {
             0.5 * ((theta[place] - prior.mean) / prior.std).powi(2)

@@ -13,6 +13,8 @@ pub(crate) struct Measured {
     pub(crate) velocity: Option<f64>,
     /// m or rad.
     pub(crate) position: Option<f64>,
+    /// What a metre of unknown lever arm adds to the velocity, for two axes.
+    pub(crate) lever: [f64; 2],
 }
 
 /// The instants of a trial at which the filter stops.
@@ -36,9 +38,10 @@ impl Schedule {
         for (&t, &y) in series.time_s().iter().zip(series.values()) {
             schedule.step_to(t);
             schedule.measured.push(if has_position {
-                Measured { position: Some(y), velocity: None }
+                Measured { position: Some(y), ..Default::default() }
             } else {
-                Measured { velocity: Some(y), position: None }
+                let lever = axis.lever_rates.as_ref().map(|[a, b]| [a.at(t), b.at(t)]);
+                Measured { velocity: Some(y), position: None, lever: lever.unwrap_or_default() }
             });
             schedule.time_s.push(t);
         }

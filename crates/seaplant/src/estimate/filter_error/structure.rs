@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::minimise::{Optimum, minimise};
 use super::parameters::{Unknown, Values};
 use super::problem::{Prior, Problem, Record};
-use crate::Dof;
+use crate::AxisRecord;
 
 /// Something that may or may not be part of the model.
 #[derive(
@@ -25,14 +25,27 @@ pub enum Candidate {
     Current,
     /// Thrust lost to inflow.
     Inflow,
+    /// A lever arm of the velocity sensor that navigation did not know, along the first of
+    /// [`lever_axes`](crate::lever_axes).
+    LeverFirst,
+    /// The same along the second.
+    LeverSecond,
     /// Drag that is linear in speed.
     LinearDrag,
 }
 
 impl Candidate {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Lag, Self::Delay, Self::ReverseRatio, Self::Current, Self::Inflow, Self::LinearDrag];
+    pub const ALL: [Self; 8] = [
+        Self::Lag,
+        Self::Delay,
+        Self::ReverseRatio,
+        Self::Current,
+        Self::Inflow,
+        Self::LeverFirst,
+        Self::LeverSecond,
+        Self::LinearDrag,
+    ];
 
     /// As files write it.
     pub const fn name(self) -> &'static str {
@@ -42,6 +55,8 @@ impl Candidate {
             Self::ReverseRatio => "reverse-ratio",
             Self::Current => "current",
             Self::Inflow => "inflow",
+            Self::LeverFirst => "lever-first",
+            Self::LeverSecond => "lever-second",
             Self::LinearDrag => "linear-drag",
         }
     }
@@ -53,13 +68,22 @@ impl Candidate {
             Self::ReverseRatio => Unknown::LogReverseRatio,
             Self::Current => Unknown::Current,
             Self::Inflow => Unknown::Inflow,
+            Self::LeverFirst => Unknown::LeverFirst,
+            Self::LeverSecond => Unknown::LeverSecond,
             Self::LinearDrag => Unknown::Mu,
         }
     }
 
-    /// Whether it can be at all: a rotation knows no current along it.
-    pub(crate) fn exists_in(self, dof: Dof) -> bool {
-        self != Self::Current || !dof.is_rotation()
+    /// Whether it can be at all: a rotation knows no current along it, and a lever arm
+    /// shows only where the vehicle's turning was logged.
+    pub(crate) fn exists_in(self, axes: &[AxisRecord]) -> bool {
+        match self {
+            Self::Current => axes.iter().all(|axis| !axis.dof.is_rotation()),
+            Self::LeverFirst | Self::LeverSecond => {
+                axes.iter().all(|axis| axis.lever_rates.is_some())
+            }
+            _ => true,
+        }
     }
 
     /// Where a fit with it starts; at zero a lag has nothing to follow.
@@ -81,24 +105,27 @@ pub struct Decision {
     pub likelihood_ratio: f64,
     /// What the Bayesian information criterion asks for: numbers added times ln n.
     pub needed: f64,
-    /// Error on held-out trials without it, m/s or rad/s.
-    pub hold_out_without: Option<f64>,
-    /// Error on held-out trials with it.
-    pub hold_out_with: Option<f64>,
+    /// Twice the gain in log-likelihood on held-out trials, with everything held that was
+    /// fitted; absent without such trials, or if it was not asked for.
+    pub hold_out_ratio: Option<f64>,
     /// Whether it is part of the model.
     pub admitted: bool,
 }
 
-/// Held-out error may rise by this part when a candidate is admitted: less is chance.
-const HOLD_OUT_SLACK: f64 = 1.05;
+/// The likelihood of held-out trials may fall by this when a candidate is admitted: what
+/// is fitted to one trial misses another by its own uncertainty.
+///
+/// Likelihood, one step ahead, and not the error of a simulation: under a current the true
+/// parameters simulate worse than wrong ones.
+const HOLD_OUT_SLACK: f64 = -4.0;
 
 /// The search for a model's structure.
 pub(crate) struct Search<'a> {
     pub(crate) records: &'a [Record],
     pub(crate) priors: &'a [Prior],
     pub(crate) fixed: Values,
-    /// Error on held-out trials at some values, if there are such trials.
-    pub(crate) hold_out: &'a dyn Fn(&Problem<'_>, &Optimum) -> Option<f64>,
+    /// Trials that are not fitted, to judge candidates by.
+    pub(crate) hold_out: &'a [Record],
 }
 
 /// A model that was fitted.
@@ -175,8 +202,7 @@ impl<'a> Search<'a> {
             candidate,
             likelihood_ratio: score,
             needed: self.needed(candidate),
-            hold_out_without: None,
-            hold_out_with: None,
+            hold_out_ratio: None,
             admitted: false,
         }
     }
@@ -204,12 +230,12 @@ impl<'a> Search<'a> {
         let (fitted, mut decision) = fits
             .filter(|fit| fit.0.optimum.converged && worth(fit) > 0.0)
             .max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
-        decision.hold_out_without = (self.hold_out)(&model.problem, &model.optimum);
-        decision.hold_out_with = (self.hold_out)(&fitted.problem, &fitted.optimum);
-        decision.admitted = match (decision.hold_out_without, decision.hold_out_with) {
-            (Some(without), Some(with)) => with <= HOLD_OUT_SLACK * without,
-            _ => true,
-        };
+        let held_out =
+            |fit: &Fitted<'_>| fit.problem.cost_of_others(&fit.optimum.theta, self.hold_out);
+        if !self.hold_out.is_empty() {
+            decision.hold_out_ratio = Some(2.0 * (held_out(model) - held_out(&fitted)));
+        }
+        decision.admitted = decision.hold_out_ratio.is_none_or(|ratio| ratio > HOLD_OUT_SLACK);
         Some((fitted, decision))
     }
 
