@@ -151,7 +151,7 @@ fn push_caveats(text: &mut String, caveats: &[Caveat]) {
 /// A table without lines.
 pub fn plain_table() -> Table {
     let mut table = Table::new();
-    table.load_preset(NOTHING);
+    table.load_style(NOTHING);
     table
 }
 

@@ -56,8 +56,7 @@ pub(crate) fn plant() -> PlantResult {
             candidate: Candidate::LinearDrag,
             likelihood_ratio: 1.23,
             needed: 8.48,
-            hold_out_without: Some(0.0211),
-            hold_out_with: None,
+            hold_out_ratio: Some(12.3),
             admitted: false,
         }],
         regression: RegressionResult {

@@ -8,7 +8,7 @@ mod decimate;
 mod error;
 mod figure;
 mod json;
-mod number;
+pub mod number;
 mod page;
 mod paths;
 mod verdict;

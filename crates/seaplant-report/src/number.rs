@@ -76,7 +76,7 @@ fn grouped(digits: &str) -> String {
 }
 
 /// A number by itself, with so many significant digits.
-pub(crate) fn significant(value: f64, digits: i32) -> String {
+pub fn significant(value: f64, digits: i32) -> String {
     if !value.is_finite() {
         return ABSENT.to_owned();
     }
@@ -101,7 +101,7 @@ pub(crate) fn count(n: impl Into<u128>) -> String {
 }
 
 /// A number that may be missing.
-pub(crate) fn or_absent(value: Option<f64>, digits: i32) -> String {
+pub fn or_absent(value: Option<f64>, digits: i32) -> String {
     value.map_or_else(|| ABSENT.to_owned(), |value| significant(value, digits))
 }
 
@@ -124,7 +124,7 @@ fn superscript(c: char) -> char {
 }
 
 /// A percentage of two significant digits, with its sign.
-pub(crate) fn signed_percent(part: f64) -> String {
+pub fn signed_percent(part: f64) -> String {
     let percent = 100.0 * part;
     let digits = if percent.abs() < 1.0 { 1 } else { 2 };
     let text = significant(percent, digits);
@@ -133,16 +133,20 @@ pub(crate) fn signed_percent(part: f64) -> String {
 }
 
 /// `12 970 ± 250`, the pieces of it.
-pub(crate) struct Rounded {
-    pub(crate) value: String,
-    pub(crate) std: String,
-    pub(crate) low95: String,
-    pub(crate) high95: String,
+pub struct Rounded {
+    /// The estimate.
+    pub value: String,
+    /// Its standard deviation.
+    pub std: String,
+    /// Lower end of its 95 % interval.
+    pub low95: String,
+    /// Upper end of its 95 % interval.
+    pub high95: String,
 }
 
 impl Rounded {
     /// Two significant digits of the standard deviation decide all four.
-    pub(crate) fn of(parameter: &Parameter) -> Self {
+    pub fn of(parameter: &Parameter) -> Self {
         let Parameter { value, std, low95, high95, .. } = *parameter;
         let decimals = Decimals::of_std(value, std);
         let extreme = [value, std].iter().any(|x| *x != 0.0 && !PLAIN.contains(&x.abs()));

@@ -1,7 +1,7 @@
 //! Finds reasons to doubt a fit, from its numbers and its trials.
 
 use crate::caveat::spoken;
-use crate::estimate::{EquationErrorOptions, Fit, Method, fit_equation_error};
+use crate::estimate::{DelayedFit, EquationErrorOptions, Fit, Method, fit_best_delay};
 use crate::signal::{LowPass, amplitude_spectrum};
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Role, Stability, Term, Trial, Vehicle};
 
@@ -297,18 +297,10 @@ pub(crate) fn lateness(
     options: &EquationErrorOptions,
 ) -> Option<Lateness> {
     let (from, to, step) = DELAYS_S;
-    let refit = |delay_s: f64| -> Option<Fit> {
-        let late: Vec<AxisRecord> = axes
-            .iter()
-            .map(|axis| AxisRecord { force: axis.force.shifted(delay_s), ..axis.clone() })
-            .collect();
-        fit_equation_error(fit.dof, &late, fit.terms, options).ok()
-    };
     let steps = ((to - from) / step).round() as usize;
-    let tried = (0..=steps).map(|k| from + k as f64 * step);
-    let (delay_s, best) = tried
-        .filter_map(|delay_s| refit(delay_s).map(|refit| (delay_s, refit)))
-        .min_by(|a, b| a.1.residual_rms.total_cmp(&b.1.residual_rms))?;
+    let delays_s = (0..=steps).map(|k| from + k as f64 * step);
+    let DelayedFit { delay_s, fit: best } =
+        fit_best_delay(fit.dof, axes, fit.terms, options, delays_s).ok()?;
     let ratio = fit.effective_samples * 2.0 * (fit.residual_rms / best.residual_rms).ln();
     let physical = best.physical();
     (ratio > LIKELIHOOD_RATIO && delay_s.abs() > HARMLESS_S).then_some(Lateness {

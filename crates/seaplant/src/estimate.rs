@@ -14,14 +14,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-pub use equation_error::{EquationErrorOptions, fit_equation_error};
+pub use equation_error::{DelayedFit, EquationErrorOptions, fit_best_delay, fit_equation_error};
 pub(crate) use filter_error::drive_over;
-pub use filter_error::{Candidate, Decision, FilterErrorOptions, fit_filter_error};
+pub use filter_error::{Candidate, Decision, FilterErrorOptions, first_delays, fit_filter_error};
 pub use paper::{PaperOptions, fit_paper};
 
 use crate::regression::{Columns, LeastSquares};
 use crate::signal::LowPass;
 use crate::terms::Term;
+use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{
     AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Model, PhysicalParameters, Terms,
     ThrustModel, UniformStretch,
@@ -285,13 +286,13 @@ fn check_trials(dof: Dof, axes: &[AxisRecord]) -> Result<(), Error> {
 /// A uniform stretch and where it is from.
 struct Stretch<'a> {
     axis: &'a AxisRecord,
-    uniform: UniformStretch,
+    ready: ReadyStretch,
     sample_hz: f64,
 }
 
 impl Stretch<'_> {
     fn duration_s(&self) -> f64 {
-        self.uniform.grid.len as f64 * self.uniform.grid.period_s
+        self.ready.grid.len as f64 * self.ready.grid.period_s
     }
 }
 
@@ -308,7 +309,9 @@ fn all_columns(
     caveats: &mut Vec<Caveat>,
 ) -> Result<Vec<Columns>, Error> {
     let stretches = all_stretches(axes, least, caveats)?.into_iter();
-    stretches.map(|found| columns(found.axis, found.uniform, found.sample_hz)).collect()
+    stretches
+        .map(|found| columns(found.axis, found.ready.on(found.ready.grid)?, found.sample_hz))
+        .collect()
 }
 
 /// Every stretch of every trial that is long enough, with its trial's record and rate.
@@ -323,15 +326,14 @@ fn all_stretches<'a>(
     let mut refused = None;
     for axis in axes {
         // The rate is found with the grid, which needs the least length at that rate.
-        let uniform = axis.uniform(0)?;
-        let (sample_hz, least) = (uniform.sample_hz, least(uniform.sample_hz));
-        let before = all.len();
-        let long = uniform.stretches.into_iter().filter(|stretch| stretch.grid.len >= least);
-        all.extend(long.map(|uniform| Stretch { axis, uniform, sample_hz }));
+        let ReadyAxis { sample_hz, stretches, .. } = axis.ready(0)?;
+        let (least, before) = (least(sample_hz), all.len());
+        let long = stretches.into_iter().filter(|ready| ready.grid.len >= least);
+        all.extend(long.map(|ready| Stretch { axis, ready, sample_hz }));
         if all.len() > before {
             continue;
         }
-        match axis.uniform(least) {
+        match axis.ready(least) {
             Err(short @ Error::TooShort { .. }) => {
                 let message = format!("a trial is left out of this fit: {short}");
                 caveats.push(Caveat::warning(CaveatCode::TrialLeftOut, message));

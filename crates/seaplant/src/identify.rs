@@ -11,8 +11,8 @@ use crate::diagnose::{
 };
 use crate::estimate::steady::{SteadyFit, SteadyOptions, fit_steady};
 use crate::estimate::{
-    EquationErrorOptions, FilterErrorOptions, Fit, Method, PaperOptions, fit_equation_error,
-    fit_filter_error, fit_paper,
+    EquationErrorOptions, FilterErrorOptions, Fit, Method, PaperOptions, first_delays,
+    fit_best_delay, fit_equation_error, fit_filter_error, fit_paper,
 };
 use crate::results::{
     ComparisonFigure, Failure, FigureData, Identification, PlantResult, Score, SpectrumFigure,
@@ -158,15 +158,17 @@ impl Work<'_> {
         };
         let axes = self.axes(&self.trials.fit, source)?;
         let chosen = terms.unwrap_or_default();
-        let equation_error =
-            || fit_equation_error(self.dof, &axes, chosen, &self.options.equation_error);
         let fit = match method {
             Method::Paper => fit_paper(self.dof, &axes, chosen, &self.options.paper)?,
-            Method::EquationError => equation_error()?,
+            Method::EquationError => {
+                fit_equation_error(self.dof, &axes, chosen, &self.options.equation_error)?
+            }
             Method::FilterError => {
                 let hold_out = self.axes(&self.trials.hold_out, source)?;
+                let first = &self.options.equation_error;
+                let start = fit_best_delay(self.dof, &axes, chosen, first, first_delays())?;
                 let options = &self.options.filter_error;
-                fit_filter_error(self.dof, &axes, &hold_out, terms, &equation_error()?, options)?
+                fit_filter_error(self.dof, &axes, &hold_out, terms, &start, options)?
             }
         };
         Ok((fit, axes))

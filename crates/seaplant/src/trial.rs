@@ -10,6 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use axis::{AxisRecord, UniformAxis, UniformStretch, lever_axes};
+pub(crate) use axis::{ReadyAxis, ReadyStretch};
 
 use crate::navigation::{Motion, Navigated, Recording, navigate};
 use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Timed, Vehicle};

@@ -22,7 +22,7 @@ pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
         });
     }
     if let Some(terms) = arguments.terms {
-        campaign.options.terms = terms;
+        campaign.options.terms = Some(terms);
         campaign.options.terms_of.clear();
     }
     let folder = arguments.out.clone().unwrap_or_else(|| beside(&arguments.campaign));

@@ -43,11 +43,11 @@ fn words(inspection: &Inspection) -> String {
             channel.unit.clone().unwrap_or_else(|| "?".to_owned()),
             channel.count.to_string(),
             or_absent(channel.rate_hz, 3),
-            or_absent(channel.first_s, 6),
-            or_absent(channel.last_s, 6),
+            significant(channel.first_s, 6),
+            significant(channel.last_s, 6),
             channel.gaps.to_string(),
-            or_absent(channel.min, 4),
-            or_absent(channel.max, 4),
+            significant(channel.min, 4),
+            significant(channel.max, 4),
         ]);
     }
     align(&mut table, 2..9);

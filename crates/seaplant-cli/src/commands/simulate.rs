@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, anyhow, bail};
 use schemars::JsonSchema;
 use seaplant::results::{PlantResult, Results};
-use seaplant::{Comparison, Dof, evaluate};
+use seaplant::{Comparison, Dof, Model, evaluate};
 use seaplant_campaign::read_logs;
 use seaplant_report::number::{or_absent, significant};
 use serde::Serialize;
@@ -33,7 +33,7 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
     let plant = plant_of(&results, dof, recommended, arguments.method)?;
     let campaign = campaign_of(arguments, &results)?;
     let trial = read_logs(&campaign, &arguments.logs, dof)?;
-    let comparison = evaluate(dof, &plant.lumped, &trial)?;
+    let comparison = evaluate(dof, &Model::of_result(plant), &trial)?;
     if let Some(path) = &arguments.out {
         write_file(path, csv(&comparison).as_bytes())?;
     }

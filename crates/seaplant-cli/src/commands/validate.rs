@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, bail};
 use schemars::JsonSchema;
 use seaplant::results::{PlantResult, Results, Score};
-use seaplant::{Dof, Method, Role, score_plant};
+use seaplant::{Dof, Method, Model, Role, score_plant};
 use seaplant_campaign::Campaign;
 use seaplant_report::number::{or_absent, significant};
 use seaplant_report::parse_results;
@@ -38,7 +38,7 @@ pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
         if trials.is_empty() {
             continue;
         }
-        let score = score_plant(dof, &plant.lumped, &trials)
+        let score = score_plant(dof, &Model::of_result(plant), &trials)
             .with_context(|| arguments.campaign.display().to_string())?;
         let fitted_to = known_files(&results, &campaign, dof);
         validations.push(Validation { dof, method: plant.method, score, fitted_to });

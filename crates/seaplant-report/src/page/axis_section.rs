@@ -47,7 +47,7 @@ pub(crate) fn view(
     details.extend(subsets(dof, results));
     details.push(correlation(plant));
     details.extend(nuisances(plant));
-    details.extend(structure(dof, plant));
+    details.extend(structure(plant));
     AxisSection {
         name: dof.name(),
         title: words::capitalised(dof.name()),
@@ -292,18 +292,16 @@ fn nuisances(plant: &PlantResult) -> Option<Table> {
 }
 
 /// Why the model has the parts that it has.
-fn structure(dof: Dof, plant: &PlantResult) -> Option<Table> {
+fn structure(plant: &PlantResult) -> Option<Table> {
     if plant.structure.is_empty() {
         return None;
     }
-    let unit = dof.units().velocity;
     let head = [
         "Part".to_owned(),
         "In the model".to_owned(),
         "Twice the gain in log-likelihood".to_owned(),
         "Gain asked for".to_owned(),
-        format!("e held out without it, {unit}"),
-        format!("e held out with it, {unit}"),
+        "The same on held-out trials".to_owned(),
     ];
     let rows = plant.structure.iter().map(|decision| {
         Row::new([
@@ -311,8 +309,7 @@ fn structure(dof: Dof, plant: &PlantResult) -> Option<Table> {
             if decision.admitted { "yes" } else { "no" }.to_owned(),
             significant(decision.likelihood_ratio, 3),
             significant(decision.needed, 3),
-            or_absent(decision.hold_out_without, 3),
-            or_absent(decision.hold_out_with, 3),
+            or_absent(decision.hold_out_ratio, 3),
         ])
         .strong_if(decision.admitted)
     });

@@ -74,16 +74,17 @@ fn add_stretch(
     filters: &Filters,
     regression: &mut Regression,
 ) -> Result<(), Error> {
-    let UniformStretch { grid, v, tau } = &stretch.uniform;
+    let grid = stretch.ready.grid;
     let margin = margin_rows(filters, stretch.sample_hz)?.min(grid.len);
     let tile_rows = TILE_ROWS.max(4 * margin);
-    let mut tile = Tile::default();
+    let mut rows = Vec::new();
     regression.start_stretch(grid.period_s);
     for from in (0..grid.len).step_by(tile_rows) {
         let to = (from + tile_rows).min(grid.len);
         let seen = from.saturating_sub(margin)..(to + margin).min(grid.len);
-        tile.fill(&v[seen.clone()], &tau[seen.clone()], stretch, filters)?;
-        regression.add(&tile.rows[from - seen.start..to - seen.start]);
+        let tile = stretch.ready.on(grid.part(seen.clone()))?;
+        filter_rows(tile, stretch.sample_hz, filters, &mut rows)?;
+        regression.add(&rows[from - seen.start..to - seen.start]);
     }
     Ok(())
 }
@@ -93,35 +94,63 @@ fn margin_rows(filters: &Filters, sample_hz: f64) -> Result<usize, Error> {
     used.map(|filter| filter.settling_rows(sample_hz)).sum()
 }
 
-/// Room for the rows of a tile, used again and again.
-#[derive(Default)]
-struct Tile {
-    v: Vec<f64>,
-    rows: Vec<Row>,
+/// The rows of a tile, in room that is used again and again.
+fn filter_rows(
+    UniformStretch { grid, tau, mut v }: UniformStretch,
+    sample_hz: f64,
+    filters: &Filters,
+    rows: &mut Vec<Row>,
+) -> Result<(), Error> {
+    if let Some(filter) = filters.velocity {
+        filter.zero_phase_in_place(&mut v, sample_hz)?;
+    }
+    let v_dot = differentiate(&v, grid.period_s)?;
+    let terms = tau.iter().zip(&v).zip(v_dot);
+    rows.clear();
+    rows.extend(terms.map(|((&tau, &v), v_dot)| [tau, v * v.abs(), v, v_dot]));
+    match filters.every_term {
+        Some(filter) => filter.zero_phase_rows(rows, sample_hz),
+        None => Ok(()),
+    }
 }
 
-impl Tile {
-    fn fill(
-        &mut self,
-        v: &[f64],
-        tau: &[f64],
-        Stretch { uniform, sample_hz, .. }: &Stretch<'_>,
-        filters: &Filters,
-    ) -> Result<(), Error> {
-        self.v.clear();
-        self.v.extend_from_slice(v);
-        if let Some(filter) = filters.velocity {
-            filter.zero_phase_in_place(&mut self.v, *sample_hz)?;
-        }
-        let v_dot = differentiate(&self.v, uniform.grid.period_s)?;
-        let terms = tau.iter().zip(&self.v).zip(v_dot);
-        self.rows.clear();
-        self.rows.extend(terms.map(|((&tau, &v), v_dot)| [tau, v * v.abs(), v, v_dot]));
-        match filters.every_term {
-            Some(filter) => filter.zero_phase_rows(&mut self.rows, *sample_hz),
-            None => Ok(()),
+/// A fit with thrust moved in time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DelayedFit {
+    /// By how much thrust was moved to later, s.
+    pub delay_s: f64,
+    /// The fit.
+    pub fit: Fit,
+}
+
+/// Fits the plant with thrust moved by each of some delays, and keeps the one with the
+/// least residual: a first look at lag, delay and clocks that differ.
+///
+/// # Errors
+/// As [`fit_equation_error`], if no delay can be fitted.
+pub fn fit_best_delay(
+    dof: Dof,
+    axes: &[AxisRecord],
+    terms: Terms,
+    options: &EquationErrorOptions,
+    delays_s: impl Iterator<Item = f64>,
+) -> Result<DelayedFit, Error> {
+    let mut best: Option<DelayedFit> = None;
+    let mut refused = Error::NoTrial { dof };
+    for delay_s in delays_s {
+        let moved =
+            |axis: &AxisRecord| AxisRecord { force: axis.force.shifted(delay_s), ..axis.clone() };
+        let late: Vec<AxisRecord> = axes.iter().map(moved).collect();
+        match fit_equation_error(dof, &late, terms, options) {
+            Ok(fit) => {
+                if best.as_ref().is_none_or(|best| fit.residual_rms < best.fit.residual_rms) {
+                    best = Some(DelayedFit { delay_s, fit });
+                }
+            }
+            Err(error) => refused = error,
         }
     }
+    best.ok_or(refused)
 }
 
 fn filters_for(

@@ -9,7 +9,7 @@ mod problem;
 mod schedule;
 mod structure;
 
-pub use fit::{FilterErrorOptions, fit_filter_error};
+pub use fit::{FilterErrorOptions, first_delays, fit_filter_error};
 pub use structure::{Candidate, Decision};
 
 use crate::{ThrustModel, ThrusterTrack};

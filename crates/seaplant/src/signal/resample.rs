@@ -1,13 +1,13 @@
 use super::LowPass;
 use crate::{Error, Gap, Grid, Timed};
 
-/// A stretch of a series without gaps, on a uniform grid.
+/// A stretch of a series without gaps, and the uniform grid that it spans.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
     /// Its instants.
     pub grid: Grid,
-    /// One value for each.
-    pub values: Vec<f64>,
+    /// What to interpolate there: the samples, or smoothed ones where the grid is coarser.
+    pub series: Timed,
 }
 
 /// A series cut at its gaps.
@@ -44,19 +44,23 @@ const GAP_SECONDS: f64 = 0.5;
 /// # Ok::<(), seaplant::Error>(())
 /// ```
 pub fn resample(series: &Timed, grid: Grid) -> Result<Vec<f64>, Error> {
-    let native = series.period_s();
-    // Up to this ratio the samples' own Nyquist frequency is that of the grid, near enough.
-    if native <= 0.0 || grid.period_s < 1.5 * native {
-        return Ok(series.interpolate(grid));
-    }
-    let fine = Grid::spanning(series.first_s(), series.last_s(), native);
-    let filter =
-        LowPass { cutoff_hz: ANTI_ALIAS_PART * 0.5 / grid.period_s, order: ANTI_ALIAS_ORDER };
-    let smooth = filter.zero_phase(&series.interpolate(fine), 1.0 / native)?;
-    Ok(Timed::on_grid("the smoothed series", fine, smooth)?.interpolate(grid))
+    Ok(without_aliases(series, grid.period_s)?.interpolate(grid))
 }
 
-/// Cuts a series at its gaps and brings each stretch to a uniform rate.
+/// The series, smoothed if it would alias on grids of this period.
+fn without_aliases(series: &Timed, period_s: f64) -> Result<Timed, Error> {
+    let native = series.period_s();
+    // Up to this ratio the samples' own Nyquist frequency is that of the grid, near enough.
+    if native <= 0.0 || period_s < 1.5 * native {
+        return Ok(series.clone());
+    }
+    let fine = Grid::spanning(series.first_s(), series.last_s(), native);
+    let filter = LowPass { cutoff_hz: ANTI_ALIAS_PART * 0.5 / period_s, order: ANTI_ALIAS_ORDER };
+    let smooth = filter.zero_phase(&series.interpolate(fine), 1.0 / native)?;
+    Timed::on_grid("the smoothed series", fine, smooth)
+}
+
+/// Cuts a series at its gaps and makes each stretch ready for a uniform rate.
 ///
 /// A gap is an interval above five sampling periods and half a second; shorter ones are
 /// bridged linearly. Stretches with fewer than `least` instants are dropped, and
@@ -75,7 +79,9 @@ pub fn uniform_stretches(series: &Timed, period_s: f64, least: usize) -> Result<
         let grid = Grid::spanning(from_s, to_s, period_s);
         let part = series.window(from_s, to_s).filter(|_| grid.len >= least);
         match part {
-            Some(part) => stretches.push(Stretch { grid, values: resample(&part, grid)? }),
+            Some(part) => {
+                stretches.push(Stretch { grid, series: without_aliases(&part, period_s)? });
+            }
             None => gaps.push(Gap { from_s, to_s }),
         }
     }
@@ -115,6 +121,7 @@ mod tests {
         let times = (0..300).filter(|k| !(100..102).contains(k)).map(|k| 0.1 * f64::from(k));
         let cut = uniform_stretches(&series(times), 0.1, 20).expect("long enough");
         assert_eq!((cut.stretches.len(), cut.gaps.len()), (1, 0));
-        assert!((cut.stretches[0].values[101] - 20.2).abs() < 1e-9);
+        let Stretch { grid, series } = &cut.stretches[0];
+        assert!((series.interpolate(*grid)[101] - 20.2).abs() < 1e-9);
     }
 }

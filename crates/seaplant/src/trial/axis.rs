@@ -1,6 +1,6 @@
 use super::{LEAST_SAMPLES, ThrusterTrack};
 use crate::navigation::Motion;
-use crate::signal::{Stretches, differentiate, differentiate_timed, resample, uniform_stretches};
+use crate::signal::{Stretches, differentiate, differentiate_timed, uniform_stretches};
 use crate::{Dof, Error, Gap, Grid, Timed};
 
 /// What one trial says of one degree of freedom.
@@ -76,6 +76,40 @@ pub struct UniformAxis {
 /// Regressions gain nothing above this rate: vehicles of a tonne move below 1 Hz.
 const HIGHEST_RATE_HZ: f64 = 20.0;
 
+/// Thrust that is held for so long is no gap, s.
+const LEAST_FORCE_GAP_S: f64 = 1.0;
+
+/// What a [`UniformAxis`] is made of.
+pub(crate) struct ReadyAxis {
+    pub sample_hz: f64,
+    pub source_hz: f64,
+    pub stretches: Vec<ReadyStretch>,
+    pub gaps: Vec<Gap>,
+}
+
+/// A stretch that can be brought to any part of its grid.
+pub(crate) struct ReadyStretch {
+    /// Its instants.
+    pub grid: Grid,
+    motion: Motion,
+    force: Timed,
+}
+
+impl ReadyStretch {
+    /// Force and velocity at the instants of a part of the grid.
+    ///
+    /// # Errors
+    /// [`Error::TooShort`] for one instant, if velocity is derived from position.
+    pub fn on(&self, grid: Grid) -> Result<UniformStretch, Error> {
+        let values = self.motion.series().interpolate(grid);
+        let v = match self.motion {
+            Motion::Velocity(_) => values,
+            Motion::Position(_) => differentiate(&values, grid.period_s)?,
+        };
+        Ok(UniformStretch { grid, tau: self.force.held_means(grid), v })
+    }
+}
+
 impl Motion {
     /// The samples as measured: velocity or position.
     pub fn series(&self) -> &Timed {
@@ -105,24 +139,35 @@ impl AxisRecord {
     /// # Errors
     /// [`Error::TooShort`] if no stretch is long enough.
     pub fn uniform(&self, least: usize) -> Result<UniformAxis, Error> {
+        let ready = self.ready(least)?;
+        let ReadyAxis { sample_hz, source_hz, stretches, gaps } = ready;
+        let stretches =
+            stretches.iter().map(|ready| ready.on(ready.grid)).collect::<Result<_, _>>()?;
+        Ok(UniformAxis { dof: self.dof, sample_hz, source_hz, stretches, gaps })
+    }
+
+    /// As [`AxisRecord::uniform`], for reading part by part: a long record on its grids
+    /// would be twice as large again.
+    pub(crate) fn ready(&self, least: usize) -> Result<ReadyAxis, Error> {
         let motion = self.motion.series();
         let source_hz = rate_hz(motion);
         let sample_hz = source_hz.max(rate_hz(&self.force)).min(HIGHEST_RATE_HZ);
-        let period_s = 1.0 / sample_hz;
         let least = least.max(LEAST_SAMPLES);
-        let Stretches { stretches: found, mut gaps } = uniform_stretches(motion, period_s, least)?;
+        let Stretches { stretches: found, mut gaps } =
+            uniform_stretches(motion, 1.0 / sample_hz, least)?;
         let force_gaps = self.force_gaps();
         let mut stretches = Vec::new();
         for whole in found {
-            for grid in without(whole.grid, &force_gaps, least) {
-                let values =
-                    if grid == whole.grid { whole.values.clone() } else { resample(motion, grid)? };
-                let v = match self.motion {
-                    Motion::Velocity(_) => values,
-                    Motion::Position(_) => differentiate(&values, period_s)?,
-                };
-                stretches.push(UniformStretch { grid, tau: self.force.held_means(grid), v });
-            }
+            let motion = match self.motion {
+                Motion::Velocity(_) => Motion::Velocity(whole.series),
+                Motion::Position(_) => Motion::Position(whole.series),
+            };
+            let parts = without(whole.grid, &force_gaps, least).into_iter();
+            stretches.extend(parts.map(|grid| ReadyStretch {
+                grid,
+                motion: motion.clone(),
+                force: self.force.clone(),
+            }));
         }
         if stretches.is_empty() {
             let span = ((motion.last_s() - motion.first_s()) * sample_hz) as usize + 1;
@@ -137,7 +182,7 @@ impl AxisRecord {
         }
         gaps.extend(force_gaps);
         gaps.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
-        Ok(UniformAxis { dof: self.dof, sample_hz, source_hz, stretches, gaps })
+        Ok(ReadyAxis { sample_hz, source_hz, stretches, gaps })
     }
 
     /// Intervals in which thrust was not logged, though it usually is.
@@ -145,11 +190,14 @@ impl AxisRecord {
     /// Thrust that is logged when it changes has long intervals by nature, so a gap
     /// is measured against the longest tenth of them.
     pub fn force_gaps(&self) -> Vec<Gap> {
+        if self.force.longest_step_s() <= LEAST_FORCE_GAP_S {
+            return Vec::new();
+        }
         let mut steps: Vec<f64> =
             self.force.time_s().windows(2).map(|pair| pair[1] - pair[0]).collect();
         steps.sort_by(f64::total_cmp);
         let Some(long) = steps.get(steps.len() * 9 / 10) else { return Vec::new() };
-        self.force.gaps((5.0 * long).max(1.0))
+        self.force.gaps((5.0 * long).max(LEAST_FORCE_GAP_S))
     }
 }
 

@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector, Matrix4};
+use nalgebra::{DMatrix, Matrix4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::minimise::Optimum;
+use super::minimise::{Optimum, scaled_inverse, unit_diagonal};
 use super::parameters::{UNKNOWNS, Unknown, Values};
 use super::problem::{Prior, Problem, Record};
 use super::structure::{Candidate, Decision, Fitted, Search};
-use crate::estimate::{Estimate, Fit, Method, Nuisances, check_trials};
+use crate::estimate::{DelayedFit, Estimate, Fit, Method, Nuisances, check_trials};
 use crate::navigation::Motion;
 use crate::terms::Term;
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Model, Terms, ThrustModel};
@@ -40,7 +40,7 @@ impl Default for FilterErrorOptions {
 /// drag are admitted one by one, if the Bayesian information criterion asks for them and
 /// held-out records are predicted no worse.
 ///
-/// `start` is a fit to begin with, by equation error say.
+/// `start` is a fit to begin with, by equation error, with the delay that suits it best.
 ///
 /// # Errors
 /// [`Error::NoTrial`] without records; [`Error::NotConverged`] if no optimum is reached.
@@ -52,7 +52,7 @@ pub fn fit_filter_error(
     axes: &[AxisRecord],
     hold_out: &[AxisRecord],
     terms: Option<Terms>,
-    start: &Fit,
+    start: &DelayedFit,
     options: &FilterErrorOptions,
 ) -> Result<Fit, Error> {
     check_trials(dof, axes)?;
@@ -63,6 +63,7 @@ pub fn fit_filter_error(
         records: &records,
         priors: &first.priors,
         fixed: first.fixed(),
+        start: first.values,
         hold_out: &others,
     };
     let base = search.fit(&first.unknowns(terms.unwrap_or_default()), None, &first.values);
@@ -79,6 +80,11 @@ pub fn fit_filter_error(
     into_fit(dof, &fitted, structure, &records)
 }
 
+/// The delays that a first look tries, s: every tenth of a second up to one.
+pub fn first_delays() -> impl Iterator<Item = f64> {
+    (0..=10).map(|tenth| 0.1 * f64::from(tenth))
+}
+
 /// Where the search begins, and what is believed before it.
 struct Beginning {
     values: Values,
@@ -87,15 +93,19 @@ struct Beginning {
 }
 
 impl Beginning {
-    fn of(axes: &[AxisRecord], start: &Fit) -> Self {
+    fn of(axes: &[AxisRecord], start: &DelayedFit) -> Self {
         let mut values = Values([0.0; UNKNOWNS]);
-        let lumped = start.lumped;
+        let lumped = start.fit.lumped;
         let mut set = |unknown, value| values.set(unknown, value);
         // A wrong-signed mass is no place to start from; the scale of thrust is.
         set(Unknown::Alpha, lumped.alpha.abs().max(f64::MIN_POSITIVE));
         set(Unknown::Beta, lumped.beta.min(0.0));
         set(Unknown::Mu, lumped.mu.min(0.0));
         set(Unknown::Bias, lumped.bias);
+        // What comes late may lag or be delayed; in doubt, half and half.
+        let late_s = start.delay_s.max(0.0);
+        set(Unknown::Lag, (0.5 * late_s).max(LEAST_LAG_S));
+        set(Unknown::Delay, start.delay_s - 0.5 * late_s);
         let force_rms = rms(axes.iter().flat_map(|axis| axis.force.values()).copied());
         let disturbance = (TYPICAL_DISTURBANCE * lumped.alpha.abs() * force_rms).max(1e-9);
         set(Unknown::LogDisturbance, disturbance.ln());
@@ -149,6 +159,9 @@ impl Beginning {
         terms.fitted().into_iter().map(of).chain(noise).collect()
     }
 }
+
+/// A fit of the lag starts no lower: at zero a lag is a delay, to first order.
+const LEAST_LAG_S: f64 = 0.05;
 
 /// A tether or swell pulls with some hundredths of the thrust …
 const TYPICAL_DISTURBANCE: f64 = 0.03;
@@ -313,19 +326,8 @@ fn caveats(fit: &Fit, innovations: &[Vec<f64>]) -> Vec<Caveat> {
     caveats
 }
 
-fn scale_of(information: &DMatrix<f64>) -> DVector<f64> {
-    information.diagonal().map(|x| 1.0 / x.max(f64::MIN_POSITIVE).sqrt())
-}
-
-/// The inverse, scaled to a unit diagonal first: α and ln T differ by many magnitudes.
-fn scaled_inverse(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scale = DMatrix::from_diagonal(&scale_of(information));
-    let inverse = (&scale * information * &scale).cholesky()?.inverse();
-    Some(&scale * inverse * &scale)
-}
-
 fn condition(information: &DMatrix<f64>) -> f64 {
-    let scale = DMatrix::from_diagonal(&scale_of(information));
+    let scale = unit_diagonal(information);
     let eigen = (&scale * information * &scale).symmetric_eigenvalues();
     (eigen.max() / eigen.min().max(f64::MIN_POSITIVE)).sqrt()
 }

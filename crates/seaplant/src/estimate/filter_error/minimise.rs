@@ -130,3 +130,15 @@ fn within(unknowns: &[Unknown], theta: &DVector<f64>, step: &DVector<f64>) -> DV
         (from + step[j]).clamp(near, far).clamp(low, high)
     })
 }
+
+/// Brings a matrix to a unit diagonal: α and ln T differ by many magnitudes.
+pub(crate) fn unit_diagonal(information: &DMatrix<f64>) -> DMatrix<f64> {
+    DMatrix::from_diagonal(&information.diagonal().map(|x| 1.0 / x.max(f64::MIN_POSITIVE).sqrt()))
+}
+
+/// The covariance that an information matrix leaves; `None` if some number is not seen.
+pub(crate) fn scaled_inverse(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let scale = unit_diagonal(information);
+    let inverse = (&scale * information * &scale).cholesky()?.inverse();
+    Some(&scale * inverse * &scale)
+}

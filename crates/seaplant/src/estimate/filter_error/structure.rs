@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::minimise::{Optimum, minimise};
+use super::minimise::{Optimum, minimise, scaled_inverse};
 use super::parameters::{Unknown, Values};
 use super::problem::{Prior, Problem, Record};
 use crate::AxisRecord;
@@ -119,11 +119,16 @@ pub struct Decision {
 /// parameters simulate worse than wrong ones.
 const HOLD_OUT_SLACK: f64 = -4.0;
 
+/// A candidate that spoils prediction goes before one that is merely not needed.
+const SEVERE: f64 = 1e3;
+
 /// The search for a model's structure.
 pub(crate) struct Search<'a> {
     pub(crate) records: &'a [Record],
     pub(crate) priors: &'a [Prior],
     pub(crate) fixed: Values,
+    /// Where a fit that follows no other starts.
+    pub(crate) start: Values,
     /// Trials that are not fitted, to judge candidates by.
     pub(crate) hold_out: &'a [Record],
 }
@@ -159,33 +164,73 @@ impl<'a> Search<'a> {
         Fitted { problem, optimum }
     }
 
-    /// Admits candidates one by one: the one with the greatest gain first, as long as the
-    /// gain is worth it and held-out trials are predicted no worse.
+    /// Starts with every candidate in the model and leaves out, one by one, the one that is
+    /// worth least, until each that is left is worth its place.
+    ///
+    /// Backwards, since one fault hides another: under a current and a delay together, a
+    /// lag alone makes nothing better.
     pub(crate) fn run(
         &self,
         base: Fitted<'a>,
         candidates: &[Candidate],
     ) -> (Fitted<'a>, Vec<Decision>) {
-        let mut left = candidates.to_vec();
-        let mut model = base;
-        let mut decisions = Vec::new();
-        while !left.is_empty() {
-            let scores = self.scores(&model, &left);
-            let Some((best, decision)) = self.best(&model, &left, &scores) else {
-                decisions.extend(
-                    left.iter()
-                        .zip(&scores)
-                        .map(|(candidate, score)| self.rejected(*candidate, *score)),
-                );
-                break;
-            };
-            left.retain(|candidate| *candidate != decision.candidate);
-            if decision.admitted {
-                model = best;
-            }
-            decisions.push(decision);
+        let mut kept = candidates.to_vec();
+        let mut model = self.full(&base, &kept);
+        if !model.optimum.converged {
+            // Too much for these logs: begin with what the score test sees.
+            kept.retain(|c| self.score(&base, *c).unwrap_or(0.0) > self.needed(*c));
+            model = self.full(&base, &kept);
         }
+        while let Some((least, without)) = self.least_worth(&model, &kept) {
+            if self.decide(least, &model, &without).admitted {
+                break;
+            }
+            kept.retain(|candidate| *candidate != least);
+            model = without;
+        }
+        self.take_back(candidates, &mut kept, &mut model);
+        let decisions = candidates.iter().map(|&candidate| {
+            if kept.contains(&candidate) {
+                let without = self.without(&model, candidate);
+                Decision { admitted: true, ..self.decide(candidate, &model, &without) }
+            } else {
+                let ratio = self.score(&model, candidate).unwrap_or(0.0);
+                Decision { admitted: false, ..self.decision(candidate, ratio, None) }
+            }
+        });
+        let decisions = decisions.collect();
         (model, decisions)
+    }
+
+    /// The model with all of the candidates, from several starts: a disturbance that
+    /// forgets quickly can take the place of a fault that was not in the model yet.
+    fn full(&self, base: &Fitted<'a>, candidates: &[Candidate]) -> Fitted<'a> {
+        let mut unknowns = Self::unknowns(base);
+        unknowns.extend(candidates.iter().map(|candidate| candidate.unknown()));
+        let fresh = self.fit(&unknowns, None, &self.start);
+        let grown = self.with(base, candidates);
+        let rank = |fit: &Fitted<'_>| (!fit.optimum.converged, fit.optimum.cost);
+        if rank(&fresh) <= rank(&grown) { fresh } else { grown }
+    }
+
+    /// Takes back what was left out too early: worth its place in the model as it is now.
+    fn take_back(
+        &self,
+        candidates: &[Candidate],
+        kept: &mut Vec<Candidate>,
+        model: &mut Fitted<'a>,
+    ) {
+        let left_in = kept.clone();
+        for &candidate in candidates.iter().filter(|c| !left_in.contains(c)) {
+            if self.score(model, candidate).unwrap_or(0.0) < self.needed(candidate) {
+                continue;
+            }
+            let with = self.with(model, &[candidate]);
+            if with.optimum.converged && self.decide(candidate, &with, model).admitted {
+                kept.push(candidate);
+                *model = with;
+            }
+        }
     }
 
     fn numbers(&self, candidate: Candidate) -> f64 {
@@ -197,67 +242,90 @@ impl<'a> Search<'a> {
         self.numbers(candidate) * (samples as f64).ln()
     }
 
-    fn rejected(&self, candidate: Candidate, score: f64) -> Decision {
-        Decision {
-            candidate,
-            likelihood_ratio: score,
-            needed: self.needed(candidate),
-            hold_out_ratio: None,
-            admitted: false,
-        }
+    fn decision(
+        &self,
+        candidate: Candidate,
+        likelihood_ratio: f64,
+        hold_out_ratio: Option<f64>,
+    ) -> Decision {
+        let needed = self.needed(candidate);
+        let predicts = hold_out_ratio.is_none_or(|ratio| ratio > HOLD_OUT_SLACK);
+        let admitted = likelihood_ratio > needed && predicts;
+        Decision { candidate, likelihood_ratio, needed, hold_out_ratio, admitted }
     }
 
-    /// Fits those candidates that may be worth it; the one with the greatest gain.
-    fn best(
+    /// Whether a candidate is worth its place, by a fit with it and one without.
+    fn decide(&self, candidate: Candidate, with: &Fitted<'_>, without: &Fitted<'_>) -> Decision {
+        let ratio = 2.0 * (without.optimum.cost - with.optimum.cost);
+        let others =
+            |fit: &Fitted<'_>| fit.problem.cost_of_others(&fit.optimum.theta, self.hold_out);
+        let hold_out = (!self.hold_out.is_empty()).then(|| 2.0 * (others(without) - others(with)));
+        self.decision(candidate, ratio, hold_out)
+    }
+
+    /// The candidate that is worth least, and the model without it.
+    ///
+    /// Those that Wald's test does not see are not refitted one by one: the least of them
+    /// goes first.
+    fn least_worth(
         &self,
         model: &Fitted<'a>,
-        left: &[Candidate],
-        scores: &[f64],
-    ) -> Option<(Fitted<'a>, Decision)> {
-        // A score test is a parabola where the likelihood is none; half is near enough.
-        let promising: Vec<Candidate> = left
-            .iter()
-            .zip(scores)
-            .filter(|(candidate, score)| **score > 0.5 * self.needed(**candidate))
-            .map(|(candidate, _)| *candidate)
-            .collect();
-        let fits = promising.into_iter().map(|candidate| {
-            let fitted = self.with(model, candidate);
-            let ratio = 2.0 * (model.optimum.cost - fitted.optimum.cost);
-            (fitted, self.rejected(candidate, ratio))
-        });
-        let worth = |fit: &(Fitted<'a>, Decision)| fit.1.likelihood_ratio - fit.1.needed;
-        let (fitted, mut decision) = fits
-            .filter(|fit| fit.0.optimum.converged && worth(fit) > 0.0)
-            .max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
-        let held_out =
-            |fit: &Fitted<'_>| fit.problem.cost_of_others(&fit.optimum.theta, self.hold_out);
-        if !self.hold_out.is_empty() {
-            decision.hold_out_ratio = Some(2.0 * (held_out(model) - held_out(&fitted)));
+        kept: &[Candidate],
+    ) -> Option<(Candidate, Fitted<'a>)> {
+        let wald = |candidate: &Candidate| self.wald(model, *candidate) - self.needed(*candidate);
+        let least = kept.iter().copied().min_by(|a, b| wald(a).total_cmp(&wald(b)))?;
+        if wald(&least) < 0.0 {
+            return Some((least, self.without(model, least)));
         }
-        decision.admitted = decision.hold_out_ratio.is_none_or(|ratio| ratio > HOLD_OUT_SLACK);
-        Some((fitted, decision))
+        // Wald's test trusts a parabola; where it keeps all, the likelihood itself decides.
+        kept.iter().map(|&candidate| (candidate, self.without(model, candidate))).min_by(|a, b| {
+            let worth = |(candidate, without): &(Candidate, Fitted<'a>)| {
+                let decision = self.decide(*candidate, model, without);
+                let held_out = decision.hold_out_ratio.unwrap_or(0.0).min(0.0);
+                decision.likelihood_ratio - decision.needed + SEVERE * held_out.min(HOLD_OUT_SLACK)
+            };
+            worth(a).total_cmp(&worth(b))
+        })
     }
 
-    /// The model with one candidate more.
-    fn with(&self, model: &Fitted<'a>, candidate: Candidate) -> Fitted<'a> {
-        let problem = &model.problem;
-        let mut unknowns = [problem.shared.clone(), problem.own.clone()].concat();
-        unknowns.push(candidate.unknown());
+    /// (θ/σ)² of a candidate, its largest if it is one of each trial.
+    fn wald(&self, model: &Fitted<'a>, candidate: Candidate) -> f64 {
+        let Some(covariance) = scaled_inverse(&model.optimum.information) else { return 0.0 };
+        let of = |record| {
+            let place = model.problem.index(candidate.unknown(), record)?;
+            Some(model.optimum.theta[place].powi(2) / covariance[(place, place)])
+        };
+        let each = (0..self.records.len()).filter_map(of);
+        let (sum, max) = each.fold((0.0, 0.0_f64), |(sum, max), x| (sum + x, max.max(x)));
+        if candidate == Candidate::Current { sum } else { max }
+    }
+
+    fn unknowns(model: &Fitted<'_>) -> Vec<Unknown> {
+        [model.problem.shared.clone(), model.problem.own.clone()].concat()
+    }
+
+    /// The model with candidates more.
+    fn with(&self, model: &Fitted<'a>, candidates: &[Candidate]) -> Fitted<'a> {
+        let mut unknowns = Self::unknowns(model);
         let mut at = self.fixed;
-        at.set(candidate.unknown(), candidate.start());
+        for candidate in candidates {
+            unknowns.push(candidate.unknown());
+            at.set(candidate.unknown(), candidate.start());
+        }
         self.fit(&unknowns, Some(model), &at)
     }
 
-    /// Rao's score test of each candidate at the optimum without it:
-    /// `gᵀ (I_cc − I_cb I_bb⁻¹ I_bc)⁻¹ g`.
-    fn scores(&self, model: &Fitted<'a>, left: &[Candidate]) -> Vec<f64> {
-        let score = |candidate: &Candidate| self.score(model, *candidate).unwrap_or(0.0);
-        left.iter().map(score).collect()
+    /// The model with one candidate less.
+    fn without(&self, model: &Fitted<'a>, candidate: Candidate) -> Fitted<'a> {
+        let mut unknowns = Self::unknowns(model);
+        unknowns.retain(|unknown| *unknown != candidate.unknown());
+        self.fit(&unknowns, Some(model), &self.fixed)
     }
 
+    /// Rao's score test of a candidate at the optimum without it:
+    /// `gᵀ (I_cc − I_cb I_bb⁻¹ I_bc)⁻¹ g`.
     fn score(&self, model: &Fitted<'a>, candidate: Candidate) -> Option<f64> {
-        let mut unknowns = [model.problem.shared.clone(), model.problem.own.clone()].concat();
+        let mut unknowns = Self::unknowns(model);
         unknowns.push(candidate.unknown());
         let problem = Problem::new(self.records, &unknowns, self.priors, self.fixed);
         let mut theta = DVector::zeros(problem.len());
