@@ -246,11 +246,11 @@ fn channel_map(path: &Path, file: &CampaignFile, trial: &TrialEntry) -> Result<C
     let all = file.channels.iter().chain(&trial.channels);
     for (name, entry) in all {
         let quantity = name.parse().map_err(|error: seaplant::Error| {
-            let near = seaplant::Quantity::all_but_thrusters();
-            let near: Vec<String> = near.iter().map(ToString::to_string).collect();
-            let near = toml_file::nearest(name, near.iter().map(String::as_str));
-            let hint = near.map_or_else(String::new, |near| format!(" (did you mean `{near}`?)"));
-            Error::value(path, format!("channels.\"{name}\""), format!("{error}{hint}"))
+            let reason = near_quantity(name).map_or_else(
+                || error.to_string(),
+                |near| format!("is no quantity that Seaplant knows; did you mean `{near}`?"),
+            );
+            Error::value(path, format!("channels.\"{name}\""), reason)
         })?;
         map.insert(quantity, ChannelEntry::clone(entry));
     }
@@ -259,4 +259,22 @@ fn channel_map(path: &Path, file: &CampaignFile, trial: &TrialEntry) -> Result<C
         return Err(Error::value(path, "channels", reason));
     }
     Ok(map)
+}
+
+/// The quantity that was probably meant.
+fn near_quantity(name: &str) -> Option<String> {
+    let thruster = name.strip_prefix("thruster.").and_then(|rest| rest.rsplit_once('.'));
+    if let Some((thruster, input)) = thruster {
+        let inputs = [
+            ThrusterInput::Speed,
+            ThrusterInput::Pwm,
+            ThrusterInput::Command,
+            ThrusterInput::Force,
+        ];
+        let near = toml_file::nearest(input, inputs.map(ThrusterInput::name))?;
+        return Some(format!("thruster.{thruster}.{near}"));
+    }
+    let known = seaplant::Quantity::all_but_thrusters();
+    let known: Vec<String> = known.iter().map(ToString::to_string).collect();
+    toml_file::nearest(name, known.iter().map(String::as_str)).map(str::to_owned)
 }

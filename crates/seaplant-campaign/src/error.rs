@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum Error {
     /// The operating system would not give a file.
-    #[error("cannot read {}: {source}; check the path, which is relative to the file that names it", path.display())]
+    #[error("cannot read {}: {source}; check the spelling (a path inside a file is relative to that file)", path.display())]
     Io {
         /// The file.
         path: PathBuf,

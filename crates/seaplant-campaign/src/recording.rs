@@ -131,7 +131,7 @@ fn unit_of(
     let wanted = dimension_of(quantity.kind());
     let refuse = |source| Error::Channel {
         trial: entry.name.clone(),
-        quantity: quantity.to_string(),
+        quantity: format!("{quantity}, column `{}`", channel.column),
         source: Box::new(source),
     };
     match (&mapped.unit, &channel.unit) {

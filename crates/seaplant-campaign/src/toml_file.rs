@@ -37,7 +37,7 @@ pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, E
     toml::from_str(text).map_err(|error| Error::Toml {
         path: path.to_owned(),
         message: error.to_string().trim_end().to_owned(),
-        advice: suggestion(error.message()),
+        advice: suggestion(error.message(), text),
     })
 }
 
@@ -55,9 +55,16 @@ pub(crate) fn resolve(file: &Path, named: &Path) -> Result<PathBuf, Error> {
     Ok(file.parent().unwrap_or(Path::new("")).join(full.as_ref()))
 }
 
-/// What was probably meant, read off a message such as
+/// What to do, read off a message such as
 /// ``unknown field `postion_m`, expected one of `name`, `position_m` ``.
-fn suggestion(message: &str) -> String {
+fn suggestion(message: &str, text: &str) -> String {
+    if let Some(key) = message.strip_prefix("missing field ") {
+        let key = key.trim_matches('`');
+        let is_comment = |line: &str| line.strip_prefix('#').is_some_and(|l| names(l, key));
+        let waits = text.lines().any(|line| is_comment(line.trim_start()));
+        let how = if waits { "; the file holds it as a comment to fill in" } else { "" };
+        return format!("\nadd `{key} = ...` there{how}");
+    }
     let Some((found, expected)) = message
         .strip_prefix("unknown field ")
         .or_else(|| message.strip_prefix("unknown variant "))
@@ -68,6 +75,11 @@ fn suggestion(message: &str) -> String {
     let found = found.trim_matches('`');
     let known = expected.split('`').skip(1).step_by(2);
     nearest(found, known).map_or_else(String::new, |near| format!("\ndid you mean `{near}`?"))
+}
+
+/// Whether a line gives a value to a key.
+fn names(line: &str, key: &str) -> bool {
+    line.trim_start().strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with('='))
 }
 
 /// The known name that is most like the found one, if any is like it at all.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use seaplant::twin::Disturbance;
 use seaplant::{Dof, Method, Terms};
 
 /// Identifies the plant model of a marine vehicle from its logs: what it weighs in
@@ -95,8 +96,13 @@ pub struct Demo {
     pub seed: u64,
     /// What disturbs the twin: none, all, or some of tether, current, lag, delay, thrcoef,
     /// lever, swell, inflow, separated by commas.
-    #[arg(long, value_name = "LIST", default_value = "none")]
+    #[arg(long, value_name = "LIST", default_value = "none", value_parser = disturbances)]
     pub disturbances: String,
+}
+
+/// The list as it was written, if it is one.
+fn disturbances(list: &str) -> Result<String, seaplant::Error> {
+    Disturbance::parse_list(list).map(|_| list.to_owned())
 }
 
 /// Write a starting vehicle.toml and campaign.toml from what a log holds.
@@ -140,8 +146,8 @@ pub struct Identify {
     /// The campaign file.
     #[arg(value_hint = ValueHint::FilePath)]
     pub campaign: PathBuf,
-    /// A method: equation-error or paper. Give it once for each; the first gives the
-    /// recommended plant.
+    /// A method: filter-error, equation-error or paper. Give it once for each; the first
+    /// gives the recommended plant.
     #[arg(long = "method", value_name = "M")]
     pub methods: Vec<Method>,
     /// The terms to fit, in place of the campaign's: force, quadratic, linear, bias.
@@ -165,7 +171,7 @@ pub struct Simulate {
     #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
     /// The campaign whose vehicle and channels the log shares; the fit's own if not given.
-    #[arg(long, value_hint = ValueHint::FilePath)]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub campaign: Option<PathBuf>,
     /// The degree of freedom, if the results hold several.
     #[arg(long)]
@@ -218,7 +224,7 @@ pub struct Thruster {
     #[arg(long, value_name = "UNIT")]
     pub force_unit: Option<String>,
     /// The input that means stop: 0, or 1500 for pulse widths, if not given.
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, value_name = "INPUT", allow_negative_numbers = true)]
     pub neutral: Option<f64>,
     /// Draw the curve to this .svg or .png file.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anstyle::{AnsiColor, Style};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use serde_json::json;
 
@@ -48,12 +48,25 @@ impl Output {
     pub fn error(self, error: &anyhow::Error) {
         // An error that cannot be printed cannot be helped either.
         if self.json {
-            let message = json!({ "error": format!("{error:#}") });
+            let message = json!({ "error": reasons(error) });
             let _ = writeln!(anstream::stderr(), "{message:#}");
         } else {
-            let _ = writeln!(anstream::stderr(), "{SEVERE}error:{SEVERE:#} {error:#}");
+            let _ = writeln!(anstream::stderr(), "{SEVERE}error:{SEVERE:#} {}", reasons(error));
         }
     }
+}
+
+/// An error with its causes, but not those that its own words hold already.
+fn reasons(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if text.is_empty() {
+            text = cause;
+        } else if !text.contains(&cause) {
+            text += &format!(": {cause}");
+        }
+    }
+    text
 }
 
 /// Prints to standard output; a reader that has gone away, such as `head`, is no error.
@@ -75,55 +88,110 @@ pub struct File {
 }
 
 /// Writes files into a folder, all or none: they are written aside first and moved into
-/// place when every one is complete.
+/// place when every one is complete; if one cannot be moved, all that were are taken back.
 ///
 /// Other files in the folder stay as they are.
 pub fn write_folder(folder: &Path, files: &[File]) -> Result<()> {
-    let cannot = || format!("cannot write to {}; nothing was changed there", folder.display());
-    let is_new = !folder.exists();
-    fs::create_dir_all(folder).with_context(cannot)?;
-    let written =
-        write_aside(folder, files).and_then(|aside| move_into(folder, aside.path(), files));
-    if written.is_err() && is_new {
+    let mut made = Vec::new();
+    let written = write_into(folder, files, &mut made);
+    if written.is_err() {
         // Only an empty folder can be removed, so nothing of value is lost.
-        let _ = fs::remove_dir(folder);
+        made.iter().rev().for_each(|folder| _ = fs::remove_dir(folder));
     }
-    written.with_context(cannot)
+    written.with_context(|| {
+        format!("cannot write to {}; nothing was changed there", folder.display())
+    })
 }
 
-fn write_aside(folder: &Path, files: &[File]) -> Result<tempfile::TempDir> {
-    let aside = tempfile::Builder::new().prefix(".seaplant-").tempdir_in(folder)?;
-    for file in files {
-        let path = aside.path().join(&file.path);
-        let parent = path.parent().unwrap_or(aside.path());
-        fs::create_dir_all(parent)?;
-        write_whole(&path, &file.bytes)?;
-    }
-    Ok(aside)
-}
+/// Names of what is not complete begin so.
+const ASIDE: &str = ".seaplant-";
 
-fn move_into(folder: &Path, aside: &Path, files: &[File]) -> Result<()> {
-    for file in files {
+fn write_into(folder: &Path, files: &[File], made: &mut Vec<PathBuf>) -> Result<()> {
+    make_folder(folder, made)?;
+    let aside = tempfile::Builder::new().prefix(ASIDE).tempdir_in(folder)?;
+    let new = |k: usize| aside.path().join(format!("{k}.new"));
+    for (k, file) in files.iter().enumerate() {
+        write_whole(&new(k), &file.bytes)?;
+    }
+    let mut placed = Vec::new();
+    let moved = files.iter().enumerate().try_for_each(|(k, file)| {
         let target = folder.join(&file.path);
-        fs::create_dir_all(target.parent().unwrap_or(folder))?;
-        fs::rename(aside.join(&file.path), &target)
-            .with_context(|| format!("cannot put {} in place", target.display()))?;
+        make_folder(target.parent().unwrap_or(folder), made)?;
+        let old = aside.path().join(format!("{k}.old"));
+        placed.push(Placed::put(&new(k), target, old)?);
+        anyhow::Ok(())
+    });
+    if moved.is_err() {
+        placed.iter().rev().for_each(Placed::take_back);
     }
-    Ok(())
+    moved
 }
 
-/// Writes one file, whole or not at all.
+/// Makes a folder and those that it lies in; the new ones are added to `made`.
+fn make_folder(folder: &Path, made: &mut Vec<PathBuf>) -> Result<()> {
+    let missing = folder.ancestors().take_while(|path| *path != Path::new("") && !path.exists());
+    let missing: Vec<PathBuf> = missing.map(Path::to_owned).collect();
+    let there = missing.last().map_or(Some(folder), |first| first.parent());
+    if let Some(file) = there.filter(|path| path.is_file()) {
+        bail!("{} is a file where a folder is needed; move it away", file.display());
+    }
+    let result = fs::create_dir_all(folder);
+    made.extend(missing.into_iter().rev());
+    result.with_context(|| format!("cannot make the folder {}", folder.display()))
+}
+
+/// A file that was put in place, and where that is kept which it replaced.
+struct Placed {
+    target: PathBuf,
+    old: Option<PathBuf>,
+}
+
+impl Placed {
+    fn put(new: &Path, target: PathBuf, old: PathBuf) -> Result<Self> {
+        let cannot = || format!("cannot put {} in place", target.display());
+        if target.is_dir() {
+            bail!("{} is a folder where a file is needed; move it away", target.display());
+        }
+        let replaces = target.exists();
+        if replaces {
+            // Not every file system can name a file twice.
+            fs::hard_link(&target, &old)
+                .or_else(|_| fs::copy(&target, &old).map(drop))
+                .with_context(cannot)?;
+        }
+        fs::rename(new, &target).with_context(cannot)?;
+        Ok(Self { old: replaces.then_some(old), target })
+    }
+
+    /// As well as can be: the error that led here is the one to tell.
+    fn take_back(&self) {
+        let _ = match &self.old {
+            Some(old) => fs::rename(old, &self.target),
+            None => fs::remove_file(&self.target),
+        };
+    }
+}
+
+/// Writes one file, whole or not at all; a device or a pipe is written to as it is.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     let cannot = || format!("cannot write {}; it was not changed", path.display());
+    let is_special = fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
+    if is_special {
+        return write_whole(path, bytes);
+    }
     let folder = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent.to_owned(),
-        _ => PathBuf::from("."),
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
     };
     let write = || -> Result<()> {
-        let mut aside = tempfile::NamedTempFile::new_in(&folder)?;
-        aside.write_all(bytes)?;
-        aside.flush()?;
-        aside.persist(path)?;
+        if path.is_dir() {
+            bail!("it is a folder; name a file in it");
+        }
+        // In a folder of its own, a file gets the permissions that files get here.
+        let aside = tempfile::Builder::new().prefix(ASIDE).tempdir_in(folder)?;
+        let new = aside.path().join("new");
+        write_whole(&new, bytes)?;
+        fs::rename(new, path)?;
         Ok(())
     };
     write().with_context(cannot)

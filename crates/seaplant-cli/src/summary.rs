@@ -27,8 +27,9 @@ pub fn of(results: &Results, folder: &Path) -> String {
         let _ = writeln!(text, "{SEVERE}failed:{SEVERE:#} {dof} by {method}: {}", failure.message);
     }
     let notes = count_notes(results);
+    let more = if notes == 1 { "note more is" } else { "notes more are" };
     if notes > 0 {
-        let _ = writeln!(text, "{FAINT}{notes} notes more are in the report{FAINT:#}");
+        let _ = writeln!(text, "{FAINT}{notes} {more} in the report{FAINT:#}");
     }
     let _ = writeln!(
         text,

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use seaplant::results::Identification;
 use seaplant_campaign::Campaign;
 use seaplant_report::render;
@@ -50,6 +50,11 @@ pub fn finish(found: &Identification, folder: &Path, output: Output) -> Result<E
         .collect();
     write_folder(folder, &files)?;
     output.give(results, || summary::of(results, folder))?;
+    if output.quiet && !output.json {
+        for f in &results.failures {
+            output.error(&anyhow!("{} by {}: {}", f.dof, f.method, f.message));
+        }
+    }
     let complete = results.failures.is_empty();
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

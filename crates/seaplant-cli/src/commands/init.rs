@@ -4,6 +4,7 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 use seaplant_campaign::propose;
 use seaplant_log::{Log, ReadOptions};
+use serde_json::json;
 
 use crate::args::Init;
 use crate::output::{File, Output, write_folder};
@@ -29,13 +30,18 @@ pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
             file("campaign.toml", &proposal.campaign_toml),
         ],
     )?;
-    let mut text = format!("{}\n{}\n", targets[0].display(), targets[1].display());
-    if !proposal.open_questions.is_empty() {
-        text += "to decide before `seaplant identify` (each is marked in the files):\n";
-        for question in &proposal.open_questions {
-            text += &format!("  {question}\n");
-        }
-    }
-    output.say(&text)?;
+    let [vehicle, campaign] = &targets;
+    let questions = &proposal.open_questions;
+    let result = json!({ "vehicle": vehicle, "campaign": campaign, "open_questions": questions });
+    output.give(&result, || words(&targets, questions))?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn words(files: &[PathBuf], open_questions: &[String]) -> String {
+    let mut text: String = files.iter().map(|file| format!("{}\n", file.display())).collect();
+    if !open_questions.is_empty() {
+        text += "to decide before `seaplant identify` (each is marked in the files):\n";
+        text.extend(open_questions.iter().map(|question| format!("  {question}\n")));
+    }
+    text
 }

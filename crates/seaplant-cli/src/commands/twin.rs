@@ -4,7 +4,9 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, anyhow};
 use seaplant::twin::{TwinCampaign, TwinSpec, make};
 use seaplant_campaign::{read_toml, twin_files};
+use serde_json::json;
 
+use super::identify::quoted;
 use crate::args::Twin;
 use crate::output::{File, Output, write_folder};
 
@@ -12,13 +14,17 @@ pub fn run(arguments: &Twin, output: Output) -> Result<ExitCode> {
     let spec: TwinSpec = read_toml(&arguments.spec)?;
     let twin = make(&spec).with_context(|| arguments.spec.display().to_string())?;
     write(&twin, &arguments.out)?;
-    output.say(&format!(
-        "{} trials of `{}` are in {}; identify them with\n  seaplant identify {}",
-        twin.trials.len(),
-        twin.vehicle.name,
-        arguments.out.display(),
-        arguments.out.join("campaign.toml").display()
-    ))?;
+    let campaign = arguments.out.join("campaign.toml");
+    let trials: Vec<&str> = twin.trials.iter().map(|trial| trial.name.as_str()).collect();
+    output.give(&json!({ "campaign": campaign, "trials": trials }), || {
+        format!(
+            "{} trials of `{}` are in {}; identify them with\n  seaplant identify {}",
+            trials.len(),
+            twin.vehicle.name,
+            arguments.out.display(),
+            quoted(&campaign)
+        )
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,7 +1,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use schemars::JsonSchema;
 use seaplant::results::{PlantResult, Results, Score};
 use seaplant::{Dof, Method, Model, Role, score_plant};
@@ -56,8 +56,8 @@ pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
 
 /// Reads a results.json.
 pub fn read_results(path: &Path) -> Result<Results> {
-    let text = std::fs::read_to_string(path).with_context(|| {
-        format!("cannot read {}; give the results.json of a fit", path.display())
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        anyhow!("cannot read {}: {error}; give the results.json of a fit", path.display())
     })?;
     parse_results(&text).with_context(|| path.display().to_string())
 }

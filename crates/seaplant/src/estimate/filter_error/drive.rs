@@ -20,14 +20,11 @@ pub(crate) struct Drive {
     pub(crate) gamma_by: Vec<[f64; 3]>,
 }
 
-/// Below this a lag is none, s: a propeller settles within a step.
-const LEAST_LAG_S: f64 = 1e-3;
-
 impl Drive {
     /// Thrust of all thrusters over each step.
     ///
-    /// n follows the delayed speed by `ṅ* = (n(t − D) − n*)/T_l`; the force of a step is
-    /// its mean by Simpson's rule.
+    /// n* follows the delayed speed by `ṅ* = (n(t − D) − n*)/T_l`, which approaches a held
+    /// speed exponentially, so that the mean of n*|n*| over a step is known in closed form.
     pub(crate) fn of(tracks: &[ThrusterTrack], schedule: &Schedule, values: &Values) -> Self {
         let steps = schedule.time_s.len() - 1;
         let mut drive = Self {
@@ -49,68 +46,149 @@ impl Drive {
         let mut from = 0;
         let mut before = integral.at(schedule.time_s[0] - delay_s, &mut from);
         // The propeller has settled when the trial starts.
-        let mut propeller = Propeller { n: before.1, by_lag: 0.0, by_delay: 0.0 };
+        let mut start = Changing { x: before.1, by_lag: 0.0, by_delay: 0.0 };
         for k in 0..self.tau.len() {
             let h = schedule.length(k);
             let after = integral.at(schedule.time_s[k + 1] - delay_s, &mut from);
-            let asked = (after.0 - before.0) / h;
-            let asked_by_delay = (before.1 - after.1) / h;
-            let points = propeller.advance(asked, asked_by_delay, lag_s, h);
-            self.add_step(k, track, kappa, &points);
+            let asked = Changing {
+                x: (after.0 - before.0) / h,
+                by_lag: 0.0,
+                by_delay: (before.1 - after.1) / h,
+            };
+            let approach = Approach { asked, start, lag_s };
+            self.add_step(k, track, kappa, &approach, h);
+            start = approach.speed(h);
             before = after;
         }
     }
 
-    /// Adds the force of one step: Simpson's rule over its three points.
-    fn add_step(&mut self, k: usize, track: &ThrusterTrack, kappa: f64, points: &[Propeller; 3]) {
-        for (point, weight) in points.iter().zip([1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0]) {
-            let n = point.n;
-            let reversed = n < 0.0;
-            let strength = if reversed { kappa * track.reverse } else { track.forward };
-            let thrust = weight * track.lever * strength * n * n.abs();
-            let by_n = 2.0 * weight * track.lever * strength * n.abs();
-            self.tau[k] += thrust;
-            self.tau_by[k][0] += by_n * point.by_lag;
-            self.tau_by[k][1] += by_n * point.by_delay;
-            self.tau_by[k][2] += if reversed { thrust } else { 0.0 };
-            let area = weight * track.lever * track.lever;
-            self.gamma[k] += area * n.abs();
-            self.gamma_by[k][0] += area * n.signum() * point.by_lag;
-            self.gamma_by[k][1] += area * n.signum() * point.by_delay;
+    /// Adds the force of one step, which the propeller may end in the other direction.
+    fn add_step(
+        &mut self,
+        k: usize,
+        track: &ThrusterTrack,
+        kappa: f64,
+        approach: &Approach,
+        h: f64,
+    ) {
+        let turn = approach.reverses_at(h);
+        let mut begin = 0.0;
+        for end in [turn.unwrap_or(h), h] {
+            if end <= begin {
+                continue;
+            }
+            let reversed = approach.speed(0.5 * (begin + end)).x < 0.0;
+            let (sign, strength) =
+                if reversed { (-1.0, kappa * track.reverse) } else { (1.0, track.forward) };
+            let part = |upto: Changing, from: Changing| upto.less(from).times(1.0 / h);
+            let square = part(approach.integral_of_square(end), approach.integral_of_square(begin));
+            let thrust = square.times(sign * track.lever * strength);
+            self.tau[k] += thrust.x;
+            self.tau_by[k][0] += thrust.by_lag;
+            self.tau_by[k][1] += thrust.by_delay;
+            self.tau_by[k][2] += if reversed { thrust.x } else { 0.0 };
+            let path = part(approach.integral(end), approach.integral(begin));
+            let area = path.times(sign * track.lever * track.lever);
+            self.gamma[k] += area.x;
+            self.gamma_by[k][0] += area.by_lag;
+            self.gamma_by[k][1] += area.by_delay;
+            begin = end;
         }
     }
 }
 
-/// A propeller's speed with its derivatives by lag and delay.
+/// A number with its derivatives by lag and delay.
 #[derive(Clone, Copy, Debug)]
-struct Propeller {
-    n: f64,
+struct Changing {
+    x: f64,
     by_lag: f64,
     by_delay: f64,
 }
 
-impl Propeller {
-    /// Moves on by a step towards the speed asked for; its speed at the start, in the
-    /// middle and at the end of it.
-    fn advance(&mut self, asked: f64, asked_by_delay: f64, lag_s: f64, h: f64) -> [Self; 3] {
-        if lag_s < LEAST_LAG_S {
-            // d/dT of exp(−h/T) vanishes here, but what a small lag does is known: it
-            // shifts thrust as a delay of the same length would.
-            *self = Self { n: asked, by_lag: asked_by_delay, by_delay: asked_by_delay };
-            return [*self; 3];
+impl Changing {
+    fn times(self, factor: f64) -> Self {
+        let Self { x, by_lag, by_delay } = self;
+        Self { x: factor * x, by_lag: factor * by_lag, by_delay: factor * by_delay }
+    }
+
+    fn less(self, other: Self) -> Self {
+        Self {
+            x: self.x - other.x,
+            by_lag: self.by_lag - other.by_lag,
+            by_delay: self.by_delay - other.by_delay,
         }
-        let start = *self;
-        let at = |span: f64| {
-            let keep = (-span / lag_s).exp();
-            let keep_by_lag = keep * span / (lag_s * lag_s);
-            Self {
-                n: keep * start.n + (1.0 - keep) * asked,
-                by_lag: keep * start.by_lag + keep_by_lag * (start.n - asked),
-                by_delay: keep * start.by_delay + (1.0 - keep) * asked_by_delay,
-            }
-        };
-        let points = [start, at(0.5 * h), at(h)];
-        *self = points[2];
-        points
+    }
+}
+
+/// A propeller on its way to the speed asked for: `n(t) = asked + (start − asked) e^(−t/T)`.
+#[derive(Clone, Copy, Debug)]
+struct Approach {
+    asked: Changing,
+    start: Changing,
+    lag_s: f64,
+}
+
+impl Approach {
+    /// E = e^(−t/T) and E t/T; at no lag, or at no time, the limits.
+    fn decay(&self, t: f64) -> (f64, f64) {
+        if t <= 0.0 {
+            return (1.0, 0.0);
+        }
+        let ratio = t / self.lag_s.max(f64::MIN_POSITIVE);
+        let decay = (-ratio).exp();
+        // Beyond this the product is below the smallest number, and ratio may be infinite.
+        (decay, if ratio < 700.0 { decay * ratio } else { 0.0 })
+    }
+
+    /// How far there is to go at the start.
+    fn offset(&self) -> Changing {
+        self.start.less(self.asked)
+    }
+
+    /// A function of (asked, offset, T) with its partial derivatives, by the chain rule.
+    fn chain(&self, x: f64, by_asked: f64, by_offset: f64, by_t: f64) -> Changing {
+        let offset = self.offset();
+        Changing {
+            x,
+            by_lag: by_asked * self.asked.by_lag + by_offset * offset.by_lag + by_t,
+            by_delay: by_asked * self.asked.by_delay + by_offset * offset.by_delay,
+        }
+    }
+
+    fn speed(&self, t: f64) -> Changing {
+        let (decay, decay_ratio) = self.decay(t);
+        let offset = self.offset().x;
+        let by_t = offset * decay_ratio / self.lag_s.max(f64::MIN_POSITIVE);
+        let by_t = if decay_ratio == 0.0 { 0.0 } else { by_t };
+        self.chain(self.asked.x + offset * decay, 1.0, decay, by_t)
+    }
+
+    /// When the propeller stops on its way to the other direction, if within a step.
+    fn reverses_at(&self, h: f64) -> Option<f64> {
+        let (asked, offset) = (self.asked.x, self.offset().x);
+        let turns = asked * self.start.x < 0.0;
+        turns.then(|| self.lag_s * (-offset / asked).ln()).filter(|t| *t > 0.0 && *t < h)
+    }
+
+    /// ∫₀ᵗ n dt = asked t + offset T (1 − E).
+    fn integral(&self, t: f64) -> Changing {
+        let (decay, decay_ratio) = self.decay(t);
+        let (asked, offset, lag) = (self.asked.x, self.offset().x, self.lag_s);
+        let gone = 1.0 - decay;
+        self.chain(asked * t + offset * lag * gone, t, lag * gone, offset * (gone - decay_ratio))
+    }
+
+    /// ∫₀ᵗ n² dt = asked² t + 2 asked offset T (1 − E) + ½ offset² T (1 − E²).
+    fn integral_of_square(&self, t: f64) -> Changing {
+        let (decay, decay_ratio) = self.decay(t);
+        let (asked, offset, lag) = (self.asked.x, self.offset().x, self.lag_s);
+        let (gone, gone2) = (1.0 - decay, 1.0 - decay * decay);
+        self.chain(
+            asked * asked * t + lag * offset * (2.0 * asked * gone + 0.5 * offset * gone2),
+            2.0 * asked * t + 2.0 * offset * lag * gone,
+            lag * (2.0 * asked * gone + offset * gone2),
+            2.0 * asked * offset * (gone - decay_ratio)
+                + 0.5 * offset * offset * (gone2 - 2.0 * decay * decay_ratio),
+        )
     }
 }

@@ -160,7 +160,7 @@ impl Beginning {
     }
 }
 
-/// A fit of the lag starts no lower: at zero a lag is a delay, to first order.
+/// A fit of the lag starts no lower: at its limit, zero, it could not say which way to go.
 const LEAST_LAG_S: f64 = 0.05;
 
 /// A tether or swell pulls with some hundredths of the thrust …

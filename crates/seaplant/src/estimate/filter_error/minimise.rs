@@ -21,46 +21,100 @@ const LEAST_DAMPING: f64 = 1e-9;
 const MOST_DAMPING: f64 = 1e9;
 
 /// A fit has converged when a step promises to lower the cost by less than this. The cost
-/// is a log-likelihood, of which 2 separates a 95 % interval's end from its middle.
-const CONVERGED: f64 = 1e-4;
+/// is a log-likelihood: this far from its minimum every number is within 6 % of its own
+/// standard deviation.
+const CONVERGED: f64 = 2e-3;
 
-/// A step that fails at every size still counts as converged if it promised less: what is
-/// left is the rounding of thousands of terms.
-const ROUNDING: f64 = 1e-2;
+/// Where no step helps at any size, what was promised may be this much: within a third of a
+/// standard deviation.
+const ROUNDING: f64 = 0.05;
+
+/// A step that gains less than this part of what it promised is a poor one.
+const POOR_GAIN: f64 = 0.02;
+
+/// After this many poor steps in a row the cost has a kink here.
+const POOR_STEPS: usize = 3;
 
 /// Minimises the cost from a start.
+///
+/// Logged thrust jumps, so the cost has a kink in the delay wherever a jump meets the end
+/// of a step. Where descent ends at one, the delay stays there and the rest goes on.
 pub(crate) fn minimise(problem: &Problem<'_>, start: DVector<f64>) -> Optimum {
     let unknowns = problem.unknowns();
-    let mut theta = start;
-    let (mut cost, mut gradient, mut information) = problem.evaluate(&theta);
-    let mut damping = FIRST_DAMPING;
+    let mut descent = Descent { theta: start, damping: FIRST_DAMPING, at_kink: false, poor: 0 };
+    let mut here = problem.evaluate(&descent.theta);
     for iterations in 0..MOST_ITERATIONS {
-        let free = free(&unknowns, &theta, &gradient);
-        let promise = damped_step(&information, &gradient, &free, LEAST_DAMPING)
-            .map_or(f64::INFINITY, |step| -gradient.dot(&step));
-        let done = |converged| Optimum {
-            theta: theta.clone(),
-            cost,
-            information: information.clone(),
-            converged,
-            iterations,
-        };
-        if promise < CONVERGED {
-            return done(true);
+        let free = descent.free(&unknowns, &here.1);
+        let promise = damped_step(&here.2, &here.1, &free, LEAST_DAMPING)
+            .map_or(f64::INFINITY, |step| -here.1.dot(&step));
+        let moved = promise >= CONVERGED && descent.step(problem, &unknowns, &here, &free);
+        if !moved {
+            let converged = promise < ROUNDING;
+            let has_kink = !descent.at_kink && unknowns.contains(&Unknown::Delay);
+            if !converged && has_kink {
+                descent.leave_at_kink();
+                continue;
+            }
+            let (cost, _, information) = here;
+            return Optimum { theta: descent.theta, cost, information, converged, iterations };
         }
-        let mut accepted = None;
-        while accepted.is_none() && damping < MOST_DAMPING {
-            let next = damped_step(&information, &gradient, &free, damping)
-                .map(|step| within(&unknowns, &theta, &step));
-            accepted = next.filter(|next| problem.cost(next) < cost);
-            damping *= if accepted.is_some() { 0.1 } else { 5.0 };
+        let before = here.0;
+        here = problem.evaluate(&descent.theta);
+        descent.poor = if before - here.0 < POOR_GAIN * promise { descent.poor + 1 } else { 0 };
+        if descent.poor >= POOR_STEPS && !descent.at_kink {
+            descent.leave_at_kink();
         }
-        let Some(next) = accepted else { return done(promise < ROUNDING) };
-        damping = damping.max(LEAST_DAMPING);
-        theta = next;
-        (cost, gradient, information) = problem.evaluate(&theta);
     }
-    Optimum { theta, cost, information, converged: false, iterations: MOST_ITERATIONS }
+    let (cost, _, information) = here;
+    let (theta, iterations) = (descent.theta, MOST_ITERATIONS);
+    Optimum { theta, cost, information, converged: false, iterations }
+}
+
+/// Where a minimisation has got to.
+struct Descent {
+    theta: DVector<f64>,
+    damping: f64,
+    at_kink: bool,
+    poor: usize,
+}
+
+impl Descent {
+    /// Holds the delay where it is.
+    fn leave_at_kink(&mut self) {
+        self.at_kink = true;
+        self.damping = FIRST_DAMPING;
+        self.poor = 0;
+    }
+
+    fn free(&self, unknowns: &[Unknown], gradient: &DVector<f64>) -> Vec<bool> {
+        let mut free = free(unknowns, &self.theta, gradient);
+        for (free, unknown) in free.iter_mut().zip(unknowns) {
+            *free &= !(self.at_kink && *unknown == Unknown::Delay);
+        }
+        free
+    }
+
+    /// Takes the longest step that lowers the cost; whether there was one.
+    fn step(
+        &mut self,
+        problem: &Problem<'_>,
+        unknowns: &[Unknown],
+        (cost, gradient, information): &(f64, DVector<f64>, DMatrix<f64>),
+        free: &[bool],
+    ) -> bool {
+        while self.damping < MOST_DAMPING {
+            let next = damped_step(information, gradient, free, self.damping)
+                .map(|step| within(unknowns, &self.theta, &step))
+                .filter(|next| problem.cost(next) < *cost);
+            if let Some(next) = next {
+                self.theta = next;
+                self.damping = (0.1 * self.damping).max(LEAST_DAMPING);
+                return true;
+            }
+            self.damping *= 5.0;
+        }
+        false
+    }
 }
 
 /// Which numbers may move: not those at a limit that the cost pushes them against.

@@ -1,0 +1,11 @@
+//! The whole program, run as a user runs it.
+#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
+
+mod bad_files;
+mod bad_results;
+mod demo;
+mod real_data;
+mod tables;
+mod terminal;
+mod workshop;
+mod writing;

@@ -1,0 +1,242 @@
+//! What is printed where, and how the program is asked.
+
+use std::io::Read;
+use std::process::Stdio;
+
+use predicates::prelude::*;
+use serde_json::Value;
+
+use crate::workshop::{Workshop, seaplant};
+
+#[test]
+fn without_a_command_help_is_shown_as_for_a_mistake() {
+    let says = predicate::str::contains("Usage: seaplant [OPTIONS] <COMMAND>")
+        .and(predicate::str::contains("Start with `seaplant demo`"));
+    seaplant().assert().code(2).stdout("").stderr(says);
+}
+
+#[test]
+fn every_command_has_help_that_says_what_it_does() {
+    let help = seaplant().arg("--help").assert().success().get_output().clone();
+    let help = String::from_utf8(help.stdout).expect("UTF-8");
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    let commands: Vec<&str> = listed
+        .take_while(|line| !line.is_empty())
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|command| *command != "help")
+        .collect();
+    assert_eq!(commands.len(), 11, "{commands:?}");
+    for command in commands {
+        let usage = format!("Usage: seaplant {command}");
+        seaplant().args([command, "--help"]).assert().success().stdout(predicate::str::contains(usage));
+    }
+}
+
+#[test]
+fn help_names_every_method() {
+    let says = predicate::str::contains("filter-error, equation-error or paper");
+    seaplant().args(["identify", "--help"]).assert().success().stdout(says);
+}
+
+/// A mistake on the command line is told apart from a failure.
+fn misuse(words: &[&str], says: &str) {
+    let workshop = Workshop::new();
+    let before = workshop.everything();
+    let hint = predicate::str::contains("For more information, try '--help'.");
+    let says = predicate::str::contains(says).and(hint);
+    workshop.seaplant(words).assert().code(2).stdout("").stderr(says);
+    assert_eq!(workshop.everything(), before, "something was written");
+}
+
+#[test]
+fn a_method_that_is_none_is_misuse() {
+    misuse(
+        &["identify", "campaign.toml", "--method", "papper"],
+        "`papper` is no method; use filter-error, equation-error, paper",
+    );
+}
+
+#[test]
+fn a_term_that_is_none_is_misuse() {
+    misuse(
+        &["identify", "campaign.toml", "--terms", "force,cubic"],
+        "`cubic` is no term of the model; use force, quadratic, linear or bias",
+    );
+}
+
+#[test]
+fn terms_that_make_no_plant_are_misuse() {
+    misuse(
+        &["identify", "campaign.toml", "--terms", "quadratic,bias"],
+        "the terms [quadratic, bias] make no plant model; keep `force` and at least one of \
+         quadratic and linear",
+    );
+}
+
+#[test]
+fn a_disturbance_that_is_none_is_misuse() {
+    misuse(
+        &["demo", "--disturbances", "storm"],
+        "it must be none, all, or some of tether, current, lag, delay, thrcoef, lever, swell, \
+         inflow",
+    );
+}
+
+#[test]
+fn a_degree_of_freedom_that_is_none_is_misuse() {
+    misuse(
+        &["simulate", "results.json", "log.csv", "--dof", "rol"],
+        "`rol` is no degree of freedom; use surge, sway, heave, roll, pitch or yaw",
+    );
+}
+
+#[test]
+fn quiet_prints_nothing() {
+    let workshop = Workshop::new();
+    let pull = "speed [rad/s],thrust [N]\n-20,-4\n-10,-1\n0,0\n10,1\n20,4\n";
+    workshop.write("pull.csv", pull);
+    workshop.write("twin.toml", "dofs = [\"surge\"]\nduration_s = 60.0\n");
+    for words in [
+        &["identify", "campaign.toml", "--out", "out", "--quiet"][..],
+        &["--quiet", "validate", "out/results.json", "campaign.toml"],
+        &["simulate", "out/results.json", "log.csv", "--out", "run.csv", "-q"],
+        &["thruster", "pull.csv", "-q"],
+        &["inspect", "log.csv", "-q"],
+        &["init", "log.csv", "--out", "begun", "-q"],
+        &["twin", "twin.toml", "--out", "logs", "-q"],
+        &["man", "--out", "man", "-q"],
+    ] {
+        assert_eq!(workshop.success(words), "", "{words:?}");
+    }
+}
+
+#[test]
+fn quiet_still_says_what_failed() {
+    let workshop = Workshop::new();
+    workshop.write("log.csv", crate::workshop::log(|_| 80.0));
+    let words = ["identify", "campaign.toml", "--quiet"];
+    assert!(workshop.failure(&words).contains("excites 2 of the 3 requested terms"));
+}
+
+#[test]
+fn json_is_all_that_is_printed() {
+    let workshop = Workshop::new();
+    let pull = "speed [rad/s],thrust [N]\n-20,-4\n-10,-1\n0,0\n10,1\n20,4\n";
+    workshop.write("pull.csv", pull);
+    workshop.write("twin.toml", "dofs = [\"surge\"]\nduration_s = 60.0\n");
+    for words in [
+        &["identify", "campaign.toml", "--out", "out", "--json"][..],
+        &["validate", "out/results.json", "campaign.toml", "--json"],
+        &["simulate", "out/results.json", "log.csv", "--json"],
+        &["simulate", "out/results.json", "log.csv", "--json", "--out", "run.csv"],
+        &["thruster", "pull.csv", "--json"],
+        &["inspect", "log.csv", "--json"],
+        &["init", "log.csv", "--out", "begun", "--json"],
+        &["twin", "twin.toml", "--out", "logs", "--json"],
+    ] {
+        let value = workshop.json(words);
+        assert!(value.is_object() || value.is_array(), "{words:?}");
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let workshop = Workshop::new();
+    workshop.success(&["identify", "campaign.toml", "--out", "out", "-q"]);
+    for words in [
+        &["identify", "campaign.toml", "--out", "out"][..],
+        &["identify", "campaign.toml", "--out", "out", "--json"],
+        &["simulate", "out/results.json", "log.csv"],
+        &["schema", "results"],
+        &["completions", "bash"],
+        &["--help"],
+    ] {
+        let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("seaplant"))
+            .args(words)
+            .current_dir(workshop.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        drop(child.stdout.take());
+        let mut said = String::new();
+        let mut stderr = child.stderr.take().expect("a pipe");
+        stderr.read_to_string(&mut said).expect("UTF-8");
+        assert!(child.wait().expect("it ends").success(), "{words:?}: {said}");
+        assert_eq!(said, "", "{words:?}");
+    }
+}
+
+#[test]
+fn colour_is_as_asked_for() {
+    const ESCAPE: char = '\u{1b}';
+    let workshop = Workshop::new();
+    let identify = |when: &str| {
+        workshop.success(&["identify", "campaign.toml", "--out", "out", "--color", when])
+    };
+    assert!(identify("always").contains(ESCAPE));
+    assert!(!identify("never").contains(ESCAPE));
+    // Not a terminal.
+    assert!(!identify("auto").contains(ESCAPE));
+    let error = workshop.failure(&["identify", "none.toml", "--color", "never"]);
+    assert!(!error.contains(ESCAPE));
+}
+
+#[test]
+fn the_summary_tells_mass_drag_doubts_and_where_the_report_is() {
+    let workshop = Workshop::new();
+    let text = workshop.success(&["identify", "campaign.toml", "--out", "out"]);
+    for part in [
+        "surge by filter-error: ",
+        "  mass ",
+        "  quadratic drag ",
+        " kg ",
+        "for a model that never moves",
+        "report   out/report.html",
+        "numbers  out/results.json",
+    ] {
+        assert!(text.contains(part), "{part:?} is not in\n{text}");
+    }
+}
+
+#[test]
+fn every_schema_is_one() {
+    for kind in ["results", "vehicle", "campaign", "twin"] {
+        let output = seaplant().args(["schema", kind]).assert().success().get_output().clone();
+        let schema: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert!(schema["properties"].is_object(), "{kind}");
+        assert!(schema["$schema"].is_string(), "{kind}");
+    }
+}
+
+#[test]
+fn shells_complete_the_commands() {
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let says = predicate::str::contains("identify").and(predicate::str::contains("--quiet"));
+        let fish = predicate::str::contains("identify").and(predicate::str::contains("quiet"));
+        let output = seaplant().args(["completions", shell]).assert().success();
+        if shell == "fish" {
+            output.stdout(fish);
+        } else {
+            output.stdout(says);
+        }
+    }
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let workshop = Workshop::empty();
+    workshop.success(&["man", "--out", "man"]);
+    let main = workshop.read("man/seaplant.1");
+    assert!(main.contains(".TH seaplant 1"), "{main}");
+    for command in ["demo", "identify", "simulate", "validate", "thruster", "twin", "schema"] {
+        let page = workshop.read(&format!("man/seaplant-{command}.1"));
+        assert!(page.contains(".SH SYNOPSIS"), "{command}: {page}");
+    }
+}
+
+#[test]
+fn the_version_is_the_crates() {
+    let says = format!("seaplant {}\n", env!("CARGO_PKG_VERSION"));
+    seaplant().arg("--version").assert().success().stdout(says);
+}

@@ -1,0 +1,163 @@
+//! Output that cannot be written: nothing half-written stays, nothing that was there goes.
+//!
+//! Permissions do not bind every account that runs tests, so a file stands in the way.
+
+use crate::workshop::Workshop;
+
+const IDENTIFY: [&str; 4] = ["identify", "campaign.toml", "--out", "out"];
+
+#[test]
+fn a_file_in_place_of_the_folder_stays() {
+    let workshop = Workshop::new();
+    workshop.write("out", "mine");
+    assert_eq!(
+        workshop.refusal(),
+        "cannot write to out; nothing was changed there: out is a file where a folder is needed; \
+         move it away"
+    );
+}
+
+#[test]
+fn a_file_above_the_folder_stays() {
+    let workshop = Workshop::new();
+    workshop.write("taken", "mine");
+    assert_eq!(
+        workshop.failure(&["identify", "campaign.toml", "--out", "taken/deep/out"]),
+        "cannot write to taken/deep/out; nothing was changed there: taken is a file where a \
+         folder is needed; move it away"
+    );
+}
+
+#[test]
+fn results_stay_whole_if_a_later_file_cannot_be_put_in_place() {
+    let workshop = Workshop::new();
+    workshop.write("out/results.json", "old results");
+    workshop.write("out/report.html", "old report");
+    workshop.write("out/figures", "a file in the way");
+    let message = workshop.refusal();
+    assert_eq!(
+        message,
+        "cannot write to out; nothing was changed there: out/figures is a file where a folder is \
+         needed; move it away"
+    );
+    assert_eq!(workshop.read("out/results.json"), "old results");
+}
+
+#[test]
+fn results_stay_whole_if_a_folder_is_where_a_file_goes() {
+    let workshop = Workshop::new();
+    workshop.write("out/results.json", "old results");
+    workshop.write("out/report.html/mine.txt", "a folder in the way");
+    assert_eq!(
+        workshop.refusal(),
+        "cannot write to out; nothing was changed there: out/report.html is a folder where a file \
+         is needed; move it away"
+    );
+}
+
+#[test]
+fn what_is_written_again_replaces_the_old_and_leaves_other_files() {
+    let workshop = Workshop::new();
+    workshop.write("out/results.json", "old results");
+    workshop.write("out/notes.txt", "mine");
+    workshop.success(&IDENTIFY);
+    assert!(workshop.read("out/results.json").contains("seaplant/results/1"));
+    assert_eq!(workshop.read("out/notes.txt"), "mine");
+    let hidden = workshop.everything().into_iter().find(|(path, _)| {
+        path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
+    });
+    assert_eq!(hidden, None);
+}
+
+#[test]
+fn a_demo_that_cannot_be_written_leaves_nothing() {
+    let workshop = Workshop::empty();
+    workshop.write("demo/logs", "a file in the way");
+    assert_eq!(
+        workshop.failure(&["demo", "--out", "demo"]),
+        "cannot write to demo; nothing was changed there: demo/logs is a file where a folder is \
+         needed; move it away"
+    );
+}
+
+#[test]
+fn init_does_not_write_over_files_unless_told_to() {
+    let workshop = Workshop::new();
+    assert_eq!(
+        workshop.failure(&["init", "log.csv"]),
+        "./vehicle.toml is there already; choose another --out, or write over it with --force"
+    );
+    workshop.success(&["init", "log.csv", "--force"]);
+    assert!(workshop.read("vehicle.toml").starts_with("# The vehicle, begun from its log."));
+}
+
+#[test]
+fn a_plot_is_svg_or_png() {
+    let workshop = Workshop::empty();
+    workshop.write("pull.csv", "speed [rad/s],thrust [N]\n-20,-4\n-10,-1\n0,0\n10,1\n20,4\n");
+    let plot = |name: &str| ["thruster", "pull.csv", "--plot", name].map(str::to_owned);
+    let refused = plot("curve.pdf");
+    let refused: Vec<&str> = refused.iter().map(String::as_str).collect();
+    assert_eq!(
+        workshop.failure(&refused),
+        "cannot draw to curve.pdf; give a path that ends in .svg or .png"
+    );
+    workshop.success(&["thruster", "pull.csv", "--plot", "curve.svg"]);
+    assert!(workshop.read("curve.svg").contains("<svg"));
+}
+
+#[test]
+fn a_single_file_is_written_whole_or_not_at_all() {
+    let workshop = Workshop::new();
+    workshop.success(&["identify", "campaign.toml", "--out", "out", "-q"]);
+    workshop.write("taken", "mine");
+    let simulate = ["simulate", "out/results.json", "log.csv", "--out"];
+    let message = workshop.failure(&[&simulate[..], &["taken/run.csv"]].concat());
+    assert!(message.starts_with("cannot write taken/run.csv; it was not changed: "), "{message}");
+    let message = workshop.failure(&[&simulate[..], &["out"]].concat());
+    assert_eq!(
+        message,
+        "cannot write out; it was not changed: it is a folder; name a file in it"
+    );
+    workshop.success(&[&simulate[..], &["run.csv"]].concat());
+    let first = "time [s],force [N],measured [m/s],simulated [m/s],difference [m/s]\n";
+    assert!(workshop.read("run.csv").starts_with(first));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_single_file_gets_the_permissions_that_other_files_get() {
+    use std::os::unix::fs::PermissionsExt;
+    let workshop = Workshop::new();
+    workshop.success(&["identify", "campaign.toml", "--out", "out", "-q"]);
+    workshop.success(&["simulate", "out/results.json", "log.csv", "--out", "run.csv"]);
+    let mode = |name: &str| {
+        let data = std::fs::metadata(workshop.join(name)).expect("a file");
+        data.permissions().mode()
+    };
+    assert_eq!(mode("run.csv"), mode("log.csv"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_device_is_an_error_and_stays_a_device() {
+    use std::os::unix::fs::FileTypeExt;
+    let workshop = Workshop::new();
+    workshop.success(&["identify", "campaign.toml", "--out", "out", "-q"]);
+    let words = ["simulate", "out/results.json", "log.csv", "--out", "/dev/full"];
+    let message = workshop.failure(&words);
+    assert!(message.starts_with("cannot write /dev/full: No space left on device"), "{message}");
+    let kind = std::fs::metadata("/dev/full").expect("a device").file_type();
+    assert!(kind.is_char_device());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error() {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("a device");
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin!("seaplant"));
+    let output = command.args(["schema", "twin"]).stdout(full).output().expect("it runs");
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.starts_with("error: cannot print: No space left on device"), "{said}");
+}

@@ -1,0 +1,302 @@
+//! A stretch simulated, with the derivatives of its motion, in one pass.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::stretch::{Measured, Sample, Step, Stretch};
+use crate::{LumpedParameters, State};
+
+/// `[α, β, μ, bias]`, then velocity and position at the start of a stretch.
+pub(super) const UNKNOWNS: usize = 6;
+/// As many of them move velocity.
+const OF_VELOCITY: usize = 5;
+
+/// How a residual, in standard deviations, counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Weighing {
+    /// ρ = ½ r².
+    Squares,
+    /// ρ = ½ r² up to a limit, a straight line beyond. The information has weights ψ(r)/r,
+    /// under which every step goes downhill.
+    Huber(f64),
+    /// The same with weights ψ'(r), which are the curvature of the cost.
+    HuberCurvature(f64),
+}
+
+/// What some samples say.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Sums {
+    /// Σ w JᵀJ, upper triangle and lower.
+    pub(super) information: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
+    /// Σ Jᵀψ: downhill.
+    pub(super) score: SVector<f64, UNKNOWNS>,
+    /// Σ ρ.
+    pub(super) cost: f64,
+    /// Σ ψ.
+    pub(super) influence: f64,
+    /// Σ ψ².
+    pub(super) influence_squares: f64,
+    /// Σ r².
+    pub(super) squares: f64,
+    /// How many samples.
+    pub(super) samples: usize,
+}
+
+impl Sums {
+    pub(super) fn add(&mut self, other: &Self) {
+        self.information += other.information;
+        self.score += other.score;
+        self.cost += other.cost;
+        self.influence += other.influence;
+        self.influence_squares += other.influence_squares;
+        self.squares += other.squares;
+        self.samples += other.samples;
+    }
+}
+
+/// Simulates a stretch and adds up what its samples say, batch by batch.
+///
+/// `std` is the standard deviation that residuals are counted in.
+pub(super) fn batches(
+    stretch: &Stretch,
+    plant: &LumpedParameters,
+    start: State,
+    batch: usize,
+    std: f64,
+    weighing: Weighing,
+) -> Vec<Sums> {
+    let all = Pass { stretch, plant, start, batch, std };
+    match (stretch.measured, weighing) {
+        (Measured::Velocity, Weighing::Squares) => all.run::<5, false>(squares),
+        (Measured::Position, Weighing::Squares) => all.run::<6, true>(squares),
+        (Measured::Velocity, Weighing::Huber(limit)) => all.run::<5, false>(huber(limit)),
+        (Measured::Position, Weighing::Huber(limit)) => all.run::<6, true>(huber(limit)),
+        (Measured::Velocity, Weighing::HuberCurvature(limit)) => {
+            all.run::<5, false>(curvature(limit))
+        }
+        (Measured::Position, Weighing::HuberCurvature(limit)) => {
+            all.run::<6, true>(curvature(limit))
+        }
+    }
+}
+
+/// Measured less simulated, at each sample.
+pub(super) fn residuals(stretch: &Stretch, plant: &LumpedParameters, start: State) -> Vec<f64> {
+    let mut moving = Moving::from(start);
+    let mut steps = stretch.steps.iter();
+    let residual = |sample: &Sample| {
+        steps.by_ref().take(sample.steps).for_each(|step| moving.advance::<true>(plant, step));
+        match stretch.measured {
+            Measured::Velocity => sample.value - moving.velocity,
+            Measured::Position => sample.value - moving.position,
+        }
+    };
+    stretch.samples.iter().map(residual).collect()
+}
+
+/// ρ, ψ and the weight of JᵀJ.
+type Weighed = (f64, f64, f64);
+
+fn squares(r: f64) -> Weighed {
+    (0.5 * r * r, r, 1.0)
+}
+
+fn huber(limit: f64) -> impl Fn(f64) -> Weighed {
+    move |r| {
+        let size = r.abs();
+        if size <= limit {
+            squares(r)
+        } else {
+            (limit * (size - 0.5 * limit), limit.copysign(r), limit / size)
+        }
+    }
+}
+
+fn curvature(limit: f64) -> impl Fn(f64) -> Weighed {
+    move |r| {
+        let (cost, influence, _) = huber(limit)(r);
+        (cost, influence, f64::from(r.abs() <= limit))
+    }
+}
+
+struct Pass<'a> {
+    stretch: &'a Stretch,
+    plant: &'a LumpedParameters,
+    start: State,
+    batch: usize,
+    std: f64,
+}
+
+impl Pass<'_> {
+    fn run<const N: usize, const POSITION: bool>(
+        &self,
+        weigh: impl Fn(f64) -> Weighed,
+    ) -> Vec<Sums> {
+        let Stretch { samples, steps, .. } = self.stretch;
+        let per_std = 1.0 / self.std;
+        let mut moving = Moving::from(self.start);
+        let mut steps = steps.as_slice();
+        let of_batch = |samples: &[Sample]| {
+            let mut sums = Tight::<N>::default();
+            for sample in samples {
+                let (now, later) = steps.split_at(sample.steps);
+                now.iter().for_each(|step| moving.advance::<POSITION>(self.plant, step));
+                steps = later;
+                let (predicted, row) = moving.seen::<N, POSITION>();
+                sums.add(per_std * (sample.value - predicted), &row, &weigh);
+            }
+            sums.into_sums(per_std, samples.len())
+        };
+        samples.chunks(self.batch).map(of_batch).collect()
+    }
+}
+
+/// [`Sums`] of as many unknowns as a sample depends on, for the inner loop.
+struct Tight<const N: usize> {
+    information: [[f64; N]; N],
+    score: [f64; N],
+    cost: f64,
+    influence: f64,
+    influence_squares: f64,
+    squares: f64,
+}
+
+impl<const N: usize> Default for Tight<N> {
+    fn default() -> Self {
+        let (information, score) = ([[0.0; N]; N], [0.0; N]);
+        let (cost, influence, influence_squares, squares) = (0.0, 0.0, 0.0, 0.0);
+        Self { information, score, cost, influence, influence_squares, squares }
+    }
+}
+
+impl<const N: usize> Tight<N> {
+    #[inline(always)]
+    fn add(&mut self, r: f64, row: &[f64; N], weigh: impl Fn(f64) -> Weighed) {
+        let (cost, influence, weight) = weigh(r);
+        for i in 0..N {
+            let weighed = weight * row[i];
+            for j in i..N {
+                self.information[i][j] += weighed * row[j];
+            }
+            self.score[i] += influence * row[i];
+        }
+        self.cost += cost;
+        self.influence += influence;
+        self.influence_squares += influence * influence;
+        self.squares += r * r;
+    }
+
+    /// Rows were those of the motion; residuals were counted in standard deviations.
+    fn into_sums(self, per_std: f64, samples: usize) -> Sums {
+        let at = |i: usize, j: usize| self.information[i.min(j)][i.max(j)];
+        Sums {
+            information: SMatrix::from_fn(|i, j| match i.max(j) < N {
+                true => per_std * per_std * at(i, j),
+                false => 0.0,
+            }),
+            score: SVector::from_fn(|i, _| per_std * self.score.get(i).unwrap_or(&0.0)),
+            cost: self.cost,
+            influence: self.influence,
+            influence_squares: self.influence_squares,
+            squares: self.squares,
+            samples,
+        }
+    }
+}
+
+/// A simulated motion and its derivatives by `[α, β, μ, bias, v₀]`; that of position by
+/// its start is one.
+struct Moving {
+    velocity: f64,
+    position: f64,
+    velocity_by: [f64; OF_VELOCITY],
+    position_by: [f64; OF_VELOCITY],
+}
+
+impl From<State> for Moving {
+    fn from(start: State) -> Self {
+        Self {
+            velocity: start.velocity,
+            position: start.position,
+            velocity_by: [0.0, 0.0, 0.0, 0.0, 1.0],
+            position_by: [0.0; OF_VELOCITY],
+        }
+    }
+}
+
+impl Moving {
+    /// One classical Runge–Kutta step of motion and derivatives.
+    ///
+    /// Stage i, at velocity `vᵢ`, adds `κᵢ = h v̇(vᵢ)`. One step takes velocity v to
+    /// `v + (κ₁ + 2κ₂ + 2κ₃ + κ₄)/6`, so that a change of `κᵢ` changes its end by the
+    /// weight `wᵢ` below, whatever made it: the step's derivative by a parameter is
+    /// `Σ wᵢ ∂κᵢ`, which is what RK4 makes of `ṡ = (2β|v| + μ) s + f` too.
+    #[inline(always)]
+    fn advance<const POSITION: bool>(&mut self, plant: &LumpedParameters, step: &Step) {
+        let &Step { span_s: h, tau } = step;
+        let constant = h * (plant.alpha * tau + plant.bias);
+        let (beta, mu) = (h * plant.beta, h * plant.mu);
+        let (half_constant, half_beta, half_mu) = (0.5 * constant, 0.5 * beta, 0.5 * mu);
+
+        // Each stage waits for the one before: as few operations as can be lie between.
+        let v1 = self.velocity;
+        let s1 = v1.abs() * v1;
+        let half = v1 + half_constant;
+        let v2 = half_beta * s1 + (half_mu * v1 + half);
+        let s2 = v2.abs() * v2;
+        let v3 = half_beta * s2 + (half_mu * v2 + half);
+        let s3 = v3.abs() * v3;
+        let v4 = beta * s3 + (mu * v3 + (v1 + constant));
+        let s4 = v4.abs() * v4;
+        // κ₁ + 2κ₂ + 2κ₃ + κ₄ from the stages: κ₁ = 2 (v₂ − v₁), and so on.
+        let k4 = beta * s4 + (mu * v4 + constant);
+        let before = v2 + 2.0 * v3 + v4 - 4.0 * v1;
+        self.velocity = v1 + (1.0 / 3.0) * (before + 0.5 * k4);
+
+        let slope = |v: f64| 2.0 * beta * v.abs() + mu;
+        let (a1, a2, a3, a4) = (slope(v1), slope(v2), slope(v3), slope(v4));
+        if POSITION {
+            let u3 = h / 6.0;
+            let u2 = h / 6.0 + 0.5 * a3 * u3;
+            let u1 = h / 6.0 + 0.5 * a2 * u2;
+            self.position += h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4);
+            let by_bias = h * (u1 + u2 + u3);
+            let own = [
+                tau * by_bias,
+                h * (u1 * s1 + u2 * s2 + u3 * s3),
+                h * (u1 * v1 + u2 * v2 + u3 * v3),
+                by_bias,
+                0.0,
+            ];
+            let keep = h + u1 * a1 + u2 * a2 + u3 * a3;
+            for j in 0..OF_VELOCITY {
+                self.position_by[j] += keep * self.velocity_by[j] + own[j];
+            }
+        }
+        let w4 = 1.0 / 6.0;
+        let w3 = 1.0 / 3.0 + a4 * w4;
+        let w2 = 1.0 / 3.0 + 0.5 * a3 * w3;
+        let w1 = 1.0 / 6.0 + 0.5 * a2 * w2;
+        let by_bias = h * ((w1 + w2) + (w3 + w4));
+        let own = [
+            tau * by_bias,
+            h * ((w1 * s1 + w2 * s2) + (w3 * s3 + w4 * s4)),
+            h * ((w1 * v1 + w2 * v2) + (w3 * v3 + w4 * v4)),
+            by_bias,
+            0.0,
+        ];
+        let keep = 1.0 + ((w1 * a1 + w2 * a2) + (w3 * a3 + w4 * a4));
+        for j in 0..OF_VELOCITY {
+            self.velocity_by[j] = keep * self.velocity_by[j] + own[j];
+        }
+    }
+
+    /// What is measured now, and its derivatives.
+    #[inline(always)]
+    fn seen<const N: usize, const POSITION: bool>(&self) -> (f64, [f64; N]) {
+        let (value, by) = match POSITION {
+            true => (self.position, &self.position_by),
+            false => (self.velocity, &self.velocity_by),
+        };
+        (value, std::array::from_fn(|j| if j < OF_VELOCITY { by[j] } else { 1.0 }))
+    }
+}
