@@ -3,10 +3,12 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use seaplant::estimate::{EquationErrorOptions, fit_equation_error};
+use seaplant::estimate::{
+    EquationErrorOptions, OutputErrorOptions, fit_equation_error, fit_output_error,
+};
 use seaplant::regression::{Columns, least_squares};
 use seaplant::signal::LowPass;
-use seaplant::{Dof, State, Terms, simulate};
+use seaplant::{AxisRecord, Dof, LumpedParameters, State, Terms, simulate};
 use seaplant_bench::{SAMPLE_HZ, SURGE, SurgeSignals};
 
 const SEED: u64 = 1;
@@ -54,6 +56,29 @@ fn equation_error_of_a_trial(c: &mut Criterion) {
     });
 }
 
+/// 600 s at 10 Hz, both ends included.
+const LONG_TRIAL_ROWS: usize = 6001;
+
+fn output_error_of_a_trial(c: &mut Criterion) {
+    let record = [signals(LONG_TRIAL_ROWS).record().expect("valid")];
+    let terms: Terms = "force,quadratic,linear,bias".parse().expect("a plant");
+    let first = EquationErrorOptions::default();
+    let options = OutputErrorOptions::default();
+    let start = |record: &[AxisRecord]| {
+        fit_equation_error(Dof::Surge, record, terms, &first).expect("exciting").lumped
+    };
+    let fit = |record: &[AxisRecord], start: &LumpedParameters| {
+        fit_output_error(Dof::Surge, record, terms, start, &options).expect("an optimum")
+    };
+    let near = start(&record);
+    c.bench_function("output error of a 600 s trial from its start", |b| {
+        b.iter(|| fit(black_box(&record), black_box(&near)));
+    });
+    c.bench_function("output error of a 600 s trial, the start included", |b| {
+        b.iter(|| fit(black_box(&record), &start(&record)));
+    });
+}
+
 fn simulation_of_a_trial(c: &mut Criterion) {
     let record = signals(TRIAL_ROWS).record().expect("valid");
     let plant = SURGE.to_lumped();
@@ -71,6 +96,7 @@ criterion_group!(
     zero_phase_filter,
     least_squares_of_many_rows,
     equation_error_of_a_trial,
+    output_error_of_a_trial,
     simulation_of_a_trial
 );
 criterion_main!(benches);

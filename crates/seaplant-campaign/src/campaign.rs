@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use seaplant::estimate::steady::SteadyOptions;
 use seaplant::results::{BollardPullResult, Identification, InputFile, Parameter};
 use seaplant::{
-    BollardFit, Dof, IdentifyOptions, Role, Term, Terms, ThrusterInput, Trial, Vehicle,
+    BollardFit, Dof, IdentifyOptions, Quantity, Role, Term, Terms, ThrusterInput, Trial, Vehicle,
     fit_bollard_pull, identify,
 };
 
@@ -89,6 +89,7 @@ impl Campaign {
 
     fn read(&mut self, file: &CampaignFile, entry: &TrialEntry) -> Result<(), Error> {
         let channels = channel_map(&self.path, file, entry)?;
+        check_thrusters(&self.path, &channels, &self.vehicle)?;
         let logs = entry.log.files().iter().map(|log| toml_file::resolve(&self.path, log));
         let logs = logs.collect::<Result<Vec<_>, _>>()?;
         let read = read_trial(&self.path, &logs, file.time.as_ref(), entry, &channels)?;
@@ -141,6 +142,7 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, E
         channels: BTreeMap::new(),
     };
     let channels = channel_map(campaign, &file, &entry)?;
+    check_thrusters(campaign, &channels, &vehicle)?;
     let read = read_trial(campaign, logs, file.time.as_ref(), &entry, &channels)?;
     let trial =
         Trial::new(read.setup, &read.recording, &vehicle).map_err(Error::model(campaign))?;
@@ -185,6 +187,7 @@ fn options(path: &Path, file: &CampaignFile) -> Result<IdentifyOptions, Error> {
     let mut options = IdentifyOptions {
         paper: file.paper,
         equation_error: file.equation_error,
+        output_error: file.output_error,
         filter_error: file.filter_error.clone(),
         steady: SteadyOptions {
             window_s: file.steady.window_s,
@@ -261,6 +264,32 @@ fn channel_map(path: &Path, file: &CampaignFile, trial: &TrialEntry) -> Result<C
     Ok(map)
 }
 
+/// Thrust of a thruster that the vehicle does not know would be left out unseen.
+fn check_thrusters(path: &Path, map: &ChannelMap, vehicle: &Vehicle) -> Result<(), Error> {
+    let has = |name: &str| vehicle.thrusters.iter().any(|thruster| thruster.name == name);
+    for quantity in map.keys() {
+        if let Quantity::Thruster { name, .. } = quantity
+            && !has(name)
+        {
+            let known: Vec<&str> = vehicle.thrusters.iter().map(|t| t.name.as_str()).collect();
+            let reason = match toml_file::nearest(name, known.iter().copied()) {
+                Some(near) => {
+                    format!("the vehicle has no thruster `{name}`; did you mean `{near}`?")
+                }
+                None if known.is_empty() => {
+                    format!("the vehicle has no thruster; add `{name}` to it, or leave this out")
+                }
+                None => format!(
+                    "the vehicle has no thruster `{name}` but {}; add it to the vehicle, or leave this out",
+                    known.join(", ")
+                ),
+            };
+            return Err(Error::value(path, format!("channels.\"{quantity}\""), reason));
+        }
+    }
+    Ok(())
+}
+
 /// The quantity that was probably meant.
 fn near_quantity(name: &str) -> Option<String> {
     let thruster = name.strip_prefix("thruster.").and_then(|rest| rest.rsplit_once('.'));
@@ -274,7 +303,7 @@ fn near_quantity(name: &str) -> Option<String> {
         let near = toml_file::nearest(input, inputs.map(ThrusterInput::name))?;
         return Some(format!("thruster.{thruster}.{near}"));
     }
-    let known = seaplant::Quantity::all_but_thrusters();
+    let known = Quantity::all_but_thrusters();
     let known: Vec<String> = known.iter().map(ToString::to_string).collect();
     toml_file::nearest(name, known.iter().map(String::as_str)).map(str::to_owned)
 }

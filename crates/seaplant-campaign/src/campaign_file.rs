@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use seaplant::estimate::steady::SteadyOptions;
-use seaplant::estimate::{EquationErrorOptions, FilterErrorOptions, PaperOptions};
+use seaplant::estimate::{
+    EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, PaperOptions,
+};
 use seaplant::{Dof, Method, Role, Term};
 use serde::{Deserialize, Serialize};
 
@@ -37,6 +39,9 @@ pub struct CampaignFile {
     /// Settings of equation error.
     #[serde(default, skip_serializing_if = "is_default")]
     pub equation_error: EquationErrorOptions,
+    /// Settings of output error.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub output_error: OutputErrorOptions,
     /// Settings of filter error.
     #[serde(default, skip_serializing_if = "is_default")]
     pub filter_error: FilterErrorOptions,

@@ -55,6 +55,7 @@ pub fn twin_files(twin: &TwinCampaign) -> Result<Vec<TextFile>, Box<dyn std::err
         fit: FitEntry::default(),
         paper: Default::default(),
         equation_error: Default::default(),
+        output_error: Default::default(),
         filter_error: Default::default(),
         steady: Default::default(),
         bollard_pull: Some(BollardPullEntry {

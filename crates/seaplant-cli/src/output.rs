@@ -98,9 +98,8 @@ pub fn write_folder(folder: &Path, files: &[File]) -> Result<()> {
         // Only an empty folder can be removed, so nothing of value is lost.
         made.iter().rev().for_each(|folder| _ = fs::remove_dir(folder));
     }
-    written.with_context(|| {
-        format!("cannot write to {}; nothing was changed there", folder.display())
-    })
+    written
+        .with_context(|| format!("cannot write to {}; nothing was changed there", folder.display()))
 }
 
 /// Names of what is not complete begin so.

@@ -83,7 +83,16 @@ fn plant_block(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Stri
     let units = dof.units();
     let score = |name: &str, score: &Score| {
         let error = score.mean_abs_error.map_or("runs away".to_owned(), |e| significant(e, 3));
-        let r2 = score.r_squared.map_or(String::new(), |r2| format!(", R² {r2:.3}"));
+        let mut r2 = score.r_squared.map_or(String::new(), |r2| format!(", R² {r2:.3}"));
+        let positions: Vec<String> = score
+            .trials
+            .iter()
+            .filter_map(|trial| trial.position_r_squared)
+            .map(|r2| format!("{r2:.3}"))
+            .collect();
+        if !positions.is_empty() {
+            r2 += &format!("; of position, by trial: R² {}", positions.join(", "));
+        }
         format!(
             "  {name}: e = {error} {}, {} for a model that never moves{r2}",
             units.velocity,

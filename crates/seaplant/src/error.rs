@@ -96,6 +96,14 @@ pub enum Error {
         /// The highest order on offer.
         highest: usize,
     },
+    /// A limit of Huber's loss that is none.
+    #[error(
+        "Huber's loss cannot turn at {found} standard deviations; use a number above 0, such as 1.345"
+    )]
+    HuberLimit {
+        /// What was asked for.
+        found: f64,
+    },
     /// The filter library refused.
     #[error("the filter failed: {cause}")]
     Filter {

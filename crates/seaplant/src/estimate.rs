@@ -2,6 +2,7 @@
 
 mod equation_error;
 mod filter_error;
+mod output_error;
 mod paper;
 pub mod steady;
 
@@ -17,6 +18,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub use equation_error::{DelayedFit, EquationErrorOptions, fit_best_delay, fit_equation_error};
 pub(crate) use filter_error::drive_over;
 pub use filter_error::{Candidate, Decision, FilterErrorOptions, first_delays, fit_filter_error};
+pub use output_error::{Loss, OutputErrorOptions, fit_output_error};
 pub use paper::{PaperOptions, fit_paper};
 
 use crate::regression::{Columns, LeastSquares};
@@ -38,6 +40,8 @@ pub enum Method {
     Paper,
     /// Least squares on the equation of motion, every term filtered alike.
     EquationError,
+    /// Least squares between simulated and measured motion.
+    OutputError,
     /// Maximum likelihood on the innovations of a Kalman filter, with what stands between
     /// thrust and water.
     FilterError,
@@ -45,7 +49,8 @@ pub enum Method {
 
 impl Method {
     /// All methods, the recommended one first.
-    pub const ALL: [Self; 3] = [Self::FilterError, Self::EquationError, Self::Paper];
+    pub const ALL: [Self; 4] =
+        [Self::FilterError, Self::OutputError, Self::EquationError, Self::Paper];
 
     /// The method to believe where nothing else is said.
     pub const RECOMMENDED: Self = Self::FilterError;
@@ -55,6 +60,7 @@ impl Method {
         match self {
             Self::Paper => "paper",
             Self::EquationError => "equation-error",
+            Self::OutputError => "output-error",
             Self::FilterError => "filter-error",
         }
     }
@@ -100,7 +106,8 @@ pub struct Fit {
     pub samples: usize,
     /// Rows that would say as much if they were independent.
     pub effective_samples: f64,
-    /// Root mean square equation error, m/s² or rad/s².
+    /// Root mean square of what was minimised: of equation errors, m/s² or rad/s²; of
+    /// output errors, in the unit of what was measured.
     pub residual_rms: f64,
     /// The filters that were in fact used.
     pub filters: Filters,

@@ -161,19 +161,20 @@ impl Parts {
     }
 }
 
-fn between_gaps(axis: &AxisRecord, velocity: &Timed) -> Vec<(f64, f64)> {
+/// The spans of a record's motion in which force was logged, s.
+pub(crate) fn between_gaps(axis: &AxisRecord, motion: &Timed) -> Vec<(f64, f64)> {
     let mut parts = Vec::new();
-    let mut from_s = velocity.first_s();
+    let mut from_s = motion.first_s();
     for gap in axis.force_gaps() {
         parts.push((from_s, gap.from_s));
         from_s = gap.to_s;
     }
-    parts.push((from_s, velocity.last_s()));
+    parts.push((from_s, motion.last_s()));
     parts
 }
 
 /// The first velocity of a record, smoothed; or as it is where it is too short for that.
-fn starting_velocity(axis: &AxisRecord, part: &Timed) -> Result<f64, Error> {
+pub(crate) fn starting_velocity(axis: &AxisRecord, part: &Timed) -> Result<f64, Error> {
     let raw = part.values()[0];
     let period = part.period_s();
     if part.len() < LEAST_TO_SMOOTH || 2.5 * START_FILTER.cutoff_hz * period > 1.0 {

@@ -11,8 +11,9 @@ use crate::diagnose::{
 };
 use crate::estimate::steady::{SteadyFit, SteadyOptions, fit_steady};
 use crate::estimate::{
-    EquationErrorOptions, FilterErrorOptions, Fit, Method, PaperOptions, first_delays,
-    fit_best_delay, fit_equation_error, fit_filter_error, fit_paper,
+    EquationErrorOptions, FilterErrorOptions, Fit, Method, OutputErrorOptions, PaperOptions,
+    first_delays, fit_best_delay, fit_equation_error, fit_filter_error, fit_output_error,
+    fit_paper,
 };
 use crate::results::{
     ComparisonFigure, Failure, FigureData, Identification, PlantResult, Score, SpectrumFigure,
@@ -38,6 +39,8 @@ pub struct IdentifyOptions {
     pub paper: PaperOptions,
     /// Settings of equation error.
     pub equation_error: EquationErrorOptions,
+    /// Settings of output error.
+    pub output_error: OutputErrorOptions,
     /// Settings of filter error.
     pub filter_error: FilterErrorOptions,
     /// What counts as steady.
@@ -52,6 +55,7 @@ impl Default for IdentifyOptions {
             terms_of: BTreeMap::new(),
             paper: PaperOptions::default(),
             equation_error: EquationErrorOptions::default(),
+            output_error: OutputErrorOptions::default(),
             filter_error: FilterErrorOptions::default(),
             steady: SteadyOptions::default(),
         }
@@ -154,7 +158,9 @@ impl Work<'_> {
     fn fit(&self, method: Method, terms: Option<Terms>) -> Result<(Fit, Vec<AxisRecord>), Error> {
         let source = match method {
             Method::Paper => VelocitySource::Position,
-            Method::EquationError | Method::FilterError => VelocitySource::Measured,
+            Method::EquationError | Method::OutputError | Method::FilterError => {
+                VelocitySource::Measured
+            }
         };
         let axes = self.axes(&self.trials.fit, source)?;
         let chosen = terms.unwrap_or_default();
@@ -162,6 +168,11 @@ impl Work<'_> {
             Method::Paper => fit_paper(self.dof, &axes, chosen, &self.options.paper)?,
             Method::EquationError => {
                 fit_equation_error(self.dof, &axes, chosen, &self.options.equation_error)?
+            }
+            Method::OutputError => {
+                let first = &self.options.equation_error;
+                let start = fit_equation_error(self.dof, &axes, chosen, first)?.lumped;
+                fit_output_error(self.dof, &axes, chosen, &start, &self.options.output_error)?
             }
             Method::FilterError => {
                 let hold_out = self.axes(&self.trials.hold_out, source)?;

@@ -44,12 +44,17 @@ pub struct LeastSquares {
 
 /// Columns whose smallest singular value is below this part of the largest are taken as
 /// dependent: instruments have at most five digits.
-const EXCITATION_FLOOR: f64 = 1e-6;
+pub(crate) const EXCITATION_FLOOR: f64 = 1e-6;
 
 /// Residuals a batch apart are taken as independent …
 const BATCH_S: f64 = 20.0;
 /// … but there are never fewer batches than this, nor more than that.
 const BATCHES: (usize, usize) = (10, 60);
+
+/// How long a batch is where stretches last `total_s` together, s.
+pub(crate) fn batch_length_s(total_s: f64) -> f64 {
+    total_s / ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1) as f64
+}
 
 impl Columns {
     fn rows(&self) -> impl Iterator<Item = Row> + '_ {
@@ -104,8 +109,7 @@ pub(crate) struct Regression {
 impl Regression {
     /// For rows of stretches that last `total_s` together.
     pub(crate) fn of(total_s: f64, terms: Terms) -> Self {
-        let batches = ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1);
-        let batch_s = total_s / batches as f64;
+        let batch_s = batch_length_s(total_s);
         Self { terms, batch_s, batch_rows: 1, batches: Vec::new(), block: Block::default() }
     }
 
@@ -338,17 +342,19 @@ fn inflation(
 }
 
 /// Sums of the residuals.
-struct Residuals {
+#[derive(Default)]
+pub(crate) struct Residuals {
     /// Σ xᵀe of each batch, scaled columns.
-    scores: Vec<DVector<f64>>,
+    pub(crate) scores: Vec<DVector<f64>>,
     /// Sum of the residuals of each batch.
-    sums: Vec<f64>,
-    square_sum: f64,
+    pub(crate) sums: Vec<f64>,
+    /// Σ e².
+    pub(crate) square_sum: f64,
 }
 
 impl Residuals {
     fn of(batches: &[Batch], fitted: &[Term], coefficients: &[f64], scale: &DVector<f64>) -> Self {
-        let mut all = Self { scores: Vec::new(), sums: Vec::new(), square_sum: 0.0 };
+        let mut all = Self::default();
         for Batch { triangle, .. } in batches {
             let mut e = triangle.column(V_DOT);
             for (&term, coefficient) in fitted.iter().zip(coefficients) {
@@ -365,7 +371,7 @@ impl Residuals {
     }
 
     /// S = B/(B − p) Σ sᵦ sᵦᵀ.
-    fn meat(&self) -> DMatrix<f64> {
+    pub(crate) fn meat(&self) -> DMatrix<f64> {
         let (batches, terms) = (self.scores.len(), self.scores[0].len());
         let mut meat = DMatrix::zeros(terms, terms);
         for score in &self.scores {
@@ -375,7 +381,7 @@ impl Residuals {
     }
 
     /// n σ² / (rows a batch · variance of batch means), never more than n.
-    fn effective_samples(&self, samples: usize) -> f64 {
+    pub(crate) fn effective_samples(&self, samples: usize) -> f64 {
         let n = samples as f64;
         let long_run = self.sums.iter().map(|sum| sum * sum).sum::<f64>() / n;
         let variance = self.square_sum / n;

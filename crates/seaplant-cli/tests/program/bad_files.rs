@@ -67,7 +67,8 @@ fn an_unknown_key_of_the_campaign_is_shown_in_its_line() {
     let workshop = Workshop::new();
     workshop.change("campaign.toml", "dof = [\"surge\"]\n", "dof = [\"surge\"]\nform_s = 3.0\n");
     let message = workshop.refusal();
-    let start = "campaign.toml: TOML parse error at line 6, column 1\n  |\n6 | form_s = 3.0\n  | ^^^^^^\n";
+    let start =
+        "campaign.toml: TOML parse error at line 6, column 1\n  |\n6 | form_s = 3.0\n  | ^^^^^^\n";
     assert!(message.starts_with(start), "{message}");
     assert!(message.ends_with("\ndid you mean `from_s`?"), "{message}");
 }
@@ -87,7 +88,10 @@ fn an_unknown_method_is_shown_in_its_line() {
     let workshop = Workshop::new();
     workshop.change("campaign.toml", "[[trial]]", "methods = [\"papper\"]\n[[trial]]");
     let message = workshop.refusal();
-    assert!(message.starts_with("campaign.toml: TOML parse error at line 2, column 12"), "{message}");
+    assert!(
+        message.starts_with("campaign.toml: TOML parse error at line 2, column 12"),
+        "{message}"
+    );
     assert!(message.ends_with("\ndid you mean `paper`?"), "{message}");
 }
 
@@ -139,10 +143,36 @@ fn an_unknown_quantity_like_no_other_brings_all() {
 fn a_thruster_that_the_vehicle_lacks_is_named() {
     let workshop = Workshop::new();
     workshop.change("campaign.toml", "thruster.prop.speed", "thruster.bow.speed");
-    let message = workshop.refusal();
-    assert!(message.starts_with("campaign.toml: "), "{message}");
-    assert!(message.contains("bow"), "{message}");
-    assert!(message.contains("prop"), "{message}");
+    assert_eq!(
+        workshop.refusal(),
+        "campaign.toml: channels.\"thruster.bow.speed\": the vehicle has no thruster `bow` but \
+         prop; add it to the vehicle, or leave this out"
+    );
+    workshop.change("campaign.toml", "thruster.bow.speed", "thruster.Prop.speed");
+    assert_eq!(
+        workshop.refusal(),
+        "campaign.toml: channels.\"thruster.Prop.speed\": the vehicle has no thruster `Prop`; did \
+         you mean `prop`?"
+    );
+}
+
+#[test]
+fn a_thruster_too_many_is_not_left_out_unseen() {
+    let workshop = Workshop::new();
+    let bow = "[channels]\n\"thruster.bow.speed\" = { column = \"prop\" }";
+    workshop.change("campaign.toml", "[channels]", bow);
+    assert!(workshop.refusal().contains("the vehicle has no thruster `bow`"));
+}
+
+#[test]
+fn a_thruster_that_no_column_drives_is_named() {
+    let workshop = Workshop::new();
+    workshop.change("campaign.toml", "\"thruster.prop.speed\" = { column = \"prop\" }\n", "");
+    assert_eq!(
+        workshop.refusal(),
+        "campaign.toml: trial `run 1` has no thruster.prop.speed; map it under [channels]: its \
+         curve reads it"
+    );
 }
 
 #[test]
@@ -160,7 +190,10 @@ fn a_log_of_a_header_alone_is_refused() {
     let workshop = Workshop::new();
     workshop.write("log.csv", "time [s],prop [rpm],speed [m/s]\n");
     let message = workshop.refusal();
-    assert!(message.starts_with("trial `run 1`: log.csv holds 0 usable row(s) of data"), "{message}");
+    assert!(
+        message.starts_with("trial `run 1`: log.csv holds 0 usable row(s) of data"),
+        "{message}"
+    );
     assert!(message.ends_with("check that the recording was saved and copied whole"), "{message}");
 }
 

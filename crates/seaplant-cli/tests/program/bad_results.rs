@@ -24,7 +24,10 @@ fn results_of_another_schema_are_refused() {
     let workshop = Workshop::new();
     workshop.write("r.json", r#"{"schema": "seaplant/results/99"}"#);
     let message = both(&workshop, "r.json");
-    assert!(message.starts_with("r.json: the results say schema `seaplant/results/99`"), "{message}");
+    assert!(
+        message.starts_with("r.json: the results say schema `seaplant/results/99`"),
+        "{message}"
+    );
     assert!(message.contains("identify again with this version"), "{message}");
 }
 
@@ -77,7 +80,8 @@ fn a_method_that_the_results_lack_is_named() {
 fn a_campaign_of_other_axes_has_nothing_to_validate() {
     let workshop = Workshop::new();
     workshop.success(&["identify", "campaign.toml", "--out", "out", "-q"]);
-    let steady = workshop.read("campaign.toml").replace("[\"surge\"]", "[\"surge\"]\nrole = \"steady\"");
+    let steady =
+        workshop.read("campaign.toml").replace("[\"surge\"]", "[\"surge\"]\nrole = \"steady\"");
     workshop.write("steady.toml", steady);
     assert_eq!(
         workshop.failure(&["validate", "out/results.json", "steady.toml"]),

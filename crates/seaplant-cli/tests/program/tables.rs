@@ -88,7 +88,8 @@ fn what_init_writes_is_identified_once_it_is_filled_in() {
         ("direction", "[1.0, 0.0, 0.0]"),
         ("curve", "{ kind = \"quadratic\", forward = 0.04, reverse = 0.04 }"),
     ] {
-        let line = vehicle.lines().find(|line| line.starts_with(&format!("# {key} ="))).map(str::to_owned);
+        let line =
+            vehicle.lines().find(|line| line.starts_with(&format!("# {key} ="))).map(str::to_owned);
         let line = line.unwrap_or_else(|| panic!("{key} is not in {vehicle}"));
         vehicle = vehicle.replacen(&line, &format!("{key} = {value}"), 1);
     }

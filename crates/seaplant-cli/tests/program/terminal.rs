@@ -28,7 +28,11 @@ fn every_command_has_help_that_says_what_it_does() {
     assert_eq!(commands.len(), 11, "{commands:?}");
     for command in commands {
         let usage = format!("Usage: seaplant {command}");
-        seaplant().args([command, "--help"]).assert().success().stdout(predicate::str::contains(usage));
+        seaplant()
+            .args([command, "--help"])
+            .assert()
+            .success()
+            .stdout(predicate::str::contains(usage));
     }
 }
 

@@ -115,10 +115,7 @@ fn a_single_file_is_written_whole_or_not_at_all() {
     let message = workshop.failure(&[&simulate[..], &["taken/run.csv"]].concat());
     assert!(message.starts_with("cannot write taken/run.csv; it was not changed: "), "{message}");
     let message = workshop.failure(&[&simulate[..], &["out"]].concat());
-    assert_eq!(
-        message,
-        "cannot write out; it was not changed: it is a folder; name a file in it"
-    );
+    assert_eq!(message, "cannot write out; it was not changed: it is a folder; name a file in it");
     workshop.success(&[&simulate[..], &["run.csv"]].concat());
     let first = "time [s],force [N],measured [m/s],simulated [m/s],difference [m/s]\n";
     assert!(workshop.read("run.csv").starts_with(first));

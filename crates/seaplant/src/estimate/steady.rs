@@ -381,6 +381,10 @@ fn caveats(
     caveats
 }
 
+/// Bias forces that differ by less than this part of the greatest thrust are no conflict: a
+/// tether's pull changes as much from run to run.
+const SLIGHT_PART: f64 = 0.03;
+
 /// Pairs whose bias forces differ by more than their intervals allow.
 fn contradiction(segments: &[SteadySegment], pairs: &[SteadyPair]) -> Option<String> {
     let least = pairs.iter().min_by(|a, b| a.bias_force.value.total_cmp(&b.bias_force.value))?;
@@ -389,7 +393,8 @@ fn contradiction(segments: &[SteadySegment], pairs: &[SteadyPair]) -> Option<Str
     let std = most.bias_force.std.hypot(least.bias_force.std);
     let limit = t_quantile_975(2.0 * pairs.len() as f64) * std;
     let thrust = |pair: &SteadyPair| segments[pair.positive].tau;
-    (apart > limit && pairs.len() > 1).then(|| {
+    let greatest = segments.iter().fold(0.0_f64, |greatest, s| greatest.max(s.tau.abs()));
+    (apart > limit.max(SLIGHT_PART * greatest) && pairs.len() > 1).then(|| {
         format!(
             "the up/down pairs contradict each other: at {} of thrust they ask for a bias force of {}, at {} for {}; no single ballast explains both, so look for thrust that differs up and down, or a change of trim between runs",
             spoken(thrust(least)),

@@ -1,0 +1,259 @@
+//! From records to a fitted plant.
+
+use nalgebra::{DMatrix, DVector, Matrix4};
+
+use super::minimise::{Count, Optimum, Point, Problem, Reduced};
+use super::sensitivity::Weighing;
+use super::stretch::{Measured, Stretch};
+use super::{Loss, OutputErrorOptions};
+use crate::estimate::{Filters, Fit, Method, Nuisances};
+use crate::regression::{EXCITATION_FLOOR, Residuals, batch_length_s};
+use crate::terms::Term;
+use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
+
+/// The stretches of all records.
+pub(super) fn stretches(axes: &[AxisRecord], terms: Terms) -> Result<Vec<Stretch>, Error> {
+    let mut all = Vec::new();
+    for axis in axes {
+        all.extend(Stretch::all_of(axis)?);
+    }
+    let found: usize = all.iter().map(|stretch| stretch.samples.len()).sum();
+    let needed = terms.count() + 2 * all.len().max(1) + 1;
+    if found < needed {
+        let name = format!("the {} motion between its gaps", axes[0].dof);
+        return Err(Error::TooShort { name, found, needed });
+    }
+    Ok(all)
+}
+
+/// Where a search begins: at the given plant, then at two that know only how strong
+/// thrust and motion are.
+pub(super) fn starts(
+    given: &LumpedParameters,
+    terms: Terms,
+    stretches: &[Stretch],
+) -> [LumpedParameters; 3] {
+    // A wrong-signed mass is no place to start from; the scale of thrust is.
+    let alpha = given.alpha.abs().max(f64::MIN_POSITIVE);
+    let of = |term, value| if terms.has(term) { value } else { 0.0 };
+    let near = LumpedParameters {
+        alpha,
+        beta: of(Term::Quadratic, given.beta.min(0.0)),
+        mu: of(Term::Linear, given.mu.min(0.0)),
+        bias: of(Term::Bias, given.bias),
+    };
+    let steps = || stretches.iter().flat_map(|stretch| &stretch.steps);
+    let force = steps().map(|step| step.tau.abs()).sum::<f64>() / steps().count().max(1) as f64;
+    let balanced = |alpha: f64| {
+        // Drag that holds thrust at a speed of which typical motion is a part.
+        let speed = typical_speed(stretches).max(f64::MIN_POSITIVE);
+        let drag = -alpha * force / speed;
+        let is_quadratic = terms.has(Term::Quadratic);
+        LumpedParameters {
+            alpha,
+            beta: if is_quadratic { drag / speed } else { 0.0 },
+            mu: if is_quadratic { 0.0 } else { drag },
+            bias: 0.0,
+        }
+    };
+    [near, balanced(alpha), balanced(alpha / 3.0)]
+}
+
+/// Mean |v|, from differences where position is what was measured.
+fn typical_speed(stretches: &[Stretch]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for stretch in stretches {
+        match stretch.measured {
+            Measured::Velocity => {
+                sum += stretch.samples.iter().map(|sample| sample.value.abs()).sum::<f64>();
+            }
+            Measured::Position => {
+                let pairs = stretch.samples.windows(2);
+                let way = pairs.map(|pair| (pair[1].value - pair[0].value).abs()).sum::<f64>();
+                sum += way / stretch.period_s;
+            }
+        }
+        count += stretch.samples.len();
+    }
+    sum / count.max(1) as f64
+}
+
+/// The scale of residuals and the weights settle together in fewer rounds than this.
+const MOST_ROUNDS: usize = 50;
+
+/// The scale has settled when it changes by less than this part.
+const SETTLED: f64 = 1e-7;
+
+/// Minimises from one start; with the count under which the optimum is one.
+pub(super) fn search(
+    problem: &Problem<'_>,
+    start: LumpedParameters,
+    loss: Loss,
+) -> (Optimum, Count) {
+    let starts = problem.stretches.iter().map(|stretch| stretch.start).collect();
+    let mut count = Count { weighing: Weighing::Squares, std: [1.0; 2] };
+    let mut optimum = problem.minimise(Point { plant: start, starts }, &count);
+    let measures = |kind| problem.stretches.iter().any(|stretch| stretch.measured == kind);
+    let is_mixed = measures(Measured::Velocity) && measures(Measured::Position);
+    let Some(weighing) = loss.weighing().or(is_mixed.then_some(Weighing::Squares)) else {
+        return (optimum, count);
+    };
+    let mut iterations = optimum.iterations;
+    for _ in 0..MOST_ROUNDS {
+        let std = [Measured::Velocity, Measured::Position]
+            .map(|kind| robust_std(problem.residuals(&optimum.point, kind)));
+        let change = std.iter().zip(count.std).map(|(new, old)| (new / old - 1.0).abs());
+        let is_settled = count.weighing == weighing && change.fold(0.0, f64::max) < SETTLED;
+        if is_settled {
+            return (Optimum { iterations, ..optimum }, count);
+        }
+        count = Count { weighing, std };
+        optimum = problem.minimise(optimum.point, &count);
+        iterations += optimum.iterations;
+    }
+    (Optimum { iterations, converged: false, ..optimum }, count)
+}
+
+/// 1.4826 times the median size of the residuals: their standard deviation if they are
+/// Gaussian, whatever a few are.
+fn robust_std(residuals: Vec<f64>) -> f64 {
+    let mut sizes: Vec<f64> = residuals.into_iter().map(f64::abs).collect();
+    let middle = sizes.len() / 2;
+    if sizes.is_empty() {
+        return 1.0;
+    }
+    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+    // A simulation is never surer than its rounding.
+    (1.4826 * *median).max(1e-12)
+}
+
+pub(super) fn into_fit(
+    dof: Dof,
+    problem: &Problem<'_>,
+    optimum: &Optimum,
+    count: &Count,
+    options: &OutputErrorOptions,
+) -> Result<Fit, Error> {
+    let Optimum { point, at, .. } = optimum;
+    // Intervals want the curvature of the cost, which for squares the search had already.
+    let curved = match options.loss {
+        Loss::Squares => None,
+        Loss::Huber(limit) => {
+            let weighing = Weighing::HuberCurvature(limit);
+            Some(problem.evaluate(point, &Count { weighing, ..*count }))
+        }
+    };
+    let at = curved.as_ref().unwrap_or(at);
+    let reduced = Reduced::of(&at.totals, 0.0);
+    let bread = Bread::of(dof, &reduced, problem.terms)?;
+    let residuals = residual_sums(problem, &reduced, at);
+    let covariance = bread.sandwich(&residuals);
+    let samples = problem.samples();
+    let needed = problem.terms.count();
+    let effective_samples = residuals.effective_samples(samples);
+    let batches = residuals.scores.len();
+    let freedom = (batches as f64).min(effective_samples) - needed as f64;
+    let squares: f64 = problem
+        .stretches
+        .iter()
+        .zip(&at.totals)
+        .map(|(stretch, sums)| sums.squares * count.std_of(stretch.measured).powi(2))
+        .sum();
+    Ok(Fit {
+        dof,
+        method: Method::OutputError,
+        terms: problem.terms,
+        lumped: point.plant,
+        covariance,
+        t_freedom: freedom.max(1.0),
+        condition: bread.condition,
+        inflation: bread.inflation(),
+        samples,
+        effective_samples,
+        residual_rms: (squares / samples as f64).sqrt(),
+        filters: Filters::default(),
+        nuisances: Nuisances::default(),
+        structure: Vec::new(),
+        caveats: Vec::new(),
+    })
+}
+
+/// The time of one batch, s.
+pub(super) fn batch_s(stretches: &[Stretch]) -> f64 {
+    batch_length_s(stretches.iter().map(Stretch::duration_s).sum())
+}
+
+fn residual_sums(
+    problem: &Problem<'_>,
+    reduced: &Reduced,
+    at: &super::minimise::Evaluated,
+) -> Residuals {
+    let fitted = problem.terms.fitted();
+    let mut all = Residuals::default();
+    for (batches, own) in at.batches.iter().zip(&reduced.own) {
+        for sums in batches {
+            let score = own.reduce(sums);
+            let of = |&term: &Term| score[term as usize] * reduced.scale[term as usize];
+            all.scores.push(DVector::from_iterator(fitted.len(), fitted.iter().map(of)));
+            all.sums.push(sums.influence);
+            all.square_sum += sums.influence_squares;
+        }
+    }
+    all
+}
+
+/// The information on the fitted terms, columns of the Jacobian scaled to unit length.
+struct Bread {
+    fitted: Vec<Term>,
+    scale: Vec<f64>,
+    information: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+    condition: f64,
+}
+
+impl Bread {
+    fn of(dof: Dof, reduced: &Reduced, terms: Terms) -> Result<Self, Error> {
+        let fitted = terms.fitted();
+        let needed = fitted.len();
+        let scale: Vec<f64> = fitted.iter().map(|&term| reduced.scale[term as usize]).collect();
+        let information = DMatrix::from_fn(needed, needed, |i, j| {
+            scale[i] * scale[j] * reduced.information[(fitted[i] as usize, fitted[j] as usize)]
+        });
+        let eigen = information.clone().symmetric_eigenvalues();
+        // Eigenvalues of JᵀJ are the squares of J's singular values.
+        let floor = EXCITATION_FLOOR.powi(2) * eigen.max();
+        let rank = eigen.iter().filter(|value| **value > floor).count();
+        let not_exciting = Error::NotExciting { dof, rank, needed };
+        if rank < needed {
+            return Err(not_exciting);
+        }
+        let inverse = information.clone().cholesky().ok_or(not_exciting)?.inverse();
+        let condition = (eigen.max() / eigen.min()).sqrt();
+        Ok(Self { fitted, scale, information, inverse, condition })
+    }
+
+    fn sandwich(&self, residuals: &Residuals) -> Matrix4<f64> {
+        let scaled = &self.inverse * residuals.meat() * &self.inverse;
+        let mut covariance = Matrix4::zeros();
+        for (i, row) in self.fitted.iter().enumerate() {
+            for (j, column) in self.fitted.iter().enumerate() {
+                covariance[(*row as usize, *column as usize)] =
+                    scaled[(i, j)] * self.scale[i] * self.scale[j];
+            }
+        }
+        covariance
+    }
+
+    /// VIF_j = (JᵀJ)⁻¹_jj times the square of column j, less its part along the bias.
+    fn inflation(&self) -> Vec<(Term, f64)> {
+        let bias = self.fitted.iter().position(|term| *term == Term::Bias);
+        let of = |(j, &term): (usize, &Term)| {
+            let along = bias.map_or(0.0, |bias| {
+                self.information[(j, bias)].powi(2) / self.information[(bias, bias)]
+            });
+            (term, (self.inverse[(j, j)] * (self.information[(j, j)] - along)).max(1.0))
+        };
+        let but_bias = self.fitted.iter().enumerate().filter(|(_, term)| **term != Term::Bias);
+        but_bias.map(of).collect()
+    }
+}
