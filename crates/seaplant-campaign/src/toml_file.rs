@@ -55,11 +55,25 @@ pub(crate) fn resolve(file: &Path, named: &Path) -> Result<PathBuf, Error> {
     Ok(file.parent().unwrap_or(Path::new("")).join(full.as_ref()))
 }
 
+/// Keys that stand in double brackets.
+const LISTS: [&str; 2] = ["trial", "thruster"];
+
 /// What to do, read off a message such as
 /// ``unknown field `postion_m`, expected one of `name`, `position_m` ``.
 fn suggestion(message: &str, text: &str) -> String {
+    if message.ends_with("expected a sequence") {
+        let is_table = message.starts_with("invalid type: map");
+        let how = if is_table { "its name in double brackets: [[...]]" } else { "a list: [...]" };
+        return format!("\nwrite {how}");
+    }
+    if message.starts_with("invalid type: string") && message.ends_with("expected f64") {
+        return "\nwrite a number, without quotation marks".to_owned();
+    }
     if let Some(key) = message.strip_prefix("missing field ") {
         let key = key.trim_matches('`');
+        if LISTS.contains(&key) {
+            return format!("\nadd [[{key}]] with what belongs to it");
+        }
         let is_comment = |line: &str| line.strip_prefix('#').is_some_and(|l| names(l, key));
         let waits = text.lines().any(|line| is_comment(line.trim_start()));
         let how = if waits { "; the file holds it as a comment to fill in" } else { "" };

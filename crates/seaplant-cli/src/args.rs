@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use seaplant::twin::Disturbance;
 use seaplant::{Dof, Method, Terms};
@@ -74,6 +75,8 @@ pub enum Command {
     Thruster(Thruster),
     /// Make the logs of a vehicle whose truth is known.
     Twin(Twin),
+    /// Tell how well methods do on a twin: errors and coverage over many seeds.
+    MonteCarlo(MonteCarlo),
     /// Print the JSON Schema of a file, for editors and programs.
     Schema(Schema),
     /// Print a completion script for a shell.
@@ -98,6 +101,15 @@ pub struct Demo {
     /// lever, swell, inflow, separated by commas.
     #[arg(long, value_name = "LIST", default_value = "none", value_parser = disturbances)]
     pub disturbances: String,
+}
+
+/// Help, completion and the hint at a near name need the names.
+fn method() -> impl TypedValueParser<Value = Method> {
+    PossibleValuesParser::new(Method::ALL.map(Method::name)).try_map(|name| name.parse::<Method>())
+}
+
+fn dof() -> impl TypedValueParser<Value = Dof> {
+    PossibleValuesParser::new(Dof::ALL.map(Dof::name)).try_map(|name| name.parse::<Dof>())
 }
 
 /// The list as it was written, if it is one.
@@ -146,9 +158,8 @@ pub struct Identify {
     /// The campaign file.
     #[arg(value_hint = ValueHint::FilePath)]
     pub campaign: PathBuf,
-    /// A method: filter-error, equation-error or paper. Give it once for each; the first
-    /// gives the recommended plant.
-    #[arg(long = "method", value_name = "M")]
+    /// A method. Give it once for each; the first gives the recommended plant.
+    #[arg(long = "method", value_name = "METHOD", value_parser = method())]
     pub methods: Vec<Method>,
     /// The terms to fit, in place of the campaign's: force, quadratic, linear, bias.
     #[arg(long, value_name = "LIST")]
@@ -174,10 +185,10 @@ pub struct Simulate {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub campaign: Option<PathBuf>,
     /// The degree of freedom, if the results hold several.
-    #[arg(long)]
+    #[arg(long, value_parser = dof())]
     pub dof: Option<Dof>,
     /// The method whose plant to use; the recommended one's if not given.
-    #[arg(long)]
+    #[arg(long, value_parser = method())]
     pub method: Option<Method>,
     /// The CSV file to write; printed if not given.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -197,7 +208,7 @@ pub struct Validate {
     #[arg(value_hint = ValueHint::FilePath)]
     pub campaign: PathBuf,
     /// The method whose plants to use; the recommended one's if not given.
-    #[arg(long)]
+    #[arg(long, value_parser = method())]
     pub method: Option<Method>,
 }
 
@@ -243,6 +254,35 @@ pub struct Twin {
     /// The folder to write to.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
+}
+
+/// Tell how well methods do on a twin: errors and coverage over many seeds.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant monte-carlo --disturbances tether --runs 30\n  seaplant monte-carlo twin.toml --method filter-error --out table.json"
+)]
+pub struct MonteCarlo {
+    /// What the twin is and does, in TOML; the Jason 2 twin if not given.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub spec: Option<PathBuf>,
+    /// What disturbs it, in place of what the file says: none, all, or a list.
+    #[arg(long, value_name = "LIST")]
+    pub disturbances: Option<String>,
+    /// The degrees of freedom, in place of what the file says. Give it once for each.
+    #[arg(long = "dof")]
+    pub dofs: Vec<Dof>,
+    /// A method; all if not given. Give it once for each.
+    #[arg(long = "method", value_name = "M")]
+    pub methods: Vec<Method>,
+    /// How many twins to make, with seeds from that of the file upwards.
+    #[arg(long, value_name = "N", default_value_t = 15)]
+    pub runs: u64,
+    /// How many to work on side by side; as many as there are processors if not given.
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// The JSON file to write the table to.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub out: Option<PathBuf>,
 }
 
 /// A kind of file.

@@ -6,6 +6,7 @@ pub mod identify;
 pub mod init;
 pub mod inspect;
 pub mod man;
+pub mod monte_carlo;
 pub mod schema;
 pub mod simulate;
 pub mod thruster;

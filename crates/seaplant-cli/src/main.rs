@@ -35,6 +35,7 @@ fn run(command: Command, output: Output) -> anyhow::Result<ExitCode> {
         Command::Validate(arguments) => commands::validate::run(&arguments, output),
         Command::Thruster(arguments) => commands::thruster::run(&arguments, output),
         Command::Twin(arguments) => commands::twin::run(&arguments, output),
+        Command::MonteCarlo(arguments) => commands::monte_carlo::run(&arguments, output),
         Command::Schema(arguments) => commands::schema::run(&arguments),
         Command::Completions(arguments) => commands::completions::run(&arguments),
         Command::Man(arguments) => commands::man::run(&arguments, output),

@@ -89,6 +89,24 @@ pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) 
     found
 }
 
+/// Fits one degree of freedom with one method, and no more than that.
+pub(crate) fn fit_of_trials(
+    dof: Dof,
+    vehicle: &Vehicle,
+    fit: &[Trial],
+    hold_out: &[Trial],
+    method: Method,
+    options: &IdentifyOptions,
+) -> Result<Fit, Error> {
+    let trials = TrialsOf {
+        fit: fit.iter().collect(),
+        hold_out: hold_out.iter().collect(),
+        steady: Vec::new(),
+    };
+    let work = Work { dof, vehicle, options, trials: &trials };
+    Ok(work.fit(method, options.terms_for(dof))?.0)
+}
+
 /// The trials of one degree of freedom, by role.
 struct TrialsOf<'a> {
     fit: Vec<&'a Trial>,

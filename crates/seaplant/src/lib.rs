@@ -1,4 +1,60 @@
-//! Identifies plant models of marine vehicles.
+//! Identifies plant models of marine vehicles: what they weigh in water, how they drag, how
+//! sure that is, and what makes it doubtful.
+//!
+//! A vehicle with known thrusters is driven; its thruster speeds, velocities, depth and attitude
+//! are logged. For each degree of freedom this crate finds the plant
+//!
+//! ```text
+//! v̇ = α τ + β v|v| + μ v + bias
+//! ```
+//!
+//! or, in physical terms, mass 1/α, quadratic drag −β/α, linear drag −μ/α and bias force −bias/α.
+//! It starts from \[Jason2\] and mends it; sources are keys of `docs/references.md`. Numbers are SI
+//! and radians. The crate reads no files, keeps no clock, prints nothing and starts no threads.
+//!
+//! # The whole story
+//!
+//! ```
+//! use seaplant::twin::{TwinSpec, make};
+//! use seaplant::{
+//!     Dof, IdentifyOptions, Method, Role, Trial, TrialSetup, identify,
+//! };
+//!
+//! // A digital twin stands in for the dive: its truth is known.
+//! let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 120.0, ..TwinSpec::jason2() };
+//! let dive = make(&spec)?;
+//!
+//! // A recording is what instruments and thrusters said; a trial is that, navigated and
+//! // turned into forces.
+//! let trials = dive
+//!     .trials
+//!     .iter()
+//!     .map(|log| {
+//!         let setup = TrialSetup {
+//!             name: log.name.clone(),
+//!             role: log.role,
+//!             dofs: vec![log.dof],
+//!             ..TrialSetup::default()
+//!         };
+//!         Trial::new(setup, &log.recording, &dive.vehicle)
+//!     })
+//!     .collect::<Result<Vec<_>, _>>()?;
+//! assert!(trials.iter().any(|trial| trial.role() == Role::HoldOut));
+//!
+//! // Every method, every score, every doubt.
+//! let found = identify(&dive.vehicle, &trials, &IdentifyOptions::default()).results;
+//! let surge = &found.plants[&Dof::Surge];
+//! let mass = &surge.parameters.mass;
+//! assert!((mass.value / 12_970.2 - 1.0).abs() < 0.01);
+//! let held_out = surge.hold_out.as_ref().expect("the dive has a held-out trial");
+//! assert!(held_out.mean_abs_error.expect("stable") < 0.1 * held_out.null_error);
+//!
+//! // The paper's method stands beside, with its fault named.
+//! let paper = &found.methods[&Dof::Surge][&Method::Paper];
+//! assert!(paper.parameters.mass.value > 1.5 * mass.value);
+//! assert!(paper.caveats.iter().any(|caveat| caveat.message.contains("2.0")));
+//! # Ok::<(), seaplant::Error>(())
+//! ```
 
 mod bollard;
 mod caveat;
@@ -9,6 +65,7 @@ pub mod estimate;
 mod evaluate;
 mod identify;
 mod model;
+pub mod monte_carlo;
 pub mod navigation;
 mod plant;
 pub mod quantity;

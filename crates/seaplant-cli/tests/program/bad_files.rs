@@ -1,5 +1,7 @@
 //! Campaigns that cannot be identified: each message says where, what and what to do.
 
+use seaplant::IdentifyOptions;
+
 use crate::workshop::{Workshop, log};
 
 #[test]
@@ -267,10 +269,30 @@ fn constant_thrust_tells_no_plant() {
     workshop.write("log.csv", log(|_| 80.0));
     let advice = "the surge trial excites 2 of the 3 requested terms; drop a term or use a trial \
                   with more variation of thrust and speed";
-    let lines = ["filter-error", "equation-error", "paper"]
-        .map(|method| format!("\n  surge by {method}: {advice}"));
+    let methods = IdentifyOptions::default().methods;
+    let lines: Vec<String> =
+        methods.iter().map(|method| format!("\n  surge by {method}: {advice}")).collect();
     let expected = format!("no plant could be identified:{}", lines.concat());
     assert_eq!(workshop.refusal(), expected);
+}
+
+#[test]
+fn what_one_method_cannot_do_does_not_stop_the_others() {
+    let workshop = Workshop::new();
+    let text = workshop.read("log.csv");
+    let three_seconds: Vec<&str> = text.lines().take(31).collect();
+    workshop.write("log.csv", three_seconds.join("\n"));
+    let why = "surge by paper: trial `run 1`, at 10.0 Hz and without its gaps, in surge has 30 \
+               samples and needs at least 80; use a longer stretch of log\n";
+    let identify = workshop.seaplant(&["identify", "campaign.toml", "--out", "out"]).assert();
+    let output = identify.code(1).get_output().clone();
+    let said = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(said.contains(&format!("failed: {why}")), "{said}");
+    assert!(said.contains("surge by filter-error"), "{said}");
+    assert!(workshop.join("out/report.html").is_file());
+    // Where nothing is printed, errors still are.
+    let quiet = workshop.seaplant(&["identify", "campaign.toml", "--out", "out", "-q"]).assert();
+    quiet.code(1).stdout("").stderr(format!("error: {why}"));
 }
 
 #[test]

@@ -113,26 +113,21 @@ fn bolt_in_heave_tells_what_makes_it_doubtful() {
     }
 }
 
-/// Free run of half a minute from heading alone.
+/// Velocity, simulated freely for half a minute, against the derivative of a heading at 2 Hz.
 const YAW_R_SQUARED: f64 = 0.6;
 
 #[test]
 fn bolt_in_yaw_is_physical_and_predicts_held_out_turns() {
     let Some(found) = identify("bolt/yaw.toml", "bolt-auv") else { return };
-    assert_physical(&found["plants"]["yaw"]);
-    assert_better_than_null(&found["plants"]["yaw"]);
-    let plant = &found["methods"]["yaw"]["equation-error"];
-    assert_physical(plant);
-    assert!(number(plant, "hold_out.r_squared") > YAW_R_SQUARED);
-}
-
-#[test]
-#[ignore = "filter error predicts with an R² of 0.597 and creeps, equation error with 0.933"]
-fn bolt_in_yaw_is_stable_and_predicts_held_out_turns_by_the_recommended_method() {
-    let Some(found) = identify("bolt/yaw.toml", "bolt-auv") else { return };
-    let plant = &found["plants"]["yaw"];
-    assert!(number(plant, "hold_out.r_squared") > YAW_R_SQUARED);
-    assert_eq!(plant["stable"], true);
+    for method in ["filter-error", "equation-error"] {
+        let plant = &found["methods"]["yaw"][method];
+        assert_eq!(plant["stable"], true, "{method}");
+        assert_physical(plant);
+        assert_better_than_null(plant);
+        assert!(number(plant, "hold_out.r_squared") > YAW_R_SQUARED, "{method}");
+    }
+    // A careful fit by hand reached 0.967 on a held-out turn.
+    assert_predicts_position(&found["plants"]["yaw"], "yaw 6", 0.9);
 }
 
 #[test]

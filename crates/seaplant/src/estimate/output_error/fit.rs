@@ -81,8 +81,9 @@ fn typical_speed(stretches: &[Stretch]) -> f64 {
 /// The scale of residuals and the weights settle together in fewer rounds than this.
 const MOST_ROUNDS: usize = 50;
 
-/// The scale has settled when it changes by less than this part.
-const SETTLED: f64 = 1e-7;
+/// The scale has settled when it changes by less than this part: what it moves the plant
+/// by is a part of that part of a standard deviation.
+const SETTLED: f64 = 1e-4;
 
 /// Minimises from one start; with the count under which the optimum is one.
 pub(super) fn search(
@@ -100,8 +101,10 @@ pub(super) fn search(
     };
     let mut iterations = optimum.iterations;
     for _ in 0..MOST_ROUNDS {
-        let std = [Measured::Velocity, Measured::Position]
-            .map(|kind| robust_std(problem.residuals(&optimum.point, kind)));
+        let std = [Measured::Velocity, Measured::Position].map(|kind| {
+            let surest = SUREST_PART * problem.measured_rms(kind);
+            robust_std(problem.residuals(&optimum.point, kind)).max(surest)
+        });
         let change = std.iter().zip(count.std).map(|(new, old)| (new / old - 1.0).abs());
         let is_settled = count.weighing == weighing && change.fold(0.0, f64::max) < SETTLED;
         if is_settled {
@@ -123,9 +126,11 @@ fn robust_std(residuals: Vec<f64>) -> f64 {
         return 1.0;
     }
     let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    // A simulation is never surer than its rounding.
-    (1.4826 * *median).max(1e-12)
+    1.4826 * *median
 }
+
+/// No simulation is surer than this part of the motion; it would matter without noise.
+const SUREST_PART: f64 = 1e-6;
 
 pub(super) fn into_fit(
     dof: Dof,
@@ -180,7 +185,7 @@ pub(super) fn into_fit(
 
 /// The time of one batch, s.
 pub(super) fn batch_s(stretches: &[Stretch]) -> f64 {
-    batch_length_s(stretches.iter().map(Stretch::duration_s).sum())
+    batch_length_s(stretches.iter().map(Stretch::duration_s).sum()) / 4.0
 }
 
 fn residual_sums(

@@ -102,14 +102,18 @@ impl Problem<'_> {
         of_kind.flat_map(|(stretch, &start)| residuals(stretch, &point.plant, start)).collect()
     }
 
-    /// Σ of squares of what was measured, in standard deviations; of position, of how far
-    /// it went from its start.
+    /// Root mean square of what was measured; of position, of how far it went.
+    pub(super) fn measured_rms(&self, measured: Measured) -> f64 {
+        let of_kind = self.stretches.iter().filter(|stretch| stretch.measured == measured);
+        let (sum, count) = of_kind.fold((0.0, 0_usize), |(sum, count), stretch| {
+            (sum + stretch.squares(), count + stretch.samples.len())
+        });
+        (sum / count.max(1) as f64).sqrt()
+    }
+
+    /// Σ of squares of what was measured, in standard deviations.
     fn measured_squares(&self, count: &Count) -> f64 {
-        let of = |stretch: &Stretch| {
-            let std = count.std_of(stretch.measured);
-            let value = |value: f64| (value - stretch.start.position) / std;
-            stretch.samples.iter().map(|sample| value(sample.value).powi(2)).sum::<f64>()
-        };
+        let of = |stretch: &Stretch| stretch.squares() / count.std_of(stretch.measured).powi(2);
         self.stretches.iter().map(of).sum()
     }
 

@@ -110,6 +110,12 @@ impl Stretch {
         self.steps.extend(std::iter::repeat_n(step, count as usize));
     }
 
+    /// Σ of squares of what was measured; of position, of how far it went.
+    pub(super) fn squares(&self) -> f64 {
+        let from = self.start.position;
+        self.samples.iter().map(|sample| (sample.value - from).powi(2)).sum()
+    }
+
     pub(super) fn duration_s(&self) -> f64 {
         self.samples.len() as f64 * self.period_s
     }

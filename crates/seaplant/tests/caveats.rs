@@ -1,0 +1,223 @@
+//! Each doubt is raised by what causes it, and none by the clean twin.
+
+use std::collections::BTreeSet;
+
+use seaplant::results::{PlantResult, Results};
+use seaplant::twin::{Disturbance, TwinCampaign, TwinSpec, make};
+use seaplant::{
+    CaveatCode, Dof, IdentifyOptions, Method, PhysicalParameters, QuadraticThrust, Quantity,
+    Recording, Role, State, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup,
+    Vehicle, identify, simulate,
+};
+
+fn twin(dof: Dof, disturbances: &str) -> TwinCampaign {
+    let spec = TwinSpec {
+        dofs: [dof].into(),
+        disturbances: Disturbance::parse_list(disturbances).expect("known"),
+        ..TwinSpec::jason2()
+    };
+    make(&spec).expect("a valid twin")
+}
+
+fn trials(campaign: &TwinCampaign) -> Vec<Trial> {
+    let as_trial = |log: &seaplant::twin::TwinTrial| {
+        let setup = TrialSetup {
+            name: log.name.clone(),
+            role: log.role,
+            dofs: vec![log.dof],
+            ..TrialSetup::default()
+        };
+        Trial::new(setup, &log.recording, &campaign.vehicle).expect("complete")
+    };
+    campaign.trials.iter().map(as_trial).collect()
+}
+
+fn results(campaign: &TwinCampaign) -> Results {
+    identify(&campaign.vehicle, &trials(campaign), &IdentifyOptions::default()).results
+}
+
+fn codes(plant: &PlantResult) -> BTreeSet<CaveatCode> {
+    plant.caveats.iter().map(|caveat| caveat.code).collect()
+}
+
+/// A vehicle of one thruster, 0.04 N/(rad/s)² both ways, pushing forward.
+fn simple_vehicle(dry_mass_kg: Option<f64>) -> Vehicle {
+    let law = QuadraticThrust { forward: 0.04, reverse: 0.04, ..QuadraticThrust::default() };
+    let curve = ThrustCurve::Quadratic { input: ThrusterInput::Speed, law };
+    let thruster = Thruster::new("main", [0.0; 3], [1.0, 0.0, 0.0], curve).expect("valid");
+    Vehicle { name: "test".into(), dry_mass_kg, thrusters: vec![thruster], ..Vehicle::default() }
+}
+
+const PLANT: PhysicalParameters =
+    PhysicalParameters { mass: 800.0, d_quadratic: 400.0, d_linear: 0.0, bias_force: 0.0 };
+
+/// A surge trial at 10 Hz of [`PLANT`] under a propeller speed, rad/s, of time.
+fn driven(seconds: f64, speed: impl Fn(f64) -> f64) -> Recording {
+    let time: Vec<f64> = (0..(10.0 * seconds) as usize).map(|k| 0.1 * k as f64).collect();
+    let n: Vec<f64> = time.iter().map(|&t| speed(t)).collect();
+    let force: Vec<f64> = n.iter().map(|n| 0.04 * n * n.abs()).collect();
+    let force = Timed::new("force", time.clone(), force).expect("valid");
+    let moved = simulate(Dof::Surge, &PLANT.to_lumped(), &force, State::default(), &time);
+    let thruster = Quantity::Thruster { name: "main".into(), input: ThrusterInput::Speed };
+    Recording::from([
+        (thruster, Timed::new("n", time.clone(), n).expect("valid")),
+        (
+            Quantity::Velocity(Dof::Surge),
+            Timed::new("u", time, moved.expect("stable").velocity).expect("valid"),
+        ),
+    ])
+}
+
+fn plant_of(vehicle: &Vehicle, recording: &Recording, method: Method) -> PlantResult {
+    let setup = TrialSetup { name: "t".into(), dofs: vec![Dof::Surge], ..TrialSetup::default() };
+    let trial = Trial::new(setup, recording, vehicle).expect("complete");
+    let options = IdentifyOptions { methods: vec![method], ..IdentifyOptions::default() };
+    let mut found = identify(vehicle, &[trial], &options).results;
+    found.plants.remove(&Dof::Surge).unwrap_or_else(|| panic!("{:?}", found.failures))
+}
+
+/// Two tones both ways: nothing to doubt but that there is no held-out trial.
+fn lively(t: f64) -> f64 {
+    60.0 * (0.2 * t).sin() + 45.0 * (0.63 * t + 1.0).sin()
+}
+
+#[test]
+fn the_clean_twin_raises_no_doubt_about_equation_error_and_filter_error() {
+    let found = results(&twin(Dof::Yaw, "none"));
+    for method in [Method::EquationError, Method::FilterError] {
+        let raised = codes(&found.methods[&Dof::Yaw][&method]);
+        assert!(raised.is_empty(), "{method}: {raised:?}");
+    }
+}
+
+#[test]
+fn the_papers_filter_is_named_with_the_factor_that_it_costs() {
+    let found = results(&twin(Dof::Yaw, "none"));
+    let paper = &found.methods[&Dof::Yaw][&Method::Paper];
+    let raised = codes(paper);
+    assert!(raised.contains(&CaveatCode::FilterAttenuatesExcitation), "{raised:?}");
+    assert!(raised.contains(&CaveatCode::UnequalFiltering));
+    assert!(raised.contains(&CaveatCode::MethodsDisagree));
+    let message = &paper.caveats.iter().find(|c| c.code == CaveatCode::FilterAttenuatesExcitation);
+    // |H(1/6 Hz)| = 1/(1 + (4/3)⁴) = 0.240, and its inverse 4.16.
+    assert!(message.expect("raised").message.contains("4.16 times"), "{message:?}");
+}
+
+#[test]
+fn a_lag_is_doubted_by_equation_error_and_allowed_for_by_filter_error() {
+    let found = results(&twin(Dof::Surge, "lag"));
+    let methods = &found.methods[&Dof::Surge];
+    let late = |method| {
+        let caveats = &methods[&method].caveats;
+        caveats.iter().find(|caveat| caveat.code == CaveatCode::LagOrDelay).cloned()
+    };
+    let warning = late(Method::EquationError).expect("raised");
+    assert_eq!(warning.severity, seaplant::Severity::Warning);
+    let note = late(Method::FilterError).expect("raised");
+    assert_eq!(note.severity, seaplant::Severity::Note);
+    let lag = &methods[&Method::FilterError].nuisances["lag"];
+    assert!((lag.value - 0.3).abs() < 0.03, "{lag:?}");
+}
+
+#[test]
+fn a_bias_on_one_heading_may_be_a_current() {
+    let found = results(&twin(Dof::Surge, "none"));
+    assert!(codes(&found.plants[&Dof::Surge]).contains(&CaveatCode::BiasOneDirection));
+}
+
+#[test]
+fn steady_and_unsteady_drag_that_differ_are_both_shown() {
+    // The twin's steady runs have a third of its unsteady drag, as the paper's tables do.
+    let found = results(&twin(Dof::Heave, "none"));
+    assert!(codes(&found.plants[&Dof::Heave]).contains(&CaveatCode::SteadyUnsteadyDisagree));
+}
+
+#[test]
+fn a_lively_trial_without_a_held_out_one_is_scored_on_itself() {
+    let plant = plant_of(&simple_vehicle(None), &driven(300.0, lively), Method::EquationError);
+    assert_eq!(codes(&plant), [CaveatCode::ScoredOnFit].into());
+}
+
+#[test]
+fn a_mass_below_the_mass_in_air_is_severe() {
+    let vehicle = simple_vehicle(Some(1200.0));
+    let plant = plant_of(&vehicle, &driven(300.0, lively), Method::EquationError);
+    assert!(codes(&plant).contains(&CaveatCode::MassBelowDryMass));
+}
+
+#[test]
+fn thrust_one_way_is_named() {
+    let ahead = |t: f64| 80.0 + 30.0 * (0.3 * t).sin();
+    let plant = plant_of(&simple_vehicle(None), &driven(300.0, ahead), Method::EquationError);
+    assert!(codes(&plant).contains(&CaveatCode::OneSignedThrust));
+}
+
+#[test]
+fn thrust_at_two_levels_is_named() {
+    let bang = |t: f64| if (t / 15.0) as u64 % 2 == 0 { 80.0 } else { -80.0 };
+    let plant = plant_of(&simple_vehicle(None), &driven(300.0, bang), Method::EquationError);
+    assert!(codes(&plant).contains(&CaveatCode::TwoLevelThrust));
+}
+
+#[test]
+fn quick_small_motion_says_little_of_drag() {
+    let quick = |t: f64| 40.0 * (2.0 * t).sin() + 30.0 * (3.1 * t).sin();
+    let plant = plant_of(&simple_vehicle(None), &driven(300.0, quick), Method::EquationError);
+    assert!(codes(&plant).contains(&CaveatCode::WeakDrag));
+}
+
+#[test]
+fn velocity_of_the_wrong_sign_gives_a_mass_of_the_wrong_sign() {
+    let mut recording = driven(300.0, lively);
+    let velocity = recording.get_mut(&Quantity::Velocity(Dof::Surge)).expect("there");
+    *velocity = velocity.map(|v| -v);
+    let plant = plant_of(&simple_vehicle(None), &recording, Method::EquationError);
+    assert!(plant.parameters.mass.value < 0.0);
+    let wrong = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::WrongSign);
+    assert_eq!(wrong.expect("raised").severity, seaplant::Severity::Severe);
+}
+
+#[test]
+fn a_gap_is_left_out_and_told() {
+    let mut recording = driven(300.0, lively);
+    let velocity = recording.get_mut(&Quantity::Velocity(Dof::Surge)).expect("there");
+    let kept: Vec<usize> = (0..velocity.len()).filter(|k| !(1000..1400).contains(k)).collect();
+    let pick = |from: &[f64]| kept.iter().map(|&k| from[k]).collect::<Vec<_>>();
+    *velocity = Timed::new("u", pick(velocity.time_s()), pick(velocity.values())).expect("valid");
+    let plant = plant_of(&simple_vehicle(None), &recording, Method::EquationError);
+    let gap = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::Gaps);
+    assert!(gap.expect("raised").message.contains("40.1 s"), "{gap:?}");
+    assert!((plant.parameters.mass.value / PLANT.mass - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn a_few_wild_samples_are_removed_and_counted() {
+    let mut recording = driven(300.0, lively);
+    let velocity = recording.get_mut(&Quantity::Velocity(Dof::Surge)).expect("there");
+    let mut values = velocity.values().to_vec();
+    for k in [500, 1500, 2500] {
+        values[k] = -32.768;
+    }
+    *velocity = velocity.with_values("u", values).expect("finite");
+    let plant = plant_of(&simple_vehicle(None), &recording, Method::EquationError);
+    let outliers = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::Outliers);
+    assert!(outliers.expect("raised").message.starts_with("3 samples"), "{outliers:?}");
+    assert!((plant.parameters.mass.value / PLANT.mass - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn millimetres_a_second_taken_for_metres_are_suspicious() {
+    let mut recording = driven(300.0, lively);
+    let velocity = recording.get_mut(&Quantity::Velocity(Dof::Surge)).expect("there");
+    *velocity = velocity.map(|v| 1000.0 * v);
+    let plant = plant_of(&simple_vehicle(None), &recording, Method::EquationError);
+    let unit = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::SuspiciousUnit);
+    assert!(unit.expect("raised").message.contains("is it mm/s"), "{unit:?}");
+}
+
+#[test]
+fn roles_are_as_the_setup_says() {
+    let campaign = twin(Dof::Surge, "none");
+    let roles: Vec<Role> = trials(&campaign).iter().map(Trial::role).collect();
+    assert_eq!(roles, [Role::Fit, Role::HoldOut]);
+}
