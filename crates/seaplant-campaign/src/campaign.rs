@@ -185,6 +185,7 @@ fn options(path: &Path, file: &CampaignFile) -> Result<IdentifyOptions, Error> {
         Terms::new(terms).map_err(|error| Error::value(path, key, error.to_string()))
     };
     let mut options = IdentifyOptions {
+        velocity: file.velocity,
         paper: file.paper,
         equation_error: file.equation_error,
         output_error: file.output_error,

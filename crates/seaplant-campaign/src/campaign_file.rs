@@ -8,7 +8,7 @@ use seaplant::estimate::steady::SteadyOptions;
 use seaplant::estimate::{
     EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, PaperOptions,
 };
-use seaplant::{Dof, Method, Role, Term};
+use seaplant::{Dof, Method, Role, Term, VelocitySource};
 use serde::{Deserialize, Serialize};
 
 use crate::bench::BenchColumns;
@@ -30,6 +30,10 @@ pub struct CampaignFile {
     /// The methods; the first gives the recommended plant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub methods: Option<Vec<Method>>,
+    /// Where every method takes velocity from: `measured`, by the DVL or rate sensor, or
+    /// `position`, as its derivative. By default the paper's method derives it, others do not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<VelocitySource>,
     /// The terms to fit, everywhere or by degree of freedom.
     #[serde(default, skip_serializing_if = "FitEntry::is_default")]
     pub fit: FitEntry,

@@ -52,6 +52,7 @@ pub fn twin_files(twin: &TwinCampaign) -> Result<Vec<TextFile>, Box<dyn std::err
         trial: trials,
         channels,
         methods: None,
+        velocity: None,
         fit: FitEntry::default(),
         paper: Default::default(),
         equation_error: Default::default(),

@@ -82,7 +82,11 @@ fn plant_block(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Stri
     let _ = writeln!(text, "{}", table.to_string().trim_end());
     let units = dof.units();
     let score = |name: &str, score: &Score| {
-        let error = score.mean_abs_error.map_or("runs away".to_owned(), |e| significant(e, 3));
+        let unit = units.velocity;
+        let error = score.mean_abs_error.map_or_else(
+            || "the simulation runs away".to_owned(),
+            |e| format!("e = {} {unit}", significant(e, 3)),
+        );
         let mut r2 = score.r_squared.map_or(String::new(), |r2| format!(", R² {r2:.3}"));
         let positions: Vec<String> = score
             .trials
@@ -94,8 +98,7 @@ fn plant_block(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Stri
             r2 += &format!("; of position, by trial: R² {}", positions.join(", "));
         }
         format!(
-            "  {name}: e = {error} {}, {} for a model that never moves{r2}",
-            units.velocity,
+            "  {name}: {error}, {} {unit} for a model that never moves{r2}",
             significant(score.null_error, 3)
         )
     };

@@ -73,17 +73,11 @@ pub fn fit_bollard_pull(points: &[(f64, f64)], neutral: f64) -> Result<BollardFi
     let variation: f64 = points.iter().map(|p| (p.1 - mean).powi(2)).sum();
     let r_squared = 1.0 - best.square_sum / variation;
     let [forward, reverse, deadband] = best.estimates(&points, neutral, keep_deadband);
-    let caveats = caveats(&law, forward, reverse, r_squared);
-    Ok(BollardFit {
-        law,
-        forward,
-        reverse,
-        deadband,
-        residual_rms: (best.square_sum / n).sqrt(),
-        r_squared,
-        points,
-        caveats,
-    })
+    let residual_rms = (best.square_sum / n).sqrt();
+    let thrusts = points.iter().map(|p| p.1);
+    let range = thrusts.clone().fold(f64::MIN, f64::max) - thrusts.fold(f64::MAX, f64::min);
+    let caveats = caveats(&law, forward, reverse, residual_rms, range);
+    Ok(BollardFit { law, forward, reverse, deadband, residual_rms, r_squared, points, caveats })
 }
 
 /// Gives unsigned inputs the sign of their thrust, and checks the points.
@@ -218,14 +212,15 @@ fn best_deadband(points: &[(f64, f64)], neutral: f64) -> Candidate {
     least(coarse, at(0.5 * (low + high)))
 }
 
-/// A square law that leaves more than this of the variation is not the law.
-const POOR_FIT: f64 = 0.98;
+/// A square law that misses by more than this part of the thrust's range is not the law.
+const POOR_PART: f64 = 0.01;
 
 fn caveats(
     law: &QuadraticThrust,
     forward: Option<Estimate>,
     reverse: Option<Estimate>,
-    r_squared: f64,
+    residual_rms: f64,
+    range: f64,
 ) -> Vec<Caveat> {
     let mut caveats = Vec::new();
     if forward.is_none() || reverse.is_none() {
@@ -235,10 +230,11 @@ fn caveats(
         );
         caveats.push(Caveat::warning(CaveatCode::OneSignedThrust, message));
     }
-    if r_squared < POOR_FIT {
+    let missed = residual_rms / range;
+    if missed > POOR_PART {
         let message = format!(
-            "a square law explains {:.1} % of the thrust only; use the points themselves as a curve of kind = \"table\"",
-            100.0 * r_squared
+            "a square law misses these points by {:.1} % of their range (rms); use the points themselves, as a curve of kind = \"table\"",
+            100.0 * missed
         );
         caveats.push(Caveat::warning(CaveatCode::ThrustScale, message));
     }
@@ -308,6 +304,14 @@ mod tests {
         let points: Vec<_> = speeds().into_iter().map(|w| (w, -JASON.force(w))).collect();
         let message = fit_bollard_pull(&points, 0.0).expect_err("reversed").to_string();
         assert!(message.contains("thrust falls as the input rises"), "{message}");
+    }
+
+    #[test]
+    fn says_so_if_thrust_is_not_a_square_law() {
+        let saturating: Vec<_> =
+            speeds().into_iter().map(|w| (w, 900.0 * (w / 90.0).tanh())).collect();
+        let fit = fit_bollard_pull(&saturating, 0.0).expect("fits");
+        assert!(fit.caveats[0].message.contains("kind = \"table\""), "{:?}", fit.caveats);
     }
 
     #[test]

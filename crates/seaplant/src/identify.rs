@@ -35,6 +35,9 @@ pub struct IdentifyOptions {
     pub terms: Option<Terms>,
     /// The terms to fit in some degrees of freedom.
     pub terms_of: BTreeMap<Dof, Terms>,
+    /// Where velocity comes from, if every method shall take it from the same; else the
+    /// paper's method derives it from position and the others take what was measured.
+    pub velocity: Option<VelocitySource>,
     /// Settings of the paper's method.
     pub paper: PaperOptions,
     /// Settings of equation error.
@@ -53,6 +56,7 @@ impl Default for IdentifyOptions {
             methods: Method::ALL.to_vec(),
             terms: None,
             terms_of: BTreeMap::new(),
+            velocity: None,
             paper: PaperOptions::default(),
             equation_error: EquationErrorOptions::default(),
             output_error: OutputErrorOptions::default(),
@@ -174,12 +178,13 @@ impl Work<'_> {
     }
 
     fn fit(&self, method: Method, terms: Option<Terms>) -> Result<(Fit, Vec<AxisRecord>), Error> {
-        let source = match method {
+        let usual = match method {
             Method::Paper => VelocitySource::Position,
             Method::EquationError | Method::OutputError | Method::FilterError => {
                 VelocitySource::Measured
             }
         };
+        let source = self.options.velocity.unwrap_or(usual);
         let axes = self.axes(&self.trials.fit, source)?;
         let chosen = terms.unwrap_or_default();
         let fit = match method {

@@ -49,12 +49,7 @@ pub(crate) const EXCITATION_FLOOR: f64 = 1e-6;
 /// Residuals a batch apart are taken as independent …
 const BATCH_S: f64 = 20.0;
 /// … but there are never fewer batches than this, nor more than that.
-const BATCHES: (usize, usize) = (10, 60);
-
-/// How long a batch is where stretches last `total_s` together, s.
-pub(crate) fn batch_length_s(total_s: f64) -> f64 {
-    total_s / ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1) as f64
-}
+pub(crate) const BATCHES: (usize, usize) = (10, 60);
 
 impl Columns {
     fn rows(&self) -> impl Iterator<Item = Row> + '_ {
@@ -109,7 +104,8 @@ pub(crate) struct Regression {
 impl Regression {
     /// For rows of stretches that last `total_s` together.
     pub(crate) fn of(total_s: f64, terms: Terms) -> Self {
-        let batch_s = batch_length_s(total_s);
+        let batches = ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1);
+        let batch_s = total_s / batches as f64;
         Self { terms, batch_s, batch_rows: 1, batches: Vec::new(), block: Block::default() }
     }
 

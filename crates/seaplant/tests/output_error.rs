@@ -184,7 +184,7 @@ fn coasts_as_the_closed_form_does() {
     assert!((physical.d_quadratic / d - 1.0).abs() < EXACT, "{}", physical.d_quadratic);
 }
 
-/// 95 % intervals of 60 independent trials cover 57 of them; outside of these bounds
+/// 95 % intervals of 60 trials cover 57 of them; outside of these bounds
 /// chance takes them less than once in a hundred times.
 const COVERAGE_PERCENT: std::ops::RangeInclusive<f64> = 88.0..=100.0;
 const SEEDS: u64 = 60;

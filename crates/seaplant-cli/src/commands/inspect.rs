@@ -1,3 +1,4 @@
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -22,6 +23,11 @@ pub fn run(arguments: &Inspect, output: Output) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The last part of a path: what tells files apart in a table.
+fn file_name(path: &str) -> &str {
+    Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or(path)
+}
+
 fn words(inspection: &Inspection) -> String {
     let mut text = String::new();
     let several = inspection.files.len() > 1;
@@ -34,7 +40,7 @@ fn words(inspection: &Inspection) -> String {
     table.set_header(header);
     for channel in &inspection.channels {
         let name = if several {
-            format!("{}: {}", channel.file, channel.column)
+            format!("{}: {}", file_name(&channel.file), channel.column)
         } else {
             channel.column.clone()
         };

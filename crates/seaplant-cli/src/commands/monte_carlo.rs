@@ -18,6 +18,9 @@ use crate::args::MonteCarlo;
 use crate::output::{Output, write_file};
 use crate::summary::{align, plain_table};
 
+/// The number of a run, and what came of it.
+type RunOf = (u64, Result<Vec<Sample>, Error>);
+
 /// The table, and what it was made from.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Table {
@@ -76,7 +79,7 @@ fn all_samples(
     let threads = arguments.threads.unwrap_or(processors).max(1);
     let progress = progress(arguments.runs, output);
     let next = AtomicU64::new(0);
-    let done: Mutex<Vec<(u64, Result<Vec<Sample>, Error>)>> = Mutex::default();
+    let done: Mutex<Vec<RunOf>> = Mutex::default();
     thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
@@ -120,27 +123,21 @@ fn words(table: &Table) -> String {
     text.set_header(["dof", "method", "", "mass", "d_Q", "bias", "answers"]);
     let percent = |x: f64| format!("{} %", significant(x, 2));
     for rows in table.rows.chunk_by(|a, b| (a.dof, a.method) == (b.dof, b.method)) {
-        let cells = |of: &dyn Fn(&Row) -> String| {
-            [ParameterName::Mass, ParameterName::QuadraticDrag, ParameterName::BiasForce]
-                .map(|name| rows.iter().find(|row| row.parameter == name).map_or("–".into(), of))
-        };
         let first = &rows[0];
-        let lines: [(&str, &dyn Fn(&Row) -> String); 2] = [
-            ("median |error|", &|row| percent(row.median_abs_error_percent)),
-            ("covered", &|row| format!("{:.0} %", row.coverage_percent)),
-        ];
-        for (k, (name, of)) in lines.into_iter().enumerate() {
-            let [mass, drag, bias] = cells(of);
-            let (dof, method, answers) = if k == 0 {
-                let total = first.answers + first.failures;
-                let answers = format!("{} of {total}", first.answers);
-                (first.dof.to_string(), first.method.to_string(), answers)
-            } else {
-                Default::default()
-            };
-            text.add_row([dof, method, name.to_owned(), mass, drag, bias, answers]);
-        }
+        let answers = format!("{} of {}", first.answers, first.answers + first.failures);
+        let [mass, drag, bias] = cells(rows, |row| percent(row.median_abs_error_percent));
+        let (dof, method) = (first.dof.to_string(), first.method.to_string());
+        text.add_row([dof, method, "median |error|".to_owned(), mass, drag, bias, answers]);
+        let [mass, drag, bias] = cells(rows, |row| format!("{:.0} %", row.coverage_percent));
+        let empty = String::new;
+        text.add_row([empty(), empty(), "covered".to_owned(), mass, drag, bias, empty()]);
     }
     align(&mut text, 3..6);
     format!("{} twins, 95 % intervals\n{text}", table.runs)
+}
+
+/// One cell for each parameter, a dash where it was not fitted.
+fn cells(rows: &[Row], of: impl Fn(&Row) -> String) -> [String; 3] {
+    [ParameterName::Mass, ParameterName::QuadraticDrag, ParameterName::BiasForce]
+        .map(|name| rows.iter().find(|row| row.parameter == name).map_or("–".to_owned(), &of))
 }

@@ -4,6 +4,7 @@
 //! else in `../shared/data`; a test whose files are absent says so.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use serde_json::Value;
 
@@ -13,8 +14,8 @@ fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A folder of the data, if it is there, with the one that holds it.
-fn data(folder: &str) -> Option<(PathBuf, PathBuf)> {
+/// A folder of the data, if it is there.
+fn data(folder: &str) -> Option<PathBuf> {
     let named = std::env::var_os("SEAPLANT_DATA").map(PathBuf::from);
     let all = workspace().join(named.unwrap_or_else(|| "../shared/data".into()));
     let path = all.join(folder);
@@ -22,12 +23,16 @@ fn data(folder: &str) -> Option<(PathBuf, PathBuf)> {
         eprintln!("skipped: {} is not there", path.display());
         return None;
     }
-    Some((all.canonicalize().expect("it is there"), path))
+    Some(path.canonicalize().expect("it is there"))
 }
 
-/// What `identify` finds in an example; its failures must be none.
-fn identify(example: &str, folder: &str) -> Option<Value> {
-    let (all, _) = data(folder)?;
+/// What `identify` finds in an example, run once for all tests; its failures must be none.
+fn identify(found: &'static OnceLock<Option<Value>>, example: &str) -> Option<&'static Value> {
+    found.get_or_init(|| run(example)).as_ref()
+}
+
+fn run(example: &str) -> Option<Value> {
+    let all = data("")?;
     let campaign = workspace().join("examples").join(example).canonicalize().expect("an example");
     let workshop = Workshop::empty();
     let campaign = campaign.to_str().expect("UTF-8");
@@ -37,6 +42,16 @@ fn identify(example: &str, folder: &str) -> Option<Value> {
     assert_eq!(found["failures"], serde_json::json!([]));
     assert!(workshop.join("out/report.html").is_file());
     Some(found)
+}
+
+fn bolt_in_heave() -> Option<&'static Value> {
+    static FOUND: OnceLock<Option<Value>> = OnceLock::new();
+    identify(&FOUND, "bolt/heave.toml")
+}
+
+fn bolt_in_yaw() -> Option<&'static Value> {
+    static FOUND: OnceLock<Option<Value>> = OnceLock::new();
+    identify(&FOUND, "bolt/yaw.toml")
 }
 
 /// Mass is positive beyond doubt, and drag is positive or a caveat says that it is not.
@@ -77,7 +92,7 @@ const HEAVE_R_SQUARED: f64 = 0.85;
 
 #[test]
 fn bolt_in_heave_is_physical_and_predicts_held_out_dives() {
-    let Some(found) = identify("bolt/heave.toml", "bolt-auv") else { return };
+    let Some(found) = bolt_in_heave() else { return };
     for method in ["filter-error", "equation-error"] {
         let plant = &found["methods"]["heave"][method];
         assert_eq!(plant["stable"], true, "{method}");
@@ -94,13 +109,13 @@ fn bolt_in_heave_is_physical_and_predicts_held_out_dives() {
 #[test]
 #[ignore = "filter error predicts depth 3 with an R² of 0.51, equation error with 0.91"]
 fn bolt_in_heave_predicts_a_dive_at_constant_thrust_by_the_recommended_method() {
-    let Some(found) = identify("bolt/heave.toml", "bolt-auv") else { return };
+    let Some(found) = bolt_in_heave() else { return };
     assert_predicts_position(&found["plants"]["heave"], "depth 3", HEAVE_R_SQUARED);
 }
 
 #[test]
 fn bolt_in_heave_tells_what_makes_it_doubtful() {
-    let Some(found) = identify("bolt/heave.toml", "bolt-auv") else { return };
+    let Some(found) = bolt_in_heave() else { return };
     // All dives push down, for fifteen seconds, at 2 Hz.
     for (method, code) in [
         ("filter-error", "one-signed-thrust"),
@@ -118,7 +133,7 @@ const YAW_R_SQUARED: f64 = 0.6;
 
 #[test]
 fn bolt_in_yaw_is_physical_and_predicts_held_out_turns() {
-    let Some(found) = identify("bolt/yaw.toml", "bolt-auv") else { return };
+    let Some(found) = bolt_in_yaw() else { return };
     for method in ["filter-error", "equation-error"] {
         let plant = &found["methods"]["yaw"][method];
         assert_eq!(plant["stable"], true, "{method}");
@@ -132,7 +147,7 @@ fn bolt_in_yaw_is_physical_and_predicts_held_out_turns() {
 
 #[test]
 fn a_plant_that_creeps_or_has_a_negative_drag_says_so() {
-    let Some(found) = identify("bolt/yaw.toml", "bolt-auv") else { return };
+    let Some(found) = bolt_in_yaw() else { return };
     for plant in found["methods"]["yaw"].as_object().expect("methods").values() {
         let has = |code: &str| caveats(plant).iter().any(|(found, _, _)| *found == code);
         assert_eq!(plant["stable"] == false, has("unstable"), "{}", plant["method"]);
@@ -145,7 +160,7 @@ fn a_plant_that_creeps_or_has_a_negative_drag_says_so() {
 
 #[test]
 fn the_esso_osaka_is_physical_and_predicts_held_out_runs() {
-    let Some(found) = identify("esso-osaka/surge.toml", "esso-osaka") else { return };
+    let Some(found) = run("esso-osaka/surge.toml") else { return };
     let plant = &found["plants"]["surge"];
     assert_eq!(plant["stable"], true);
     assert_physical(plant);
@@ -162,12 +177,11 @@ fn the_esso_osaka_is_physical_and_predicts_held_out_runs() {
 
 #[test]
 fn the_thruster_tables_of_its_maker_fit_a_curve_each_way() {
-    let Some((_, folder)) = data("t200-static") else { return };
+    let Some(folder) = data("t200-static") else { return };
     let workshop = Workshop::empty();
     let mut forward = Vec::new();
     for volts in [10, 12, 14, 16, 18, 20] {
         let table = folder.join(format!("T200-Thrusters-{volts}V.csv"));
-        let table = table.canonicalize().expect("a table");
         let fit = workshop.json(&["thruster", table.to_str().expect("UTF-8"), "--json"]);
         assert!(number(&fit, "r_squared") > 0.95, "{volts} V: {fit}");
         assert_eq!(fit["input_unit"], "us");

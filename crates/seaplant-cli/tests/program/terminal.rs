@@ -211,6 +211,18 @@ fn the_summary_tells_mass_drag_doubts_and_where_the_report_is() {
 }
 
 #[test]
+fn a_velocity_of_the_wrong_sign_is_not_to_be_used() {
+    let workshop = Workshop::new();
+    workshop.change("campaign.toml", "\"speed\" }", "\"speed\", negate = true }");
+    let words = ["identify", "campaign.toml", "--method", "equation-error", "--out", "out"];
+    let text = workshop.success(&words);
+    assert!(text.starts_with("surge by equation-error: do not use"), "{text}");
+    let advice = "thrust or velocity has the wrong sign, or thrust explains nothing";
+    assert!(text.contains("severe: the mass in surge comes out as -"), "{text}");
+    assert!(text.contains(advice), "{text}");
+}
+
+#[test]
 fn every_schema_is_one() {
     for kind in ["results", "vehicle", "campaign", "twin"] {
         let output = seaplant().args(["schema", kind]).assert().success().get_output().clone();

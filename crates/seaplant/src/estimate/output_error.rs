@@ -62,9 +62,10 @@ impl Loss {
 /// `ṡⱼ = (2β|v| + μ) sⱼ + fⱼ`. Steps are those of Gauss and Newton, damped where that
 /// does not go downhill, with the initial states eliminated.
 ///
-/// The covariance is `(JᵀJ)⁻¹ S (JᵀJ)⁻¹` with S from sums over batches of 20 s: what
-/// disturbs a vehicle stays in its velocity for a while. Degrees of freedom are batches,
-/// or effective samples if there are fewer, less terms. The fit's residual is in the unit
+/// The covariance is `(JᵀJ)⁻¹ S (JᵀJ)⁻¹` with S from sums over sixty batches, or over as
+/// many fewer as makes neighbours independent: what disturbs a vehicle stays in its
+/// velocity for a while. Degrees of freedom are batches, or effective samples if there
+/// are fewer, less terms. The fit's residual is in the unit
 /// of what was measured.
 ///
 /// `start` is where the search begins: a fit by equation error. From there, or from one

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::IdentifyOptions;
 use crate::diagnose::dominant_force_hz;
 use crate::estimate::steady::SteadyFit;
-use crate::estimate::{Fit, Nuisances};
+use crate::estimate::{Fit, Loss, Nuisances};
 use crate::quantity::{Attitude, Axis, World};
 use crate::results::{
     AxisResult, PairResult, Parameter, Parameters, PlantResult, Provenance, RegressionResult,
@@ -195,6 +195,23 @@ fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
                 || format!("{}; linear drag if filter-error finds it", Terms::default()),
                 |terms| terms.to_string(),
             ),
+        ),
+        (
+            "output-error: loss".to_owned(),
+            match options.output_error.loss {
+                Loss::Squares => "squares".to_owned(),
+                Loss::Huber(limit) => format!("Huber's, {limit} robust standard deviations"),
+            },
+        ),
+        (
+            "velocity".to_owned(),
+            match options.velocity {
+                None => {
+                    "from position for the paper's method, as measured for the others".to_owned()
+                }
+                Some(VelocitySource::Measured) => "as measured".to_owned(),
+                Some(VelocitySource::Position) => "from position".to_owned(),
+            },
         ),
         ("filter-error: candidates".to_owned(), candidates.join(", ")),
         (

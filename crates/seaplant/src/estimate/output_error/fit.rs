@@ -2,12 +2,12 @@
 
 use nalgebra::{DMatrix, DVector, Matrix4};
 
-use super::minimise::{Count, Optimum, Point, Problem, Reduced};
-use super::sensitivity::Weighing;
+use super::minimise::{Count, Evaluated, Optimum, Point, Problem, Reduced};
+use super::sensitivity::{Sums, Weighing};
 use super::stretch::{Measured, Stretch};
 use super::{Loss, OutputErrorOptions};
 use crate::estimate::{Filters, Fit, Method, Nuisances};
-use crate::regression::{EXCITATION_FLOOR, Residuals, batch_length_s};
+use crate::regression::{BATCHES, EXCITATION_FLOOR, Residuals};
 use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
 
@@ -183,19 +183,15 @@ pub(super) fn into_fit(
     })
 }
 
-/// The time of one batch, s.
+/// The time of the smallest batches, s.
 pub(super) fn batch_s(stretches: &[Stretch]) -> f64 {
-    batch_length_s(stretches.iter().map(Stretch::duration_s).sum()) / 4.0
+    stretches.iter().map(Stretch::duration_s).sum::<f64>() / BATCHES.1 as f64
 }
 
-fn residual_sums(
-    problem: &Problem<'_>,
-    reduced: &Reduced,
-    at: &super::minimise::Evaluated,
-) -> Residuals {
+fn residual_sums(problem: &Problem<'_>, reduced: &Reduced, at: &Evaluated) -> Residuals {
     let fitted = problem.terms.fitted();
     let mut all = Residuals::default();
-    for (batches, own) in at.batches.iter().zip(&reduced.own) {
+    for (batches, own) in independent(at.batches.clone()).iter().zip(&reduced.own) {
         for sums in batches {
             let score = own.reduce(sums);
             let of = |&term: &Term| score[term as usize] * reduced.scale[term as usize];
@@ -205,6 +201,39 @@ fn residual_sums(
         }
     }
     all
+}
+
+/// Joins batches in pairs until residuals a batch apart are independent, or few are left:
+/// many short batches tell a variance better, as long as each stands for itself.
+fn independent(mut stretches: Vec<Vec<Sums>>) -> Vec<Vec<Sums>> {
+    let count = |stretches: &[Vec<Sums>]| stretches.iter().map(Vec::len).sum::<usize>();
+    while count(&stretches) >= 2 * BATCHES.0 && neighbours_go_together(&stretches) {
+        let joined = |pair: &[Sums]| {
+            let mut sums = pair[0];
+            pair[1..].iter().for_each(|other| sums.add(other));
+            sums
+        };
+        let joined = |batches: &Vec<Sums>| batches.chunks(2).map(joined).collect();
+        let fewer: Vec<Vec<Sums>> = stretches.iter().map(joined).collect();
+        if count(&fewer) == count(&stretches) {
+            break;
+        }
+        stretches = fewer;
+    }
+    stretches
+}
+
+/// Whether the sums of neighbouring batches are correlated by more than chance makes them
+/// in one of twenty fits.
+fn neighbours_go_together(stretches: &[Vec<Sums>]) -> bool {
+    let (mut product, mut square, mut count) = (0.0, 0.0, 0_usize);
+    for batches in stretches {
+        let pairs = batches.windows(2);
+        product += pairs.map(|pair| pair[0].influence * pair[1].influence).sum::<f64>();
+        square += batches.iter().map(|sums| sums.influence.powi(2)).sum::<f64>();
+        count += batches.len();
+    }
+    product > 1.645 / (count as f64).sqrt() * square
 }
 
 /// The information on the fitted terms, columns of the Jacobian scaled to unit length.

@@ -300,3 +300,101 @@ impl Moving {
         (value, std::array::from_fn(|j| if j < OF_VELOCITY { by[j] } else { 1.0 }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLANT: LumpedParameters =
+        LumpedParameters { alpha: 8e-5, beta: -0.2, mu: -0.03, bias: 0.015 };
+    const START: State = State { position: 2.0, velocity: -0.4 };
+
+    /// Uneven samples of which some have no step of their own, some three.
+    fn stretch(measured: Measured) -> Stretch {
+        let sample = |k: usize| Sample { value: 0.1 * (k as f64).cos(), steps: (k * k) % 4 };
+        let samples: Vec<Sample> = (0..200).map(sample).collect();
+        let count: usize = samples.iter().map(|sample| sample.steps).sum();
+        let step = |k: usize| Step {
+            span_s: 0.04 + 0.06 * (k as f64).sin().powi(2),
+            tau: 1500.0 * (0.07 * k as f64).sin(),
+        };
+        let steps = (0..count).map(step).collect();
+        Stretch { measured, start: START, steps, samples, period_s: 0.1 }
+    }
+
+    fn moved(j: usize, by: f64) -> (LumpedParameters, State) {
+        let mut plant = PLANT.to_vector();
+        let mut start = START;
+        match j {
+            0..4 => plant[j] += by,
+            4 => start.velocity += by,
+            _ => start.position += by,
+        }
+        (LumpedParameters::from_vector(&plant), start)
+    }
+
+    /// Steps of central differences: small beside what each unknown is.
+    const STEPS: [f64; UNKNOWNS] = [1e-9, 1e-5, 1e-6, 1e-6, 1e-5, 1e-5];
+
+    /// Relative: the error of central differences with those steps.
+    const DIFFERENCES: f64 = 1e-7;
+
+    #[test]
+    fn sensitivities_are_the_slopes_of_the_simulation() {
+        for measured in [Measured::Velocity, Measured::Position] {
+            let stretch = stretch(measured);
+            let residuals = |j, by| {
+                let (plant, start) = moved(j, by);
+                residuals(&stretch, &plant, start)
+            };
+            let slope: Vec<Vec<f64>> = (0..UNKNOWNS)
+                .map(|j| {
+                    let (up, down) = (residuals(j, STEPS[j]), residuals(j, -STEPS[j]));
+                    up.iter().zip(down).map(|(up, down)| (down - up) / (2.0 * STEPS[j])).collect()
+                })
+                .collect();
+            let at = residuals(0, 0.0);
+            for (weighing, weighs) in
+                [(Weighing::Squares, f64::INFINITY), (Weighing::HuberCurvature(0.3), 0.3)]
+            {
+                let parts = batches(&stretch, &PLANT, START, 37, 0.5, weighing);
+                assert_eq!(parts.len(), 6);
+                let mut sums = Sums::default();
+                parts.iter().for_each(|part| sums.add(part));
+                for i in 0..UNKNOWNS {
+                    for j in 0..UNKNOWNS {
+                        let of = |k: usize| match (at[k] / 0.5).abs() <= weighs {
+                            true => slope[i][k] * slope[j][k] / 0.25,
+                            false => 0.0,
+                        };
+                        let expected: f64 = (0..at.len()).map(of).sum();
+                        let size: f64 =
+                            (0..at.len()).map(|k| (slope[i][k] * slope[j][k] / 0.25).abs()).sum();
+                        let off = (sums.information[(i, j)] - expected).abs();
+                        assert!(off <= DIFFERENCES * size, "{measured:?} {i} {j}: {off} of {size}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_score_is_the_slope_of_the_cost() {
+        for measured in [Measured::Velocity, Measured::Position] {
+            for weighing in [Weighing::Squares, Weighing::Huber(0.3)] {
+                let stretch = stretch(measured);
+                let cost = |j, by| {
+                    let (plant, start) = moved(j, by);
+                    let parts = batches(&stretch, &plant, start, 1000, 0.5, weighing);
+                    parts[0].cost
+                };
+                let score = batches(&stretch, &PLANT, START, 1000, 0.5, weighing)[0].score;
+                for (j, step) in STEPS.into_iter().enumerate() {
+                    let slope = (cost(j, -step) - cost(j, step)) / (2.0 * step);
+                    let off = (score[j] - slope).abs() / slope.abs().max(1.0);
+                    assert!(off < 1e-5, "{measured:?} {weighing:?} {j}: {} {slope}", score[j]);
+                }
+            }
+        }
+    }
+}
