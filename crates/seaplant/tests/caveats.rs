@@ -154,7 +154,7 @@ fn thrust_one_way_is_named() {
 
 #[test]
 fn thrust_at_two_levels_is_named() {
-    let bang = |t: f64| if (t / 15.0) as u64 % 2 == 0 { 80.0 } else { -80.0 };
+    let bang = |t: f64| if ((t / 15.0) as u64).is_multiple_of(2) { 80.0 } else { -80.0 };
     let plant = plant_of(&simple_vehicle(None), &driven(300.0, bang), Method::EquationError);
     assert!(codes(&plant).contains(&CaveatCode::TwoLevelThrust));
 }
