@@ -383,7 +383,7 @@ fn a_log_in_place_of_a_campaign_is_no_toml() {
 
 #[test]
 fn a_campaign_without_a_trial_to_fit_says_so() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.change("campaign.toml", "dof = [\"surge\"]", "dof = [\"surge\"]\nrole = \"hold-out\"");
     assert_eq!(
         workshop.refusal(),

@@ -42,7 +42,7 @@ fn json_of_something_else_is_refused() {
 
 #[test]
 fn results_that_were_cut_off_are_refused() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.success(&["identify", "campaign.toml", "--out", "out", "--quiet"]);
     let whole = workshop.read("out/results.json");
     workshop.write("cut.json", &whole[..whole.len() / 2]);
@@ -78,7 +78,7 @@ fn a_method_that_the_results_lack_is_named() {
 
 #[test]
 fn a_campaign_of_other_axes_has_nothing_to_validate() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.success(&["identify", "campaign.toml", "--out", "out", "-q"]);
     let steady =
         workshop.read("campaign.toml").replace("[\"surge\"]", "[\"surge\"]\nrole = \"steady\"");

@@ -20,7 +20,7 @@ fn the_demos_bollard_pull_gives_the_thrusters_of_jason_2() {
 
 #[test]
 fn the_line_for_the_vehicle_is_read_by_the_vehicle() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     let words = workshop.success(&["thruster", &bench()]);
     let line = words.lines().find(|line| line.starts_with("curve = ")).expect("a line");
     let old = VEHICLE.lines().find(|line| line.starts_with("curve = ")).expect("a line");

@@ -103,7 +103,7 @@ fn a_degree_of_freedom_that_is_none_is_misuse() {
 
 #[test]
 fn quiet_prints_nothing() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     let pull = "speed [rad/s],thrust [N]\n-20,-4\n-10,-1\n0,0\n10,1\n20,4\n";
     workshop.write("pull.csv", pull);
     workshop.write("twin.toml", "dofs = [\"surge\"]\nduration_s = 60.0\n");
@@ -131,7 +131,7 @@ fn quiet_still_says_what_failed() {
 
 #[test]
 fn json_is_all_that_is_printed() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     let pull = "speed [rad/s],thrust [N]\n-20,-4\n-10,-1\n0,0\n10,1\n20,4\n";
     workshop.write("pull.csv", pull);
     workshop.write("twin.toml", "dofs = [\"surge\"]\nduration_s = 60.0\n");
@@ -152,7 +152,7 @@ fn json_is_all_that_is_printed() {
 
 #[test]
 fn a_reader_that_goes_away_is_no_error() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.success(&["identify", "campaign.toml", "--out", "out", "-q"]);
     for words in [
         &["identify", "campaign.toml", "--out", "out"][..],
@@ -181,7 +181,7 @@ fn a_reader_that_goes_away_is_no_error() {
 #[test]
 fn colour_is_as_asked_for() {
     const ESCAPE: char = '\u{1b}';
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     let identify = |when: &str| {
         workshop.success(&["identify", "campaign.toml", "--out", "out", "--color", when])
     };

@@ -74,6 +74,14 @@ impl Workshop {
         workshop
     }
 
+    /// With the fastest method alone, where it does not matter which.
+    pub fn quick() -> Self {
+        let workshop = Self::new();
+        let method = "methods = [\"equation-error\"]\n[[trial]]";
+        workshop.change("campaign.toml", "[[trial]]", method);
+        workshop
+    }
+
     pub fn empty() -> Self {
         Self(tempfile::tempdir().expect("a temporary folder can be made"))
     }

@@ -8,7 +8,7 @@ const IDENTIFY: [&str; 4] = ["identify", "campaign.toml", "--out", "out"];
 
 #[test]
 fn a_file_in_place_of_the_folder_stays() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.write("out", "mine");
     assert_eq!(
         workshop.refusal(),
@@ -19,7 +19,7 @@ fn a_file_in_place_of_the_folder_stays() {
 
 #[test]
 fn a_file_above_the_folder_stays() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.write("taken", "mine");
     assert_eq!(
         workshop.failure(&["identify", "campaign.toml", "--out", "taken/deep/out"]),
@@ -30,7 +30,7 @@ fn a_file_above_the_folder_stays() {
 
 #[test]
 fn results_stay_whole_if_a_later_file_cannot_be_put_in_place() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.write("out/results.json", "old results");
     workshop.write("out/report.html", "old report");
     workshop.write("out/figures", "a file in the way");
@@ -45,7 +45,7 @@ fn results_stay_whole_if_a_later_file_cannot_be_put_in_place() {
 
 #[test]
 fn results_stay_whole_if_a_folder_is_where_a_file_goes() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.write("out/results.json", "old results");
     workshop.write("out/report.html/mine.txt", "a folder in the way");
     assert_eq!(
@@ -57,7 +57,7 @@ fn results_stay_whole_if_a_folder_is_where_a_file_goes() {
 
 #[test]
 fn what_is_written_again_replaces_the_old_and_leaves_other_files() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.write("out/results.json", "old results");
     workshop.write("out/notes.txt", "mine");
     workshop.success(&IDENTIFY);
@@ -108,7 +108,7 @@ fn a_plot_is_svg_or_png() {
 
 #[test]
 fn a_single_file_is_written_whole_or_not_at_all() {
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.success(&["identify", "campaign.toml", "--out", "out", "-q"]);
     workshop.write("taken", "mine");
     let simulate = ["simulate", "out/results.json", "log.csv", "--out"];
@@ -125,7 +125,7 @@ fn a_single_file_is_written_whole_or_not_at_all() {
 #[test]
 fn a_single_file_gets_the_permissions_that_other_files_get() {
     use std::os::unix::fs::PermissionsExt;
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.success(&["identify", "campaign.toml", "--out", "out", "-q"]);
     workshop.success(&["simulate", "out/results.json", "log.csv", "--out", "run.csv"]);
     let mode = |name: &str| {
@@ -139,7 +139,7 @@ fn a_single_file_gets_the_permissions_that_other_files_get() {
 #[test]
 fn a_full_device_is_an_error_and_stays_a_device() {
     use std::os::unix::fs::FileTypeExt;
-    let workshop = Workshop::new();
+    let workshop = Workshop::quick();
     workshop.success(&["identify", "campaign.toml", "--out", "out", "-q"]);
     let words = ["simulate", "out/results.json", "log.csv", "--out", "/dev/full"];
     let message = workshop.failure(&words);
