@@ -104,12 +104,6 @@ pub enum Error {
         /// What was asked for.
         found: f64,
     },
-    /// The filter library refused.
-    #[error("the filter failed: {cause}")]
-    Filter {
-        /// Its reason.
-        cause: String,
-    },
     /// A thruster that cannot be.
     #[error("thruster `{name}`: {reason}")]
     Thruster {

@@ -6,14 +6,14 @@ fn med(mut v: Vec<f64>) -> f64 { v.sort_by(f64::total_cmp); if v.is_empty() {f64
 fn measure() {
     for (case, seeds) in [("none", 40u64), ("tether", 40), ("current", 8), ("lag", 8), ("delay", 8)] {
         let camps: Vec<_> = (1..=seeds).map(|seed| make(&TwinSpec{seed, disturbances: Disturbance::parse_list(case).unwrap(), ..TwinSpec::jason2()}).unwrap()).collect();
-        for dof in [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw] {
+        for (dof, diff) in [(Dof::Surge,false), (Dof::Sway,false), (Dof::Heave,false), (Dof::Yaw,false),(Dof::Yaw,true)] {
             let (mut m, mut d) = (vec![], vec![]);
             let mut cov = [0; 3]; let mut fails = 0; let mut neff = vec![]; let mut tf=vec![];
             for (i,c) in camps.iter().enumerate() {
                 let made = c.trials.iter().find(|t| t.dof == dof && t.role == Role::Fit).unwrap();
                 let setup = TrialSetup { name: made.name.clone(), role: made.role, dofs: vec![dof], ..Default::default() };
-                let axis = [Trial::new(setup, &made.recording, &c.vehicle).unwrap().axis(dof, VelocitySource::Measured).unwrap()];
-                let terms = Terms::default();
+                let mut axis = [Trial::new(setup, &made.recording, &c.vehicle).unwrap().axis(dof, VelocitySource::Measured).unwrap()];
+                let terms = Terms::default(); if diff { axis[0].motion = seaplant::Motion::Velocity(axis[0].velocity().unwrap()); }
                 let start = fit_equation_error(dof, &axis, terms, &EquationErrorOptions::default()).unwrap();
                 match fit_output_error(dof, &axis, terms, &start.lumped, &OutputErrorOptions::default()) {
                     Err(e) => { fails += 1; println!("{e}"); }
