@@ -49,7 +49,10 @@ pub enum Error {
 
 impl From<serde_json::Error> for Error {
     fn from(cause: serde_json::Error) -> Self {
-        Self::Json { line: cause.line(), column: cause.column(), cause: cause.to_string() }
+        let text = cause.to_string();
+        // Serde ends its messages with the place, which this one begins with.
+        let told = text.rfind(" at line ").map_or(text.as_str(), |end| &text[..end]);
+        Self::Json { line: cause.line(), column: cause.column(), cause: told.to_owned() }
     }
 }
 

@@ -53,6 +53,12 @@ pub enum CaveatCode {
     ScoredOnFit,
     /// The model predicts no better than standing still.
     NoBetterThanNull,
+    /// Another method predicts held-out trials clearly better.
+    AnotherPredictsBetter,
+    /// Reverse thrust is off its curve, which this degree of freedom cannot see.
+    ReverseThrust,
+    /// Less than a minute of motion.
+    ShortTrial,
     /// The plant does not come to rest by itself.
     Unstable,
     /// A thruster input beyond its measured curve.
@@ -112,6 +118,9 @@ pub(crate) fn spoken(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
     }
+    if x.abs() >= 1e7 {
+        return format!("{x:.2e}");
+    }
     let decimals = (2 - x.abs().log10().floor() as i32).clamp(0, 9) as usize;
     format!("{x:.decimals$}")
 }
@@ -122,7 +131,8 @@ mod tests {
 
     #[test]
     fn numbers_are_spoken_to_three_digits() {
-        let spoken: Vec<String> = [12970.2, 0.27544, -250.04, 7.5, 1e-6].map(spoken).into();
-        assert_eq!(spoken, ["12970", "0.275", "-250", "7.50", "0.00000100"]);
+        let spoken: Vec<String> =
+            [12970.2, 0.27544, -250.04, 7.5, 1e-6, -4.34e18].map(spoken).into();
+        assert_eq!(spoken, ["12970", "0.275", "-250", "7.50", "0.00000100", "-4.34e18"]);
     }
 }

@@ -1,9 +1,16 @@
 //! Finds reasons to doubt a fit, from its numbers and its trials.
 
+mod comparison;
+
+pub(crate) use comparison::{
+    better_elsewhere, disagreement, reverse_elsewhere, scoring, steady_against_unsteady,
+    worse_trials,
+};
+
 use crate::caveat::spoken;
 use crate::estimate::{DelayedFit, EquationErrorOptions, Fit, Method, fit_best_delay};
 use crate::signal::{LowPass, amplitude_spectrum};
-use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Role, Stability, Term, Trial, Vehicle};
+use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, Term, Trial, Vehicle};
 
 /// A filter that passes less than this of the excited motion is worth a word.
 const PASSED_PART: f64 = 0.97;
@@ -38,6 +45,7 @@ pub(crate) fn caveats(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
     caveats.extend(signs(evidence.fit));
     caveats.extend(below_dry_mass(evidence.fit, evidence.vehicle));
     caveats.extend(conditioning(evidence.fit));
+    caveats.extend(short(evidence));
     caveats.extend(excitation(evidence)?);
     caveats.extend(one_way_bias(evidence));
     if evidence.fit.method == Method::Paper {
@@ -125,6 +133,25 @@ fn conditioning(fit: &Fit) -> Vec<Caveat> {
         caveats.push(Caveat::warning(CaveatCode::FewEffectiveSamples, message));
     }
     caveats
+}
+
+/// Less motion than this does not show how far the next minute's may differ, s.
+const SHORT_S: f64 = 60.0;
+
+fn short(evidence: &Evidence<'_>) -> Option<Caveat> {
+    let span = |axis: &AxisRecord| {
+        let motion = axis.motion.series();
+        motion.last_s() - motion.first_s()
+    };
+    let total_s: f64 = evidence.axes.iter().map(span).sum();
+    (total_s < SHORT_S).then(|| {
+        let message = format!(
+            "the {} fit rests on {} s of motion: its intervals are likely too narrow; use minutes",
+            evidence.fit.dof,
+            spoken(total_s)
+        );
+        Caveat::warning(CaveatCode::ShortTrial, message)
+    })
 }
 
 /// Sums over all rows of a fit's trials that tell how they were driven.
@@ -332,93 +359,4 @@ pub(crate) fn lateness_caveat(fit: &Fit, late: Lateness) -> Caveat {
         );
     }
     Caveat::warning(CaveatCode::LagOrDelay, message)
-}
-
-/// Fits of one degree of freedom that differ by more than their intervals allow.
-///
-/// The caveat goes with the fit that is not recommended if that one has a known fault,
-/// else with both.
-pub(crate) fn disagreement(recommended: &Fit, other: &Fit) -> Option<Caveat> {
-    let (a, b) = (recommended.estimates(), other.estimates());
-    let pairs = [
-        ("mass", Some(a.mass), Some(b.mass)),
-        ("quadratic drag", a.d_quadratic, b.d_quadratic),
-        ("linear drag", a.d_linear, b.d_linear),
-    ];
-    let apart = pairs.into_iter().find_map(|(name, a, b)| {
-        let (a, b) = a.zip(b)?;
-        let sigma = a.std.hypot(b.std);
-        let off = (a.value - b.value).abs();
-        // Below 5 % no one minds, however sharp both are.
-        (off > 2.0 * sigma && off > 0.05 * a.value.abs()).then_some((name, a, b))
-    })?;
-    let (name, a, b) = apart;
-    let message = format!(
-        "{} and {} disagree on the {name} in {}: {} ± {} against {} ± {}; their intervals do not cover what causes it",
-        recommended.method,
-        other.method,
-        recommended.dof,
-        spoken(a.value),
-        spoken(a.std),
-        spoken(b.value),
-        spoken(b.std)
-    );
-    Some(Caveat::warning(CaveatCode::MethodsDisagree, message))
-}
-
-/// Doubts about how a plant was scored.
-pub(crate) fn scoring(
-    dof: Dof,
-    fit_error: (Option<f64>, f64),
-    hold_out: Option<(Option<f64>, f64)>,
-) -> Vec<Caveat> {
-    let mut caveats = Vec::new();
-    if hold_out.is_none() {
-        let message = format!(
-            "the {dof} plant is scored on the trial that it was fitted to, which flatters it: give a trial with role = \"{}\"",
-            Role::HoldOut.name()
-        );
-        caveats.push(Caveat::note(CaveatCode::ScoredOnFit, message));
-    }
-    let (error, null, which) = match hold_out {
-        Some((error, null)) => (error, null, "held-out"),
-        None => (fit_error.0, fit_error.1, "fitted"),
-    };
-    let units = dof.units();
-    match error {
-        None => caveats.push(Caveat::severe(
-            CaveatCode::NoBetterThanNull,
-            format!("the simulated {dof} velocity runs away on a {which} trial"),
-        )),
-        Some(error) if error >= null => caveats.push(Caveat::severe(
-            CaveatCode::NoBetterThanNull,
-            format!(
-                "on {which} trials the {dof} model is off by {error:.3} {} on average, no better than a model that never moves ({null:.3})",
-                units.velocity
-            ),
-        )),
-        Some(_) => {}
-    }
-    caveats
-}
-
-/// Whether unsteady and steady drag differ by more than their intervals allow.
-pub(crate) fn steady_against_unsteady(
-    fit: &Fit,
-    steady: &crate::estimate::steady::SteadyFit,
-) -> Option<Caveat> {
-    let unsteady = fit.estimates().d_quadratic?;
-    let joint = steady.joint?.d_quadratic;
-    let off = (unsteady.value - joint.value).abs();
-    (off > 2.0 * unsteady.std.hypot(joint.std) && off > 0.05 * joint.value.abs()).then(|| {
-        let message = format!(
-            "quadratic drag in {} is {} ± {} when the vehicle oscillates and {} ± {} in steady runs: use the one that is nearer to how the model will be used",
-            fit.dof,
-            spoken(unsteady.value),
-            spoken(unsteady.std),
-            spoken(joint.value),
-            spoken(joint.std)
-        );
-        Caveat::warning(CaveatCode::SteadyUnsteadyDisagree, message)
-    })
 }

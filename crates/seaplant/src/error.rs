@@ -150,7 +150,7 @@ pub enum Error {
     },
     /// A fit that did not reach an optimum.
     #[error(
-        "the {dof} fit did not converge in {iterations} iterations; drop a term or a nuisance, or use a trial with more variation of thrust and speed"
+        "the {dof} fit did not converge and was given up after {iterations} steps; drop a term or a nuisance, or use a trial with more variation of thrust and speed"
     )]
     NotConverged {
         /// Which degree of freedom.
@@ -166,7 +166,7 @@ pub enum Error {
     },
     /// Trials that do not tell the parameters apart.
     #[error(
-        "the {dof} trial excites {rank} of the {needed} requested terms; drop a term or use a trial with more variation of thrust and speed"
+        "the {dof} trial excites {rank} of the {needed} requested terms: thrust or speed is constant, or zero, or one follows the other; drop a term or use a trial with more variation of thrust and speed"
     )]
     NotExciting {
         /// Which degree of freedom.

@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 use convert::{empty_results, plant_result, steady_figure, steady_result};
 
 use crate::diagnose::{
-    Evidence, caveats, disagreement, lateness, lateness_caveat, scoring, steady_against_unsteady,
+    Evidence, better_elsewhere, caveats, disagreement, lateness, lateness_caveat,
+    reverse_elsewhere, scoring, steady_against_unsteady, worse_trials,
 };
 use crate::estimate::steady::{SteadyFit, SteadyOptions, fit_steady};
 use crate::estimate::{
@@ -88,6 +89,13 @@ pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) 
         work.unsteady(&mut found);
         work.steady(&mut found);
     }
+    reverse_elsewhere(&mut found.results.plants);
+    for (dof, plant) in &found.results.plants {
+        let methods = found.results.methods.entry(*dof).or_default();
+        if let Some(same) = methods.get_mut(&plant.method) {
+            same.caveats.clone_from(&plant.caveats);
+        }
+    }
     let scale = "the scale of the thrust curve cannot be seen in motion: if all thrusters give 10 % less than their curves say, mass, drag and bias force are 10 % less too";
     found.results.caveats.push(Caveat::note(CaveatCode::ThrustScale, scale));
     found
@@ -161,6 +169,10 @@ impl Work<'_> {
                 }
             }
         }
+        if let Some(plant) = found.results.plants.get_mut(&self.dof) {
+            let others = found.results.methods.entry(self.dof).or_default();
+            plant.caveats.extend(better_elsewhere(self.dof, plant, others));
+        }
         if let Some(fit) = &recommended {
             found.results.subsets.insert(self.dof, self.subsets(fit));
         }
@@ -231,6 +243,7 @@ impl Work<'_> {
         }
         let of = |score: &Score| (score.mean_abs_error, score.null_error);
         doubts.extend(scoring(self.dof, of(&fit_score), hold_out.as_ref().map(of)));
+        doubts.extend(hold_out.iter().flat_map(|score| worse_trials(self.dof, score)));
         doubts.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
         doubts.dedup();
         Ok(plant_result(fit, fit_score, hold_out, doubts))
@@ -321,11 +334,6 @@ impl Work<'_> {
         let Some(plant) = found.results.plants.get_mut(&self.dof) else { return };
         let Ok((fit, _)) = self.fit(plant.method, self.options.terms_for(self.dof)) else { return };
         plant.caveats.extend(steady_against_unsteady(&fit, steady));
-        let kept = plant.caveats.clone();
-        let methods = found.results.methods.entry(self.dof).or_default();
-        if let Some(same) = methods.get_mut(&plant.method) {
-            same.caveats = kept;
-        }
     }
 }
 

@@ -6,6 +6,8 @@ use nalgebra::{Matrix4, Vector4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::caveat::spoken;
+
 /// `v̇ = α τ + β v|v| + μ v + bias`.
 ///
 /// # Source
@@ -147,8 +149,10 @@ impl fmt::Display for Stability {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stable => write!(f, "stable"),
-            Self::StableBelow { speed } => write!(f, "runs away beyond {speed:.2}"),
-            Self::UnstableAtRest { speed } => write!(f, "creeps by itself up to {speed:.2}"),
+            Self::StableBelow { speed } => write!(f, "runs away beyond {}", spoken(*speed)),
+            Self::UnstableAtRest { speed } => {
+                write!(f, "creeps by itself up to {}", spoken(*speed))
+            }
             Self::Unstable => write!(f, "unstable"),
         }
     }

@@ -120,6 +120,52 @@ fn a_lag_is_doubted_by_equation_error_and_allowed_for_by_filter_error() {
 }
 
 #[test]
+fn reverse_thrust_that_one_axis_shows_is_doubted_in_the_one_that_hides_it() {
+    let spec = TwinSpec {
+        dofs: [Dof::Surge, Dof::Yaw].into(),
+        disturbances: [Disturbance::Thrcoef, Disturbance::Tether].into(),
+        seed: 2,
+        ..TwinSpec::jason2()
+    };
+    let found = results(&make(&spec).expect("a valid twin"));
+    let yaw = &found.plants[&Dof::Yaw];
+    // The twin turns by one thruster ahead and one astern: the scale hides the ratio.
+    assert!(!yaw.nuisances.contains_key("reverse_ratio"), "{:?}", yaw.nuisances);
+    let caveat = yaw.caveats.iter().find(|caveat| caveat.code == CaveatCode::ReverseThrust);
+    assert!(caveat.expect("raised").message.starts_with("in surge reverse thrust is 0.8"));
+    assert!(!codes(&found.plants[&Dof::Surge]).contains(&CaveatCode::ReverseThrust));
+}
+
+#[test]
+fn half_a_minute_of_motion_is_little() {
+    let plant = plant_of(&simple_vehicle(None), &driven(30.0, lively), Method::EquationError);
+    assert!(codes(&plant).contains(&CaveatCode::ShortTrial));
+}
+
+#[test]
+fn a_held_out_trial_that_is_missed_is_named_though_the_others_hide_it() {
+    let vehicle = simple_vehicle(None);
+    let trial = |name: &str, role, recording: &Recording| {
+        let dofs = vec![Dof::Surge];
+        let setup = TrialSetup { name: name.into(), role, dofs, ..TrialSetup::default() };
+        Trial::new(setup, recording, &vehicle).expect("complete")
+    };
+    // A vehicle that is held: thrust without motion.
+    let mut held = driven(60.0, |t| 20.0 * (0.2 * t).sin());
+    let velocity = held.get_mut(&Quantity::Velocity(Dof::Surge)).expect("there");
+    *velocity = velocity.map(|_| 0.001);
+    let trials = [
+        trial("free", Role::Fit, &driven(300.0, lively)),
+        trial("as well", Role::HoldOut, &driven(300.0, |t| lively(1.3 * t + 5.0))),
+        trial("held", Role::HoldOut, &held),
+    ];
+    let found = identify(&vehicle, &trials, &IdentifyOptions::default()).results;
+    let plant = &found.methods[&Dof::Surge][&Method::EquationError];
+    let missed = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::NoBetterThanNull);
+    assert!(missed.expect("raised").message.contains("trial `held`"), "{missed:?}");
+}
+
+#[test]
 fn a_bias_on_one_heading_may_be_a_current() {
     let found = results(&twin(Dof::Surge, "none"));
     assert!(codes(&found.plants[&Dof::Surge]).contains(&CaveatCode::BiasOneDirection));

@@ -144,7 +144,7 @@ impl LowPass {
 /// `y_k = b₀ x_k + b₁ x_{k−1} + b₂ x_{k−2} − a₁ y_{k−1} − a₂ y_{k−2}`.
 ///
 /// Each sample waits for the one before it, so one series alone leaves the processor
-/// idle most of the time: `filtfilt`, which the tests compare with, took four times as
+/// idle most of the time: `filtfilt`, which the tests compare with, took more than three times as
 /// long for the four columns of a regression as this does for all of them at once.
 #[derive(Clone, Copy, Debug)]
 struct Section {

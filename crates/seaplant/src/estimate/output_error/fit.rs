@@ -185,8 +185,7 @@ pub(super) fn into_fit(
 
 /// The time of the smallest batches, s.
 pub(super) fn batch_s(stretches: &[Stretch]) -> f64 {
-    { let total = stretches.iter().map(Stretch::duration_s).sum::<f64>();
-    total / ((total / 20.0) as usize).clamp(BATCHES.0, BATCHES.1) as f64 }
+    stretches.iter().map(Stretch::duration_s).sum::<f64>() / BATCHES.1 as f64
 }
 
 fn residual_sums(problem: &Problem<'_>, reduced: &Reduced, at: &Evaluated) -> Residuals {

@@ -169,6 +169,7 @@ impl<const N: usize> Default for Tight<N> {
 }
 
 impl<const N: usize> Tight<N> {
+    #[expect(clippy::needless_range_loop, reason = "a tenth quicker than iterators")]
     #[inline(always)]
     fn add(&mut self, r: f64, row: &[f64; N], weigh: impl Fn(f64) -> Weighed) {
         let (cost, influence, weight) = weigh(r);
@@ -230,6 +231,7 @@ impl Moving {
     /// `v + (κ₁ + 2κ₂ + 2κ₃ + κ₄)/6`, so that a change of `κᵢ` changes its end by the
     /// weight `wᵢ` below, whatever made it: the step's derivative by a parameter is
     /// `Σ wᵢ ∂κᵢ`, which is what RK4 makes of `ṡ = (2β|v| + μ) s + f` too.
+    #[expect(clippy::needless_range_loop, reason = "a tenth quicker than iterators")]
     #[inline(always)]
     fn advance<const POSITION: bool>(&mut self, plant: &LumpedParameters, step: &Step) {
         let &Step { span_s: h, tau } = step;

@@ -1,0 +1,164 @@
+//! Doubts that show only beside another fit, another trial or another degree of freedom.
+
+use std::collections::BTreeMap;
+
+use crate::caveat::spoken;
+use crate::estimate::{Fit, Method};
+use crate::results::{PlantResult, Score, TrialScore};
+use crate::{Caveat, CaveatCode, Dof, Role};
+
+/// Fits of one degree of freedom that differ by more than their intervals allow.
+///
+/// The caveat goes with the fit that is not recommended if that one has a known fault,
+/// else with both.
+pub(crate) fn disagreement(recommended: &Fit, other: &Fit) -> Option<Caveat> {
+    let (a, b) = (recommended.estimates(), other.estimates());
+    let pairs = [
+        ("mass", Some(a.mass), Some(b.mass)),
+        ("quadratic drag", a.d_quadratic, b.d_quadratic),
+        ("linear drag", a.d_linear, b.d_linear),
+    ];
+    let apart = pairs.into_iter().find_map(|(name, a, b)| {
+        let (a, b) = a.zip(b)?;
+        let sigma = a.std.hypot(b.std);
+        let off = (a.value - b.value).abs();
+        // Below 5 % no one minds, however sharp both are.
+        (off > 2.0 * sigma && off > 0.05 * a.value.abs()).then_some((name, a, b))
+    })?;
+    let (name, a, b) = apart;
+    let message = format!(
+        "{} and {} disagree on the {name} in {}: {} ± {} against {} ± {}; their intervals do not cover what causes it",
+        recommended.method,
+        other.method,
+        recommended.dof,
+        spoken(a.value),
+        spoken(a.std),
+        spoken(b.value),
+        spoken(b.std)
+    );
+    Some(Caveat::warning(CaveatCode::MethodsDisagree, message))
+}
+
+/// Doubts about how a plant was scored.
+pub(crate) fn scoring(
+    dof: Dof,
+    fit_error: (Option<f64>, f64),
+    hold_out: Option<(Option<f64>, f64)>,
+) -> Vec<Caveat> {
+    let mut caveats = Vec::new();
+    if hold_out.is_none() {
+        let message = format!(
+            "the {dof} plant is scored on the trial that it was fitted to, which flatters it: give a trial with role = \"{}\"",
+            Role::HoldOut.name()
+        );
+        caveats.push(Caveat::note(CaveatCode::ScoredOnFit, message));
+    }
+    let (error, null, which) = match hold_out {
+        Some((error, null)) => (error, null, "held-out"),
+        None => (fit_error.0, fit_error.1, "fitted"),
+    };
+    let units = dof.units();
+    match error {
+        None => caveats.push(Caveat::severe(
+            CaveatCode::NoBetterThanNull,
+            format!("the simulated {dof} velocity runs away on a {which} trial"),
+        )),
+        Some(error) if error >= null => caveats.push(Caveat::severe(
+            CaveatCode::NoBetterThanNull,
+            format!(
+                "on {which} trials the {dof} model is off by {error:.3} {} on average, no better than a model that never moves ({null:.3})",
+                units.velocity
+            ),
+        )),
+        Some(_) => {}
+    }
+    caveats
+}
+
+/// Held-out trials, one by one, that a plant predicts no better than standing still, where
+/// all of them together hide it.
+pub(crate) fn worse_trials(dof: Dof, hold_out: &Score) -> Vec<Caveat> {
+    if hold_out.mean_abs_error.is_none_or(|error| error >= hold_out.null_error) {
+        return Vec::new();
+    }
+    let is_worse =
+        |trial: &&TrialScore| trial.mean_abs_error.is_some_and(|error| error >= trial.null_error);
+    let caveat = |trial: &TrialScore| {
+        let message = format!(
+            "on held-out trial `{}` the {dof} model is off by {} {} on average, no better than a model that never moves ({}), though over all held-out trials it is",
+            trial.trial,
+            spoken(trial.mean_abs_error.unwrap_or(f64::INFINITY)),
+            dof.units().velocity,
+            spoken(trial.null_error)
+        );
+        Caveat::warning(CaveatCode::NoBetterThanNull, message)
+    };
+    hold_out.trials.iter().filter(is_worse).map(caveat).collect()
+}
+
+/// An error below this part of the recommended plant's is clearly better.
+const CLEARLY_BETTER: f64 = 0.85;
+
+/// Whether another method predicts the held-out trials clearly better.
+pub(crate) fn better_elsewhere(
+    dof: Dof,
+    recommended: &PlantResult,
+    others: &BTreeMap<Method, PlantResult>,
+) -> Option<Caveat> {
+    let error = |plant: &PlantResult| plant.hold_out.as_ref()?.mean_abs_error;
+    let own = error(recommended)?;
+    let (method, best) = others
+        .iter()
+        .filter_map(|(method, plant)| Some((*method, error(plant)?)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (best < CLEARLY_BETTER * own).then(|| {
+        let message = format!(
+            "{method} predicts the held-out {dof} trials better than {}: e = {} against {} {}; look at both before you choose",
+            recommended.method,
+            spoken(best),
+            spoken(own),
+            dof.units().velocity
+        );
+        Caveat::warning(CaveatCode::AnotherPredictsBetter, message)
+    })
+}
+
+/// Reverse thrust that is off its curve in one degree of freedom is so in the others, too,
+/// also where thrusters push in pairs, one ahead and one astern, and hide it in the scale.
+pub(crate) fn reverse_elsewhere(plants: &mut BTreeMap<Dof, PlantResult>) {
+    const NAME: &str = "reverse_ratio";
+    let off = plants.iter().find_map(|(dof, plant)| {
+        let ratio = plant.nuisances.get(NAME)?;
+        (ratio.low95 > 1.0 || ratio.high95 < 1.0).then_some((*dof, ratio.value))
+    });
+    let Some((seen_in, ratio)) = off else { return };
+    for (dof, plant) in plants.iter_mut().filter(|(_, plant)| !plant.nuisances.contains_key(NAME)) {
+        let message = format!(
+            "in {seen_in} reverse thrust is {} times what its curve says; {dof} does not show it, as where one thruster pushes ahead while another pushes astern, so its mass and drag may be off by up to {:.0} %: mend the reverse curve and identify again",
+            spoken(ratio),
+            100.0 * (ratio - 1.0).abs()
+        );
+        plant.caveats.push(Caveat::warning(CaveatCode::ReverseThrust, message));
+    }
+}
+
+/// Whether unsteady and steady drag differ by more than their intervals allow.
+pub(crate) fn steady_against_unsteady(
+    fit: &Fit,
+    steady: &crate::estimate::steady::SteadyFit,
+) -> Option<Caveat> {
+    let unsteady = fit.estimates().d_quadratic?;
+    let joint = steady.joint?.d_quadratic;
+    let off = (unsteady.value - joint.value).abs();
+    (off > 2.0 * unsteady.std.hypot(joint.std) && off > 0.05 * joint.value.abs()).then(|| {
+        let message = format!(
+            "quadratic drag in {} is {} ± {} when the vehicle oscillates and {} ± {} in steady runs: use the one that is nearer to how the model will be used",
+            fit.dof,
+            spoken(unsteady.value),
+            spoken(unsteady.std),
+            spoken(joint.value),
+            spoken(joint.std)
+        );
+        Caveat::warning(CaveatCode::SteadyUnsteadyDisagree, message)
+    })
+}
