@@ -89,7 +89,7 @@ pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) 
         work.unsteady(&mut found);
         work.steady(&mut found);
     }
-    reverse_elsewhere(&mut found.results.plants);
+    reverse_elsewhere(&mut found.results.plants, &mut found.results.steady);
     for (dof, plant) in &found.results.plants {
         let methods = found.results.methods.entry(*dof).or_default();
         if let Some(same) = methods.get_mut(&plant.method) {

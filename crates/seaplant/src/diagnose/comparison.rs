@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::caveat::spoken;
 use crate::estimate::{Fit, Method};
-use crate::results::{PlantResult, Score, TrialScore};
+use crate::results::{PlantResult, Score, SteadyResult, TrialScore};
 use crate::{Caveat, CaveatCode, Dof, Role};
 
 /// Fits of one degree of freedom that differ by more than their intervals allow.
@@ -125,13 +125,23 @@ pub(crate) fn better_elsewhere(
 
 /// Reverse thrust that is off its curve in one degree of freedom is so in the others, too,
 /// also where thrusters push in pairs, one ahead and one astern, and hide it in the scale.
-pub(crate) fn reverse_elsewhere(plants: &mut BTreeMap<Dof, PlantResult>) {
+pub(crate) fn reverse_elsewhere(
+    plants: &mut BTreeMap<Dof, PlantResult>,
+    steady: &mut BTreeMap<Dof, SteadyResult>,
+) {
     const NAME: &str = "reverse_ratio";
     let off = plants.iter().find_map(|(dof, plant)| {
         let ratio = plant.nuisances.get(NAME)?;
         (ratio.low95 > 1.0 || ratio.high95 < 1.0).then_some((*dof, ratio.value))
     });
     let Some((seen_in, ratio)) = off else { return };
+    for (dof, steady) in steady {
+        let message = format!(
+            "in {seen_in} reverse thrust is {} times what its curve says; steady {dof} drag takes the curve as it is, so its drag and bias force are off: mend the reverse curve and identify again",
+            spoken(ratio)
+        );
+        steady.caveats.push(Caveat::warning(CaveatCode::ReverseThrust, message));
+    }
     for (dof, plant) in plants.iter_mut().filter(|(_, plant)| !plant.nuisances.contains_key(NAME)) {
         let message = format!(
             "in {seen_in} reverse thrust is {} times what its curve says; {dof} does not show it, as where one thruster pushes ahead while another pushes astern, so its mass and drag may be off by up to {:.0} %: mend the reverse curve and identify again",
