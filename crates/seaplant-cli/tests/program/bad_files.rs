@@ -267,8 +267,9 @@ fn a_channel_without_a_value_is_refused() {
 fn constant_thrust_tells_no_plant() {
     let workshop = Workshop::new();
     workshop.write("log.csv", log(|_| 80.0));
-    let advice = "the surge trial excites 2 of the 3 requested terms; drop a term or use a trial \
-                  with more variation of thrust and speed";
+    let advice = "the surge trial excites 2 of the 3 requested terms: thrust or speed is constant, \
+                  or zero, or one follows the other; drop a term or use a trial with more \
+                  variation of thrust and speed";
     let methods = IdentifyOptions::default().methods;
     let lines: Vec<String> =
         methods.iter().map(|method| format!("\n  surge by {method}: {advice}")).collect();
