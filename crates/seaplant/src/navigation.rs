@@ -176,7 +176,7 @@ pub fn unwrap(angle: &Timed) -> Timed {
 /// [`Error::TooShort`] for a channel with fewer than two samples.
 ///
 /// # Source
-/// [Jason2, §3]; [Kinsey2004]: Doppler navigation in six degrees of freedom.
+/// [Jason2, §3]; \[Kinsey2004\]: Doppler navigation in six degrees of freedom.
 pub fn navigate(trial: &str, recording: &Recording, sensors: &Sensors) -> Result<Navigated, Error> {
     let mut nav = Navigated::default();
     let attitude = AttitudeRecord::of(recording, sensors);

@@ -76,7 +76,7 @@ impl Columns {
 ///
 /// # Source
 /// [Jason2, eq. (7)], by orthogonal reduction and singular values: normal equations
-/// square the condition number. Batch means: [Schruben1983].
+/// square the condition number. Batch means: \[Schruben1983\].
 pub fn least_squares(dof: Dof, stretches: &[Columns], terms: Terms) -> Result<LeastSquares, Error> {
     let mut regression = Regression::of(stretches.iter().map(Columns::duration_s).sum(), terms);
     for columns in stretches {

@@ -44,7 +44,7 @@ const HIGHEST_CUTOFF_PART: f64 = 0.4;
 /// filter, [`Error::NotExciting`].
 ///
 /// # Source
-/// [Morelli2016, ch. 5]: equation error; equal filtering as in [Young2011].
+/// [Morelli2016, ch. 5]: equation error; equal filtering as in \[Young2011\].
 pub fn fit_equation_error(
     dof: Dof,
     axes: &[AxisRecord],

@@ -78,7 +78,7 @@ impl Loss {
 ///
 /// # Source
 /// [Morelli2016, ch. 6]: output error, and why its residuals are coloured; batch means:
-/// [Schruben1983]; Huber's loss: [Huber1964].
+/// \[Schruben1983\]; Huber's loss: \[Huber1964\].
 ///
 /// ```
 /// use seaplant::estimate::{OutputErrorOptions, fit_output_error};

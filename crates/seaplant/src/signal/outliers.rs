@@ -7,7 +7,7 @@ use crate::series::median;
 /// over the `2 half_width + 1` samples around it.
 ///
 /// # Source
-/// [Hampel1974]: the Hampel identifier.
+/// \[Hampel1974\]: the Hampel identifier.
 ///
 /// ```
 /// use seaplant::{Timed, signal::Hampel};

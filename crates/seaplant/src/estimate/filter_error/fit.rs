@@ -46,7 +46,7 @@ impl Default for FilterErrorOptions {
 /// [`Error::NoTrial`] without records; [`Error::NotConverged`] if no optimum is reached.
 ///
 /// # Source
-/// [Jategaonkar2015, ch. 5]: filter error method; score test: [Young2011].
+/// [Jategaonkar2015, ch. 5]: filter error method; score test: \[Young2011\].
 pub fn fit_filter_error(
     dof: Dof,
     axes: &[AxisRecord],
