@@ -9,7 +9,7 @@ use seaplant_log::{Channel, Log, ReadOptions, TimeColumn, Unit};
 
 use crate::Error;
 use crate::campaign_file::{ChannelEntry, TimeEntry, TrialEntry};
-use crate::units::{dimension_of, example_unit};
+use crate::units::dimension_of;
 
 /// Which column holds which quantity.
 pub(crate) type ChannelMap = BTreeMap<Quantity, ChannelEntry>;
@@ -155,7 +155,7 @@ fn unit_of(
             trial: entry.name.clone(),
             quantity: quantity.to_string(),
             column: channel.column.clone(),
-            example: example_unit(quantity.kind()).to_owned(),
+            example: quantity.kind().unit().to_owned(),
         }),
     }
 }

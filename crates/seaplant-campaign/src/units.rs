@@ -26,18 +26,3 @@ pub(crate) const fn dimension_of_input(input: ThrusterInput) -> Dimension {
         ThrusterInput::Force => Dimension::Force,
     }
 }
-
-/// The unit that Seaplant holds such a quantity in, as an example to users.
-pub(crate) const fn example_unit(kind: Kind) -> &'static str {
-    match kind {
-        Kind::AngularVelocity => "rad/s",
-        Kind::PulseWidth => "us",
-        Kind::Ratio => "1",
-        Kind::Force => "N",
-        Kind::Moment => "N m",
-        Kind::Velocity => "m/s",
-        Kind::Length => "m",
-        Kind::Angle => "rad",
-        Kind::Voltage => "V",
-    }
-}

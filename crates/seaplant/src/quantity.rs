@@ -86,6 +86,23 @@ pub enum Kind {
     Voltage,
 }
 
+impl Kind {
+    /// The unit in which Seaplant holds such a quantity.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::AngularVelocity => "rad/s",
+            Self::PulseWidth => "us",
+            Self::Ratio => "1",
+            Self::Force => "N",
+            Self::Moment => "N m",
+            Self::Velocity => "m/s",
+            Self::Length => "m",
+            Self::Angle => "rad",
+            Self::Voltage => "V",
+        }
+    }
+}
+
 const INPUTS: [ThrusterInput; 4] =
     [ThrusterInput::Speed, ThrusterInput::Pwm, ThrusterInput::Command, ThrusterInput::Force];
 

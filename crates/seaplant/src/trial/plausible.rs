@@ -63,7 +63,7 @@ fn suspicious(quantity: &Quantity, series: &Timed) -> Option<Caveat> {
     (peak > limit).then(|| {
         let message = format!(
             "{quantity} reaches {peak:.4} {}, which no vehicle does: check its unit ({hint})",
-            si_unit(quantity)
+            quantity.kind().unit()
         );
         Caveat::warning(CaveatCode::SuspiciousUnit, message)
     })
@@ -71,18 +71,4 @@ fn suspicious(quantity: &Quantity, series: &Timed) -> Option<Caveat> {
 
 fn has_jump(series: &Timed, size: f64) -> bool {
     series.values().windows(2).any(|pair| (pair[1] - pair[0]).abs() > size)
-}
-
-fn si_unit(quantity: &Quantity) -> &'static str {
-    match quantity.kind() {
-        Kind::AngularVelocity => "rad/s",
-        Kind::PulseWidth => "us",
-        Kind::Ratio => "(as a ratio)",
-        Kind::Force => "N",
-        Kind::Moment => "N m",
-        Kind::Velocity => "m/s",
-        Kind::Length => "m",
-        Kind::Angle => "rad",
-        Kind::Voltage => "V",
-    }
 }
