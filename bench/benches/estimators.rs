@@ -4,7 +4,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use seaplant::estimate::{
-    EquationErrorOptions, OutputErrorOptions, fit_equation_error, fit_output_error,
+    Candidate, EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, first_delays,
+    fit_best_delay, fit_equation_error, fit_filter_error, fit_output_error,
 };
 use seaplant::regression::{Columns, least_squares};
 use seaplant::signal::LowPass;
@@ -79,6 +80,26 @@ fn output_error_of_a_trial(c: &mut Criterion) {
     });
 }
 
+fn filter_error_of_a_trial(c: &mut Criterion) {
+    let record = [signals(TRIAL_ROWS).record().expect("valid")];
+    let first = EquationErrorOptions::default();
+    let terms = Terms::default();
+    let start = fit_best_delay(Dof::Surge, &record, terms, &first, first_delays());
+    let start = start.expect("exciting");
+    let everything = Candidate::ALL.to_vec();
+    for (name, candidates) in
+        [("no nuisances", Vec::new()), ("its whole structure search", everything)]
+    {
+        let options = FilterErrorOptions { candidates };
+        c.bench_function(&format!("filter error of a 480 s trial, {name}"), |b| {
+            b.iter(|| {
+                fit_filter_error(Dof::Surge, black_box(&record), &[], None, &start, &options)
+                    .expect("an optimum")
+            });
+        });
+    }
+}
+
 fn simulation_of_a_trial(c: &mut Criterion) {
     let record = signals(TRIAL_ROWS).record().expect("valid");
     let plant = SURGE.to_lumped();
@@ -97,6 +118,7 @@ criterion_group!(
     least_squares_of_many_rows,
     equation_error_of_a_trial,
     output_error_of_a_trial,
+    filter_error_of_a_trial,
     simulation_of_a_trial
 );
 criterion_main!(benches);

@@ -92,7 +92,7 @@ impl Model {
         }
         let mut response = Response::default();
         let Some(&first) = times_s.first() else { return Ok(response) };
-        let (schedule_s, drive) = drive_over(&axis.thrusters, times_s, &self.thrust);
+        let (schedule_s, drive) = drive_over(&axis.tracks(), times_s, &self.thrust);
         let current = self.thrust.current_of(&axis.trial);
         let mut next = times_s.iter().peekable();
         let mut state = start;

@@ -12,7 +12,7 @@ pub struct AxisRecord {
     pub trial: String,
     /// Force or moment, held from each sample to the next; N or N m.
     pub force: Timed,
-    /// The thrusters that make it.
+    /// The thrusters that make it; empty if only the force is known.
     pub thrusters: Vec<ThrusterTrack>,
     /// Velocity, or the position that it is derived from.
     pub motion: Motion,
@@ -120,6 +120,15 @@ impl Motion {
 }
 
 impl AxisRecord {
+    /// The thrusters, or one that stands for them all where only the force is known.
+    pub fn tracks(&self) -> Vec<ThrusterTrack> {
+        if self.thrusters.is_empty() {
+            vec![ThrusterTrack::of_force(1.0, &self.force)]
+        } else {
+            self.thrusters.clone()
+        }
+    }
+
     /// Velocity at the times of its own samples, unfiltered.
     ///
     /// # Errors

@@ -115,7 +115,7 @@ impl Beginning {
         let noise_std = sample_noise(axes).max(1e-7);
         set(Unknown::LogPositionNoise, noise_std.ln());
         set(Unknown::LogVelocityNoise, noise_std.ln());
-        let speeds = axes.iter().flat_map(|axis| &axis.thrusters).map(|t| t.forward.sqrt());
+        let speeds = axes.iter().flat_map(AxisRecord::tracks).map(|t| t.forward.sqrt());
         let gain = speeds.fold(0.0_f64, f64::max).max(f64::MIN_POSITIVE);
         let prior = |unknown, mean, std| Prior { unknown, mean, std };
         let priors = vec![

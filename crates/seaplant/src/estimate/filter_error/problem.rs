@@ -43,7 +43,7 @@ impl Record {
         };
         Self {
             trial: axis.trial.clone(),
-            tracks: axis.thrusters.clone(),
+            tracks: axis.tracks(),
             schedule: Schedule::of(axis),
             start: Start {
                 velocity: first,
