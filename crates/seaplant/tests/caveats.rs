@@ -137,6 +137,24 @@ fn reverse_thrust_that_one_axis_shows_is_doubted_in_the_one_that_hides_it() {
 }
 
 #[test]
+fn a_quick_hidden_force_is_doubted_by_filter_error() {
+    let mut recording = driven(300.0, lively);
+    let time = recording[&Quantity::Velocity(Dof::Surge)].time_s().to_vec();
+    // As strong as the thrust, unlogged, and another every 0.4 s: the golden ratio's
+    // multiples stand in for chance.
+    let hidden = |k: usize| 300.0 * (((k / 4) as f64 * 0.618_034).fract() - 0.5);
+    let force = |(k, &t): (usize, &f64)| 0.04 * lively(t) * lively(t).abs() + hidden(k);
+    let force: Vec<f64> = time.iter().enumerate().map(force).collect();
+    let force = Timed::new("force", time.clone(), force).expect("valid");
+    let moved = simulate(Dof::Surge, &PLANT.to_lumped(), &force, State::default(), &time);
+    let velocity = Timed::new("u", time, moved.expect("stable").velocity).expect("valid");
+    recording.insert(Quantity::Velocity(Dof::Surge), velocity);
+    let plant = plant_of(&simple_vehicle(None), &recording, Method::FilterError);
+    let quick = plant.caveats.iter().find(|caveat| caveat.message.contains("changes within 1 s"));
+    assert_eq!(quick.expect("raised").code, CaveatCode::ResidualsNotWhite);
+}
+
+#[test]
 fn half_a_minute_of_motion_is_little() {
     let plant = plant_of(&simple_vehicle(None), &driven(30.0, lively), Method::EquationError);
     assert!(codes(&plant).contains(&CaveatCode::ShortTrial));

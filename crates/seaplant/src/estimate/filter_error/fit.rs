@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, Matrix4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::minimise::{Optimum, scaled_inverse, unit_diagonal};
+use super::minimise::{Optimum, limits, scaled_inverse, unit_diagonal};
 use super::parameters::{UNKNOWNS, Unknown, Values};
 use super::problem::{Prior, Problem, Record};
 use super::structure::{Candidate, Decision, Fitted, Search};
@@ -77,7 +77,9 @@ pub fn fit_filter_error(
     if !fitted.optimum.converged {
         return Err(Error::NotConverged { dof, iterations: fitted.optimum.iterations });
     }
-    into_fit(dof, &fitted, structure, &records)
+    let mut fit = into_fit(dof, &fitted, structure, &records)?;
+    fit.caveats.extend(hurried_disturbance(&fit, axes));
+    Ok(fit)
 }
 
 /// The delays that a first look tries, s: every tenth of a second up to one.
@@ -292,6 +294,27 @@ fn nuisances(
         velocity_noise: estimate(Unknown::LogVelocityNoise, 0).map(exponential),
         position_noise: estimate(Unknown::LogPositionNoise, 0).map(exponential),
     }
+}
+
+/// A disturbance below this part of what thrust does is none to speak of.
+const SLIGHT_DISTURBANCE: f64 = 0.05;
+
+/// A disturbance that wants to forget faster than the method lets it.
+fn hurried_disturbance(fit: &Fit, axes: &[AxisRecord]) -> Option<Caveat> {
+    let shortest_s = limits(Unknown::LogCorrelation).0.exp();
+    let (correlation_s, disturbance) =
+        fit.nuisances.correlation_s.zip(fit.nuisances.disturbance)?;
+    let thrust = fit.lumped.alpha * rms(axes.iter().flat_map(|axis| axis.force.values()).copied());
+    let matters = disturbance.value > SLIGHT_DISTURBANCE * thrust;
+    // At the limit itself, give or take rounding.
+    (matters && correlation_s.value < 1.001 * shortest_s).then(|| {
+        let message = format!(
+            "what moves the vehicle in {} beside its thrust changes within {shortest_s} s, the least that the method allows for, and is {:.0} % as strong as the thrust: the model lacks something quick (another axis, the rudder, a smoothed or noisy sensor), and its intervals are rough",
+            fit.dof,
+            100.0 * disturbance.value / thrust
+        );
+        Caveat::warning(CaveatCode::ResidualsNotWhite, message)
+    })
 }
 
 /// Innovations correlated by more than this from one to the next are not white.

@@ -146,7 +146,7 @@ fn damped_step(
 }
 
 /// Where a number means something.
-fn limits(unknown: Unknown) -> (f64, f64) {
+pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
     match unknown {
         Unknown::Alpha => (f64::MIN_POSITIVE, f64::INFINITY),
         Unknown::Lag => (0.0, 3.0),
