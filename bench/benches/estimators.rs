@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use seaplant::estimate::{
-    Candidate, EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, first_delays,
+    Candidate, EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, Records, first_delays,
     fit_best_delay, fit_equation_error, fit_filter_error, fit_output_error,
 };
 use seaplant::regression::{Columns, least_squares};
@@ -86,15 +86,24 @@ fn filter_error_of_a_trial(c: &mut Criterion) {
     let terms = Terms::default();
     let start = fit_best_delay(Dof::Surge, &record, terms, &first, first_delays());
     let start = start.expect("exciting");
-    let everything = Candidate::ALL.to_vec();
-    for (name, candidates) in
-        [("no nuisances", Vec::new()), ("its whole structure search", everything)]
-    {
-        let options = FilterErrorOptions { candidates };
+    let search = FilterErrorOptions::default();
+    let none = FilterErrorOptions { candidates: Vec::new(), required: vec![Candidate::Bias] };
+    // Beside mass, drag, bias and three numbers of noise.
+    let four = vec![
+        Candidate::Bias,
+        Candidate::Lag,
+        Candidate::Delay,
+        Candidate::ReverseRatio,
+        Candidate::Current,
+    ];
+    let ten = FilterErrorOptions { candidates: Vec::new(), required: four };
+    let cases =
+        [("6 parameters", none), ("10 parameters", ten), ("its whole structure search", search)];
+    for (name, options) in cases {
         c.bench_function(&format!("filter error of a 480 s trial, {name}"), |b| {
+            let records = Records { fit: black_box(&record), hold_out: &[], steady: &[] };
             b.iter(|| {
-                fit_filter_error(Dof::Surge, black_box(&record), &[], None, &start, &options)
-                    .expect("an optimum")
+                fit_filter_error(Dof::Surge, records, None, &start, &options).expect("an optimum")
             });
         });
     }

@@ -55,6 +55,7 @@ pub(crate) fn plant() -> PlantResult {
         structure: vec![Decision {
             candidate: Candidate::LinearDrag,
             likelihood_ratio: 1.23,
+            size: None,
             needed: 8.48,
             hold_out_ratio: Some(12.3),
             admitted: false,

@@ -73,6 +73,8 @@ pub enum CaveatCode {
     Navigation,
     /// A channel whose values do not look like its unit.
     SuspiciousUnit,
+    /// Two instruments that do not tell of the same motion.
+    InstrumentsDisagree,
     /// The filter could not be as designed at this sampling rate.
     SampledSlowly,
     /// Thrust acts later than it was logged.

@@ -17,7 +17,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub use equation_error::{DelayedFit, EquationErrorOptions, fit_best_delay, fit_equation_error};
 pub(crate) use filter_error::drive_over;
-pub use filter_error::{Candidate, Decision, FilterErrorOptions, first_delays, fit_filter_error};
+pub use filter_error::{
+    Candidate, Decision, FilterErrorOptions, Records, SteadyTest, first_delays, fit_filter_error,
+};
 pub use output_error::{Loss, OutputErrorOptions, fit_output_error};
 pub use paper::{PaperOptions, fit_paper};
 
@@ -115,6 +117,8 @@ pub struct Fit {
     pub nuisances: Nuisances,
     /// Why the model has the parts that it has.
     pub structure: Vec<Decision>,
+    /// Whether steady runs agree with it, where there were any to fit.
+    pub steady_test: Option<SteadyTest>,
     /// Doubts that the estimator itself has.
     pub caveats: Vec<Caveat>,
 }
@@ -141,6 +145,8 @@ pub struct Nuisances {
     pub inflow: Option<Estimate>,
     /// Current along the degree of freedom, m/s, by trial.
     pub current: BTreeMap<String, Estimate>,
+    /// What the velocity sensor reads at rest, m/s or rad/s, by trial; where position tells.
+    pub velocity_offset: BTreeMap<String, Estimate>,
     /// Lever arm of the velocity sensor that navigation did not know, m, along the two
     /// [`lever_axes`](crate::lever_axes).
     pub lever_m: [Option<Estimate>; 2],
@@ -199,6 +205,30 @@ pub struct PhysicalEstimates {
     pub bias_force: Option<Estimate>,
 }
 
+impl PhysicalEstimates {
+    /// Those of a lumped plant, carried over to first order; `covariance` is that of
+    /// `[α, β, μ, bias]`.
+    pub(crate) fn of(
+        lumped: &LumpedParameters,
+        covariance: &Matrix4<f64>,
+        terms: Terms,
+        t_freedom: f64,
+    ) -> Self {
+        let covariance = lumped.physical_covariance(covariance);
+        let physical = lumped.to_physical();
+        let of = |term: Term, value: f64| {
+            let std = covariance[(term as usize, term as usize)].sqrt();
+            terms.has(term).then(|| Estimate::new(value, std, t_freedom))
+        };
+        Self {
+            mass: Estimate::new(physical.mass, covariance[(0, 0)].sqrt(), t_freedom),
+            d_quadratic: of(Term::Quadratic, physical.d_quadratic),
+            d_linear: of(Term::Linear, physical.d_linear),
+            bias_force: of(Term::Bias, physical.bias_force),
+        }
+    }
+}
+
 impl Fit {
     /// Mass, drag and bias force.
     pub fn physical(&self) -> PhysicalParameters {
@@ -207,18 +237,7 @@ impl Fit {
 
     /// Mass, drag and bias force with their uncertainty, carried over to first order.
     pub fn estimates(&self) -> PhysicalEstimates {
-        let covariance = self.lumped.physical_covariance(&self.covariance);
-        let physical = self.physical();
-        let of = |term: Term, value: f64| {
-            let std = covariance[(term as usize, term as usize)].sqrt();
-            self.terms.has(term).then(|| Estimate::new(value, std, self.t_freedom))
-        };
-        PhysicalEstimates {
-            mass: Estimate::new(physical.mass, covariance[(0, 0)].sqrt(), self.t_freedom),
-            d_quadratic: of(Term::Quadratic, physical.d_quadratic),
-            d_linear: of(Term::Linear, physical.d_linear),
-            bias_force: of(Term::Bias, physical.bias_force),
-        }
+        PhysicalEstimates::of(&self.lumped, &self.covariance, self.terms, self.t_freedom)
     }
 
     /// The plant, ready to be driven.
@@ -270,6 +289,7 @@ impl Fit {
             filters,
             nuisances: Nuisances::default(),
             structure: Vec::new(),
+            steady_test: None,
             caveats,
         }
     }

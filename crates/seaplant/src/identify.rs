@@ -13,7 +13,7 @@ use crate::diagnose::{
 use crate::estimate::steady::{SteadyFit, SteadyOptions, fit_steady};
 use crate::estimate::{
     EquationErrorOptions, FilterErrorOptions, Fit, Method, OutputErrorOptions, PaperOptions,
-    first_delays, fit_best_delay, fit_equation_error, fit_filter_error, fit_output_error,
+    Records, first_delays, fit_best_delay, fit_equation_error, fit_filter_error, fit_output_error,
     fit_paper,
 };
 use crate::results::{
@@ -189,6 +189,19 @@ impl Work<'_> {
         trials.iter().map(|trial| trial.axis(self.dof, source)).collect()
     }
 
+    /// The steady trials; of those with given segments, these.
+    fn steady_axes(&self, source: VelocitySource) -> Result<Vec<AxisRecord>, Error> {
+        let mut axes = Vec::new();
+        for trial in &self.trials.steady {
+            let axis = trial.axis(self.dof, source)?;
+            match trial.setup().segments_s.as_slice() {
+                [] => axes.push(axis),
+                given => axes.extend(given.iter().filter_map(|span| axis.window(*span))),
+            }
+        }
+        Ok(axes)
+    }
+
     fn fit(&self, method: Method, terms: Option<Terms>) -> Result<(Fit, Vec<AxisRecord>), Error> {
         let usual = match method {
             Method::Paper => VelocitySource::Position,
@@ -214,7 +227,9 @@ impl Work<'_> {
                 let first = &self.options.equation_error;
                 let start = fit_best_delay(self.dof, &axes, chosen, first, first_delays())?;
                 let options = &self.options.filter_error;
-                fit_filter_error(self.dof, &axes, &hold_out, terms, &start, options)?
+                let steady = self.steady_axes(source)?;
+                let records = Records { fit: &axes, hold_out: &hold_out, steady: &steady };
+                fit_filter_error(self.dof, records, terms, &start, options)?
             }
         };
         Ok((fit, axes))
@@ -272,8 +287,8 @@ impl Work<'_> {
     /// The recommended method with every choice of terms, beside the same nuisances.
     fn subsets(&self, recommended: &Fit) -> Vec<SubsetResult> {
         let admitted = recommended.structure.iter().filter(|decision| decision.admitted);
-        let candidates = admitted.map(|decision| decision.candidate).collect();
-        let filter_error = FilterErrorOptions { candidates };
+        let required = admitted.map(|decision| decision.candidate).collect();
+        let filter_error = FilterErrorOptions { candidates: Vec::new(), required };
         let options = IdentifyOptions { filter_error, ..self.options.clone() };
         let work = Work { options: &options, ..*self };
         let error = |model: &Model, trials: &[&Trial]| {

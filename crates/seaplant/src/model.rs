@@ -92,24 +92,21 @@ impl Model {
         }
         let mut response = Response::default();
         let Some(&first) = times_s.first() else { return Ok(response) };
-        let (schedule_s, drive) = drive_over(&axis.tracks(), times_s, &self.thrust);
         let current = self.thrust.current_of(&axis.trial);
+        let tracks = axis.tracks();
         let mut next = times_s.iter().peekable();
         let mut state = start;
-        for (k, &t) in schedule_s.iter().enumerate() {
-            if k > 0 {
-                let (tau, gamma) = (drive.tau[k - 1], drive.gamma[k - 1]);
-                let lost = self.lumped.alpha * self.thrust.inflow * gamma;
-                let acceleration = |v: f64| {
-                    // Drag acts on velocity through the water.
-                    self.lumped.acceleration(tau, v - current) - lost * (v - current)
-                };
-                state = advance(acceleration, state, t - schedule_s[k - 1]);
-            }
+        for step in drive_over(&tracks, times_s, &self.thrust) {
+            let lost = self.lumped.alpha * self.thrust.inflow * step.gamma;
+            let acceleration = |v: f64| {
+                // Drag acts on velocity through the water.
+                self.lumped.acceleration(step.tau, v - current) - lost * (v - current)
+            };
+            state = advance(acceleration, state, step.length_s);
             if has_run_away(state) {
-                return Err(Error::Diverged { dof: axis.dof, after_s: t - first });
+                return Err(Error::Diverged { dof: axis.dof, after_s: step.time_s - first });
             }
-            if next.next_if(|wanted| **wanted <= t).is_some() {
+            if next.next_if(|wanted| **wanted <= step.time_s).is_some() {
                 response.position.push(state.position);
                 response.velocity.push(state.velocity);
             }

@@ -1,5 +1,6 @@
 //! One stretch of one log of one vehicle, checked once.
 
+mod agreement;
 mod axis;
 mod force;
 mod plausible;
@@ -175,24 +176,19 @@ impl Trial {
         }
         .ok_or_else(|| missing("velocity or position", motion_advice(dof)))?;
         let (from_s, to_s) = self.overlap(dof, force, &motion)?;
-        let cut = |series: &Timed| series.window(from_s, to_s);
-        let motion = match &motion {
-            Motion::Velocity(velocity) => cut(velocity).map(Motion::Velocity),
-            Motion::Position(position) => cut(position).map(Motion::Position),
-        };
-        let force = force.window_held(from_s, to_s);
         // Only an instrument that moves with the hull is misled by its turning.
-        let is_velocity = matches!(motion, Some(Motion::Velocity(_)));
+        let is_velocity = matches!(motion, Motion::Velocity(_));
         let rates = self.navigated.rates.as_ref().filter(|_| is_velocity);
-        let record = motion.zip(force).map(|(motion, force)| AxisRecord {
+        let whole = AxisRecord {
             dof,
             trial: self.setup.name.clone(),
-            force,
-            thrusters: tracks.iter().filter_map(|track| track.window(from_s, to_s)).collect(),
+            force: force.clone(),
+            thrusters: tracks.clone(),
             motion,
             lever_rates: rates.and_then(|rates| lever_rates(dof, rates)),
-            position: self.navigated.position.get(&dof).and_then(cut),
-        });
+            position: self.navigated.position.get(&dof).cloned(),
+        };
+        let record = whole.window([from_s, to_s]);
         let samples = record.as_ref().map_or(0, |record| record.motion.series().len());
         record.filter(|_| samples >= LEAST_SAMPLES).ok_or_else(|| Error::TooShort {
             name: format!("the {dof} motion of trial `{}`", self.setup.name),
@@ -212,8 +208,9 @@ impl Trial {
             );
             caveats.push(Caveat::warning(CaveatCode::ThrusterSaturated, message));
         }
-        if let Ok(uniform) =
-            self.axis(dof, VelocitySource::Measured).and_then(|axis| axis.uniform(LEAST_SAMPLES))
+        let axis = self.axis(dof, VelocitySource::Measured);
+        caveats.extend(axis.iter().filter_map(AxisRecord::contradiction));
+        if let Ok(uniform) = axis.and_then(|axis| axis.uniform(LEAST_SAMPLES))
             && let Some(first) = uniform.gaps.first()
         {
             let lost: f64 = uniform.gaps.iter().map(|gap| gap.to_s - gap.from_s).sum();

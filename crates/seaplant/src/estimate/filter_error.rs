@@ -8,36 +8,51 @@ mod parameters;
 mod problem;
 mod schedule;
 mod structure;
+mod together;
 
-pub use fit::{FilterErrorOptions, first_delays, fit_filter_error};
+pub use fit::{FilterErrorOptions, Records, first_delays, fit_filter_error};
 pub use structure::{Candidate, Decision};
+pub use together::SteadyTest;
 
 use crate::{ThrustModel, ThrusterTrack};
 use drive::Drive;
 use parameters::{UNKNOWNS, Unknown, Values};
-use schedule::Schedule;
+use schedule::steps_through;
 
-/// Thrust as it acts, over steps through `times_s` that are at most 0.1 s long; with the
-/// ends of the steps.
+/// Thrust as it acts over a step.
+pub(crate) struct DriveStep {
+    /// Its end, s.
+    pub(crate) time_s: f64,
+    /// Its length, s; 0 at the first instant.
+    pub(crate) length_s: f64,
+    /// Mean force τ*, N or N m.
+    pub(crate) tau: f64,
+    /// γ = Σ lever² |n| of the inflow term.
+    pub(crate) gamma: f64,
+}
+
+/// Thrust as it acts, over steps through `times_s` that are at most 0.1 s long.
 pub(crate) fn drive_over(
     tracks: &[ThrusterTrack],
     times_s: &[f64],
     thrust: &ThrustModel,
-) -> (Vec<f64>, Drive) {
+) -> impl Iterator<Item = DriveStep> {
     let mut values = Values([0.0; UNKNOWNS]);
     values.set(Unknown::Lag, thrust.lag_s);
     values.set(Unknown::Delay, thrust.delay_s);
     values.set(Unknown::LogReverseRatio, thrust.reverse_ratio.ln());
-    let schedule = Schedule::through(times_s);
-    let drive = Drive::of(tracks, &schedule, &values);
-    (schedule.time_s, drive)
+    let mut drive = Drive::new(tracks, &values, times_s.first().copied().unwrap_or(0.0));
+    steps_through(times_s).map(move |stop| {
+        let push = if stop.length_s > 0.0 { drive.until(&stop) } else { Default::default() };
+        DriveStep { time_s: stop.time_s, length_s: stop.length_s, tau: push.tau, gamma: push.gamma }
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use nalgebra::DVector;
 
-    use super::problem::{Prior, Problem, Record};
+    use super::problem::{Kind, Prior, Problem, Record};
     use super::*;
     use crate::twin::{Disturbance, TwinSpec, make};
     use crate::{AxisRecord, Dof, Trial, TrialSetup, VelocitySource};
@@ -79,7 +94,7 @@ mod tests {
     #[test]
     fn gradient_is_that_of_the_cost() {
         for dof in [Dof::Surge, Dof::Yaw] {
-            let record = [Record::of(&axis(dof, "none", 3))];
+            let record = [Record::of(&axis(dof, "none", 3), Kind::Unsteady)];
             let noise = match dof {
                 Dof::Yaw => Unknown::LogPositionNoise,
                 _ => Unknown::LogVelocityNoise,
@@ -100,7 +115,7 @@ mod tests {
             ];
             let priors = [Prior { unknown: Unknown::Lag, mean: 0.0, std: 0.5 }];
             let problem = Problem::new(&record, &unknowns, &priors, values());
-            let theta = DVector::from_fn(problem.len(), |j, _| values().get(problem.unknowns()[j]));
+            let theta = DVector::from_fn(problem.len(), |j, _| values().get(problem.numbers()[j]));
             let (cost, gradient, _) = problem.evaluate(&theta);
             assert!((cost - problem.cost(&theta)).abs() < 1e-9 * cost.abs());
             for j in 0..theta.len() {
@@ -115,7 +130,7 @@ mod tests {
                 assert!(
                     off < 1e-3,
                     "{dof} {:?}: {} and {slope}",
-                    problem.unknowns()[j],
+                    problem.numbers()[j],
                     gradient[j]
                 );
             }

@@ -67,6 +67,7 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         reverse_ratio,
         inflow,
         current,
+        velocity_offset,
         lever_m,
         disturbance,
         correlation_s,
@@ -98,6 +99,10 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
     }
     for (trial, estimate) in current {
         all.insert(Model::current_name(trial), Parameter::new(*estimate, units.velocity));
+    }
+    for (trial, estimate) in velocity_offset {
+        let name = format!("velocity_offset: {trial}");
+        all.insert(name, Parameter::new(*estimate, units.velocity));
     }
     all
 }

@@ -120,6 +120,23 @@ impl Motion {
 }
 
 impl AxisRecord {
+    /// The part of the record in a span, s; `None` without motion or force in it.
+    pub(crate) fn window(&self, [from_s, to_s]: [f64; 2]) -> Option<Self> {
+        let cut = |series: &Timed| series.window(from_s, to_s);
+        let motion = match &self.motion {
+            Motion::Velocity(velocity) => Motion::Velocity(cut(velocity)?),
+            Motion::Position(position) => Motion::Position(cut(position)?),
+        };
+        let tracks = self.thrusters.iter();
+        Some(Self {
+            force: self.force.window_held(from_s, to_s)?,
+            thrusters: tracks.filter_map(|track| track.window(from_s, to_s)).collect(),
+            motion,
+            position: self.position.as_ref().and_then(cut),
+            ..self.clone()
+        })
+    }
+
     /// The thrusters, or one that stands for them all where only the force is known.
     pub fn tracks(&self) -> Vec<ThrusterTrack> {
         if self.thrusters.is_empty() {

@@ -1,99 +1,138 @@
 //! Thrust as it acts: after lag and delay, with the reverse ratio, and what inflow takes.
 
 use super::parameters::{Unknown, Values};
-use super::schedule::{HeldIntegral, Schedule};
+use super::schedule::{HeldIntegral, Stop};
 use crate::ThrusterTrack;
 
 /// The unknowns that shape thrust, in the order of [`Drive`]'s derivatives.
 pub(crate) const SHAPING: [Unknown; 3] = [Unknown::Lag, Unknown::Delay, Unknown::LogReverseRatio];
 
-/// Thrust over each step of a schedule.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Drive {
+/// Thrust over one step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Push {
     /// Mean force τ*, N or N m.
-    pub(crate) tau: Vec<f64>,
+    pub(crate) tau: f64,
     /// Its derivatives by lag, delay and ln κ.
-    pub(crate) tau_by: Vec<[f64; 3]>,
+    pub(crate) tau_by: [f64; 3],
     /// γ = Σ lever² |n| of the inflow term.
-    pub(crate) gamma: Vec<f64>,
+    pub(crate) gamma: f64,
     /// Its derivatives by lag and delay; ln κ does not change it.
-    pub(crate) gamma_by: Vec<[f64; 3]>,
+    pub(crate) gamma_by: [f64; 3],
 }
 
-impl Drive {
-    /// Thrust of all thrusters over each step.
-    ///
-    /// n* follows the delayed speed by `ṅ* = (n(t − D) − n*)/T_l`, which approaches a held
-    /// speed exponentially, so that the mean of n*|n*| over a step is known in closed form.
-    pub(crate) fn of(tracks: &[ThrusterTrack], schedule: &Schedule, values: &Values) -> Self {
-        let steps = schedule.time_s.len() - 1;
-        let mut drive = Self {
-            tau: vec![0.0; steps],
-            tau_by: vec![[0.0; 3]; steps],
-            gamma: vec![0.0; steps],
-            gamma_by: vec![[0.0; 3]; steps],
+/// All thrusters on their way through a trial.
+///
+/// n* follows the delayed speed by `ṅ* = (n(t − D) − n*)/T_l`, which approaches a held
+/// speed exponentially, so that the mean of n*|n*| over a step is known in closed form.
+pub(crate) struct Drive<'a> {
+    propellers: Vec<Propeller<'a>>,
+    lag_s: f64,
+    delay_s: f64,
+    kappa: f64,
+    /// What remains of a difference in speed after a step, and the length of that step.
+    decay: Decay,
+    length_s: f64,
+}
+
+/// One of them.
+struct Propeller<'a> {
+    track: &'a ThrusterTrack,
+    asked: HeldIntegral<'a>,
+    /// The integral of the speed asked for up to here, and that speed.
+    before: (f64, f64),
+    /// The speed that it has.
+    speed: Changing,
+}
+
+impl<'a> Drive<'a> {
+    /// Settled at the speed asked for when the trial starts.
+    pub(crate) fn new(tracks: &'a [ThrusterTrack], values: &Values, from_s: f64) -> Self {
+        let (lag_s, delay_s) = (values.get(Unknown::Lag), values.get(Unknown::Delay));
+        let propeller = |track: &'a ThrusterTrack| {
+            let mut asked = HeldIntegral::new(&track.speed);
+            let before = asked.until(from_s - delay_s);
+            let speed = Changing { x: before.1, by_lag: 0.0, by_delay: 0.0 };
+            Propeller { track, asked, before, speed }
         };
-        for track in tracks {
-            drive.add(track, schedule, values);
+        Self {
+            propellers: tracks.iter().map(propeller).collect(),
+            lag_s,
+            delay_s,
+            kappa: values.get(Unknown::LogReverseRatio).exp(),
+            decay: Decay::after(0.0, lag_s),
+            length_s: 0.0,
         }
-        drive
     }
 
-    fn add(&mut self, track: &ThrusterTrack, schedule: &Schedule, values: &Values) {
-        let (lag_s, delay_s) = (values.get(Unknown::Lag), values.get(Unknown::Delay));
-        let kappa = values.get(Unknown::LogReverseRatio).exp();
-        let integral = HeldIntegral::new(&track.speed);
-        let mut from = 0;
-        let mut before = integral.at(schedule.time_s[0] - delay_s, &mut from);
-        // The propeller has settled when the trial starts.
-        let mut start = Changing { x: before.1, by_lag: 0.0, by_delay: 0.0 };
-        for k in 0..self.tau.len() {
-            let h = schedule.length(k);
-            let after = integral.at(schedule.time_s[k + 1] - delay_s, &mut from);
+    /// The thrust of all over the step that ends at a stop.
+    #[inline]
+    pub(crate) fn until(&mut self, stop: &Stop) -> Push {
+        let h = stop.length_s;
+        if h != self.length_s {
+            (self.decay, self.length_s) = (Decay::after(h, self.lag_s), h);
+        }
+        let mut push = Push::default();
+        for propeller in &mut self.propellers {
+            let after = propeller.asked.until(stop.time_s - self.delay_s);
+            let before = std::mem::replace(&mut propeller.before, after);
             let asked = Changing {
                 x: (after.0 - before.0) / h,
                 by_lag: 0.0,
                 by_delay: (before.1 - after.1) / h,
             };
-            let approach = Approach { asked, start, lag_s };
-            self.add_step(k, track, kappa, &approach, h);
-            start = approach.speed(h);
-            before = after;
+            let approach = Approach { asked, start: propeller.speed, lag_s: self.lag_s };
+            push.add(propeller.track, self.kappa, &approach, self.decay);
+            propeller.speed = approach.speed(self.decay);
+        }
+        push
+    }
+}
+
+impl Push {
+    /// Adds the thrust of one step, which the propeller may end in the other direction.
+    #[inline]
+    fn add(&mut self, track: &ThrusterTrack, kappa: f64, approach: &Approach, end: Decay) {
+        let h = end.after_s;
+        let begin = Decay::after(0.0, approach.lag_s);
+        match approach.reverses_at(h).map(|turn| Decay::after(turn, approach.lag_s)) {
+            None => {
+                // Without lag it has the speed asked for at once, however it turned before.
+                let reversed = approach.speed(end).x < 0.0;
+                self.add_part(track, kappa, reversed, approach, [begin, end], h);
+            }
+            Some(turn) => {
+                let reversed = approach.start.x < 0.0;
+                self.add_part(track, kappa, reversed, approach, [begin, turn], h);
+                self.add_part(track, kappa, !reversed, approach, [turn, end], h);
+            }
         }
     }
 
-    /// Adds the force of one step, which the propeller may end in the other direction.
-    fn add_step(
+    /// Adds the thrust of the part of a step in which the propeller turns one way.
+    #[inline]
+    fn add_part(
         &mut self,
-        k: usize,
         track: &ThrusterTrack,
         kappa: f64,
+        reversed: bool,
         approach: &Approach,
+        [from, to]: [Decay; 2],
         h: f64,
     ) {
-        let turn = approach.reverses_at(h);
-        let mut begin = 0.0;
-        for end in [turn.unwrap_or(h), h] {
-            if end <= begin {
-                continue;
-            }
-            let reversed = approach.speed(0.5 * (begin + end)).x < 0.0;
-            let (sign, strength) =
-                if reversed { (-1.0, kappa * track.reverse) } else { (1.0, track.forward) };
-            let part = |upto: Changing, from: Changing| upto.less(from).times(1.0 / h);
-            let square = part(approach.integral_of_square(end), approach.integral_of_square(begin));
-            let thrust = square.times(sign * track.lever * strength);
-            self.tau[k] += thrust.x;
-            self.tau_by[k][0] += thrust.by_lag;
-            self.tau_by[k][1] += thrust.by_delay;
-            self.tau_by[k][2] += if reversed { thrust.x } else { 0.0 };
-            let path = part(approach.integral(end), approach.integral(begin));
-            let area = path.times(sign * track.lever * track.lever);
-            self.gamma[k] += area.x;
-            self.gamma_by[k][0] += area.by_lag;
-            self.gamma_by[k][1] += area.by_delay;
-            begin = end;
-        }
+        let (sign, strength) =
+            if reversed { (-1.0, kappa * track.reverse) } else { (1.0, track.forward) };
+        let part = |upto: Changing, from: Changing| upto.less(from).times(1.0 / h);
+        let square = part(approach.integral_of_square(to), approach.integral_of_square(from));
+        let thrust = square.times(sign * track.lever * strength);
+        self.tau += thrust.x;
+        self.tau_by[0] += thrust.by_lag;
+        self.tau_by[1] += thrust.by_delay;
+        self.tau_by[2] += if reversed { thrust.x } else { 0.0 };
+        let path = part(approach.integral(to), approach.integral(from));
+        let area = path.times(sign * track.lever * track.lever);
+        self.gamma += area.x;
+        self.gamma_by[0] += area.by_lag;
+        self.gamma_by[1] += area.by_delay;
     }
 }
 
@@ -128,18 +167,31 @@ struct Approach {
     lag_s: f64,
 }
 
-impl Approach {
-    /// E = e^(−t/T) and E t/T; at no lag, or at no time, the limits.
-    fn decay(&self, t: f64) -> (f64, f64) {
-        if t <= 0.0 {
-            return (1.0, 0.0);
-        }
-        let ratio = t / self.lag_s.max(f64::MIN_POSITIVE);
-        let decay = (-ratio).exp();
-        // Beyond this the product is below the smallest number, and ratio may be infinite.
-        (decay, if ratio < 700.0 { decay * ratio } else { 0.0 })
-    }
+/// What remains of a difference in speed after a while.
+#[derive(Clone, Copy, Debug)]
+struct Decay {
+    /// How long, s.
+    after_s: f64,
+    /// E = e^(−t/T).
+    left: f64,
+    /// E t/T.
+    left_times: f64,
+}
 
+impl Decay {
+    /// At no lag, or at no time, the limits.
+    fn after(t: f64, lag_s: f64) -> Self {
+        if t <= 0.0 {
+            return Self { after_s: 0.0, left: 1.0, left_times: 0.0 };
+        }
+        let ratio = t / lag_s.max(f64::MIN_POSITIVE);
+        let left = (-ratio).exp();
+        // Beyond this the product is below the smallest number, and ratio may be infinite.
+        Self { after_s: t, left, left_times: if ratio < 700.0 { left * ratio } else { 0.0 } }
+    }
+}
+
+impl Approach {
     /// How far there is to go at the start.
     fn offset(&self) -> Changing {
         self.start.less(self.asked)
@@ -155,12 +207,11 @@ impl Approach {
         }
     }
 
-    fn speed(&self, t: f64) -> Changing {
-        let (decay, decay_ratio) = self.decay(t);
+    fn speed(&self, Decay { left, left_times, .. }: Decay) -> Changing {
         let offset = self.offset().x;
-        let by_t = offset * decay_ratio / self.lag_s.max(f64::MIN_POSITIVE);
-        let by_t = if decay_ratio == 0.0 { 0.0 } else { by_t };
-        self.chain(self.asked.x + offset * decay, 1.0, decay, by_t)
+        let by_t = offset * left_times / self.lag_s.max(f64::MIN_POSITIVE);
+        let by_t = if left_times == 0.0 { 0.0 } else { by_t };
+        self.chain(self.asked.x + offset * left, 1.0, left, by_t)
     }
 
     /// When the propeller stops on its way to the other direction, if within a step.
@@ -171,16 +222,20 @@ impl Approach {
     }
 
     /// ∫₀ᵗ n dt = asked t + offset T (1 − E).
-    fn integral(&self, t: f64) -> Changing {
-        let (decay, decay_ratio) = self.decay(t);
+    fn integral(
+        &self,
+        Decay { after_s: t, left: decay, left_times: decay_ratio }: Decay,
+    ) -> Changing {
         let (asked, offset, lag) = (self.asked.x, self.offset().x, self.lag_s);
         let gone = 1.0 - decay;
         self.chain(asked * t + offset * lag * gone, t, lag * gone, offset * (gone - decay_ratio))
     }
 
     /// ∫₀ᵗ n² dt = asked² t + 2 asked offset T (1 − E) + ½ offset² T (1 − E²).
-    fn integral_of_square(&self, t: f64) -> Changing {
-        let (decay, decay_ratio) = self.decay(t);
+    fn integral_of_square(
+        &self,
+        Decay { after_s: t, left: decay, left_times: decay_ratio }: Decay,
+    ) -> Changing {
         let (asked, offset, lag) = (self.asked.x, self.offset().x, self.lag_s);
         let (gone, gone2) = (1.0 - decay, 1.0 - decay * decay);
         self.chain(

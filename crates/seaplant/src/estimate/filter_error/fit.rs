@@ -8,12 +8,13 @@ use serde::{Deserialize, Serialize};
 
 use super::minimise::{Optimum, limits, scaled_inverse, unit_diagonal};
 use super::parameters::{UNKNOWNS, Unknown, Values};
-use super::problem::{Prior, Problem, Record};
-use super::structure::{Candidate, Decision, Fitted, Search};
+use super::problem::{Kind, Prior, Problem, Record};
+use super::schedule::Measurements;
+use super::structure::{Candidate, Decision, Fitted, Search, Usual};
+use super::together::TwoPlants;
 use crate::estimate::{DelayedFit, Estimate, Fit, Method, Nuisances, check_trials};
-use crate::navigation::Motion;
 use crate::terms::Term;
-use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Model, Terms, ThrustModel};
+use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms, Timed};
 
 /// The choices of the filter error method.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -21,65 +22,107 @@ use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Model, Terms, ThrustMode
 pub struct FilterErrorOptions {
     /// What may be taken into the model where the logs ask for it.
     pub candidates: Vec<Candidate>,
+    /// What is part of the model whatever the logs say.
+    pub required: Vec<Candidate>,
 }
 
 impl Default for FilterErrorOptions {
     fn default() -> Self {
-        Self { candidates: Candidate::ALL.to_vec() }
+        Self { candidates: Candidate::ALL.to_vec(), required: Vec::new() }
     }
+}
+
+/// The records of one degree of freedom, by what they are for.
+#[derive(Clone, Copy, Debug)]
+pub struct Records<'a> {
+    /// Fitted.
+    pub fit: &'a [AxisRecord],
+    /// Predicted, to judge by.
+    pub hold_out: &'a [AxisRecord],
+    /// Runs at constant thrust: fitted together with the others if they agree with them.
+    pub steady: &'a [AxisRecord],
 }
 
 /// Fits the plant by maximum likelihood on the innovations of a Kalman filter.
 ///
-/// States are velocity, a slow disturbance and, where it is what was measured, position:
-/// `v̇ = α τ* + β(v−u)|v−u| + (μ − α k_in Σ|n|)(v−u) + bias + d`, `ḋ = −d/T_d + w`. Thrust
+/// States are velocity, a slow disturbance and, where it was measured, position:
+/// `v̇ = α τ* + β(v−u)|v−u| + (μ − α k_in Σ|n|)(v−u) + bias + d`, `ḋ = −d/T_d + w`, `ṗ = v`.
+/// Velocity and position are taken in at their own times, each with its own noise. Thrust
 /// τ* follows the logged one after a lag on propeller speed and a delay, with reverse
 /// thrust scaled by κ; u is a current, constant in each trial. It minimises
 /// `½ Σ (ln S + e²/S)` plus weak priors, by scoring on the Fisher information with
 /// analytic sensitivities. Lag, delay, κ, u, k_in and, unless `terms` are given, linear
-/// drag are admitted one by one, if the Bayesian information criterion asks for them and
-/// held-out records are predicted no worse.
+/// drag are admitted if the Bayesian information criterion asks for them and held-out
+/// records are predicted no worse; a bias force is left out if the logs show that it is
+/// too small to matter.
+///
+/// Steady records are fitted with the others if a likelihood-ratio test finds that they ask
+/// for the same drag and bias force; else they are not, and [`Fit::steady_test`] has both.
 ///
 /// `start` is a fit to begin with, by equation error, with the delay that suits it best.
 ///
 /// # Errors
-/// [`Error::NoTrial`] without records; [`Error::NotConverged`] if no optimum is reached.
+/// [`Error::NoTrial`] without records to fit; [`Error::NotConverged`] if no optimum is
+/// reached.
 ///
 /// # Source
 /// [Jategaonkar2015, ch. 5]: filter error method; score test: \[Young2011\].
 pub fn fit_filter_error(
     dof: Dof,
-    axes: &[AxisRecord],
-    hold_out: &[AxisRecord],
+    records: Records<'_>,
     terms: Option<Terms>,
     start: &DelayedFit,
     options: &FilterErrorOptions,
 ) -> Result<Fit, Error> {
+    let axes = records.fit;
     check_trials(dof, axes)?;
-    let records: Vec<Record> = axes.iter().map(Record::of).collect();
-    let others: Vec<Record> = hold_out.iter().map(Record::of).collect();
+    let all_of = |axes: &[AxisRecord], kind| -> Vec<Record> {
+        axes.iter().map(|axis| Record::of(axis, kind)).collect()
+    };
+    let unsteady = all_of(axes, Kind::Unsteady);
+    let others = all_of(records.hold_out, Kind::Unsteady);
     let first = Beginning::of(axes, start);
     let search = Search {
-        records: &records,
+        records: &unsteady,
         priors: &first.priors,
         fixed: first.fixed(),
         start: first.values,
         hold_out: &others,
+        usual: Usual { speed: speed_rms(axes), thrust: force_rms(axes) },
     };
-    let base = search.fit(&first.unknowns(terms.unwrap_or_default()), None, &first.values);
-    let candidates: Vec<Candidate> = options
-        .candidates
-        .iter()
-        .copied()
-        .filter(|c| c.exists_in(axes) && (*c != Candidate::LinearDrag || terms.is_none()))
-        .collect();
+    let can_be = |candidate: &&Candidate| {
+        candidate.exists_in(axes) && !(candidate.is_term() && terms.is_some())
+    };
+    let required = options.required.iter().filter(can_be);
+    let mut unknowns = first.unknowns(terms);
+    unknowns.extend(required.map(|candidate| candidate.unknown()));
+    let searched = options.candidates.iter().filter(can_be);
+    let candidates: Vec<Candidate> =
+        searched.filter(|candidate| !unknowns.contains(&candidate.unknown())).copied().collect();
+    let base = search.fit(&unknowns, None, &first.values);
     let (fitted, structure) = search.run(base, &candidates);
     if !fitted.optimum.converged {
         return Err(Error::NotConverged { dof, iterations: fitted.optimum.iterations });
     }
-    let mut fit = into_fit(dof, &fitted, structure, &records)?;
+    let mut fit = into_fit(dof, &fitted, structure)?;
+    if !records.steady.is_empty() {
+        let steady = all_of(records.steady, Kind::Steady);
+        let all = [unsteady.clone(), steady].concat();
+        fit = join(fit, &fitted, &Search { records: &all, ..search })?;
+    }
     fit.caveats.extend(hurried_disturbance(&fit, axes));
     Ok(fit)
+}
+
+/// Fits all trials, steady ones among them, if these ask for the same plant as the others.
+fn join(fit: Fit, unsteady: &Fitted<'_>, search: &Search<'_>) -> Result<Fit, Error> {
+    let Some(two) = TwoPlants::fit(unsteady, search) else { return Ok(fit) };
+    let Some(test) = two.test() else { return Ok(fit) };
+    let fit = match test.agrees {
+        true => into_fit(fit.dof, &two.together, fit.structure)?,
+        false => fit,
+    };
+    Ok(Fit { steady_test: Some(test), ..fit })
 }
 
 /// The delays that a first look tries, s: every tenth of a second up to one.
@@ -91,7 +134,8 @@ pub fn first_delays() -> impl Iterator<Item = f64> {
 struct Beginning {
     values: Values,
     priors: Vec<Prior>,
-    noise: Unknown,
+    /// Of each instrument that there is.
+    noise: Vec<Unknown>,
 }
 
 impl Beginning {
@@ -108,19 +152,23 @@ impl Beginning {
         let late_s = start.delay_s.max(0.0);
         set(Unknown::Lag, (0.5 * late_s).max(LEAST_LAG_S));
         set(Unknown::Delay, start.delay_s - 0.5 * late_s);
-        let force_rms = rms(axes.iter().flat_map(|axis| axis.force.values()).copied());
-        let disturbance = (TYPICAL_DISTURBANCE * lumped.alpha.abs() * force_rms).max(1e-9);
+        let disturbance = (TYPICAL_DISTURBANCE * lumped.alpha.abs() * force_rms(axes)).max(1e-9);
         set(Unknown::LogDisturbance, disturbance.ln());
         set(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln());
-        let is_position = axes.iter().any(|axis| matches!(axis.motion, Motion::Position(_)));
-        let noise = if is_position { Unknown::LogPositionNoise } else { Unknown::LogVelocityNoise };
-        let noise_std = sample_noise(axes).max(1e-7);
-        set(Unknown::LogPositionNoise, noise_std.ln());
-        set(Unknown::LogVelocityNoise, noise_std.ln());
+        let measurements: Vec<Measurements> = axes.iter().map(Measurements::of).collect();
+        let velocities = measurements.iter().filter_map(Measurements::velocity);
+        let positions = measurements.iter().filter_map(Measurements::position);
+        let noise = [
+            (Unknown::LogVelocityNoise, sample_noise(velocities)),
+            (Unknown::LogPositionNoise, sample_noise(positions)),
+        ];
+        let noise: Vec<(Unknown, f64)> =
+            noise.into_iter().filter_map(|(u, std)| Some((u, std?.max(1e-7).ln()))).collect();
+        noise.iter().for_each(|(unknown, log_std)| set(*unknown, *log_std));
         let speeds = axes.iter().flat_map(AxisRecord::tracks).map(|t| t.forward.sqrt());
         let gain = speeds.fold(0.0_f64, f64::max).max(f64::MIN_POSITIVE);
         let prior = |unknown, mean, std| Prior { unknown, mean, std };
-        let priors = vec![
+        let mut priors = vec![
             prior(Unknown::Lag, 0.0, 0.5),
             prior(Unknown::Delay, 0.0, 0.5),
             prior(Unknown::LogReverseRatio, 0.0, 0.3),
@@ -129,11 +177,12 @@ impl Beginning {
             prior(Unknown::Inflow, 0.0, 5.0 * gain),
             prior(Unknown::LeverFirst, 0.0, 0.5),
             prior(Unknown::LeverSecond, 0.0, 0.5),
+            prior(Unknown::VelocityOffset, 0.0, OFFSET_PART * speed_rms(axes)),
             prior(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln(), 1.5),
             prior(Unknown::LogDisturbance, disturbance.ln(), 2.0),
-            prior(noise, noise_std.ln(), 2.0),
         ];
-        Self { values, priors, noise }
+        priors.extend(noise.iter().map(|(unknown, log_std)| prior(*unknown, *log_std, 2.0)));
+        Self { values, priors, noise: noise.into_iter().map(|(unknown, _)| unknown).collect() }
     }
 
     /// Values of what is not fitted: no nuisance, no term.
@@ -150,17 +199,27 @@ impl Beginning {
         fixed
     }
 
-    fn unknowns(&self, terms: Terms) -> Vec<Unknown> {
-        let of = |term| match term {
-            Term::Force => Unknown::Alpha,
-            Term::Quadratic => Unknown::Beta,
-            Term::Linear => Unknown::Mu,
-            Term::Bias => Unknown::Bias,
-        };
-        let noise = [Unknown::LogDisturbance, Unknown::LogCorrelation, self.noise];
-        terms.fitted().into_iter().map(of).chain(noise).collect()
+    /// The terms asked for, or those that every vehicle has; and the noise.
+    fn unknowns(&self, terms: Option<Terms>) -> Vec<Unknown> {
+        let terms = terms.map_or(vec![Term::Force, Term::Quadratic], |terms| terms.fitted());
+        let noise = [Unknown::LogDisturbance, Unknown::LogCorrelation];
+        let offset = (self.noise.len() > 1).then_some(Unknown::VelocityOffset);
+        let of_terms = terms.into_iter().map(unknown_of);
+        of_terms.chain(noise).chain(self.noise.iter().copied()).chain(offset).collect()
     }
 }
+
+const fn unknown_of(term: Term) -> Unknown {
+    match term {
+        Term::Force => Unknown::Alpha,
+        Term::Quadratic => Unknown::Beta,
+        Term::Linear => Unknown::Mu,
+        Term::Bias => Unknown::Bias,
+    }
+}
+
+/// A velocity sensor at rest reads about this part of the usual speed.
+const OFFSET_PART: f64 = 0.1;
 
 /// A fit of the lag starts no lower: at its limit, zero, it could not say which way to go.
 const LEAST_LAG_S: f64 = 0.05;
@@ -175,68 +234,57 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
+fn force_rms(axes: &[AxisRecord]) -> f64 {
+    rms(axes.iter().flat_map(|axis| axis.force.values()).copied())
+}
+
+fn speed_rms(axes: &[AxisRecord]) -> f64 {
+    let velocities: Vec<Timed> = axes.iter().filter_map(|axis| axis.velocity().ok()).collect();
+    rms(velocities.iter().flat_map(|velocity| velocity.values()).copied())
+}
+
 /// The noise of one sample, from third differences: what a vehicle cannot do in three
 /// samples. White noise of variance σ² has third differences of variance 20 σ².
-fn sample_noise(axes: &[AxisRecord]) -> f64 {
-    let thirds = axes.iter().flat_map(|axis| axis.motion.series().values().windows(4));
-    rms(thirds.map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0])) / 20_f64.sqrt()
+fn sample_noise<'a>(series: impl Iterator<Item = &'a Timed>) -> Option<f64> {
+    let mut thirds = series.flat_map(|series| series.values().windows(4)).peekable();
+    thirds.peek()?;
+    Some(rms(thirds.map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0])) / 20_f64.sqrt())
 }
 
-fn model(problem: &Problem<'_>, optimum: &Optimum) -> Model {
-    let values = problem.values(&optimum.theta, 0);
-    let of = |unknown| values.get(unknown);
-    let current = problem.records.iter().enumerate().filter_map(|(k, record)| {
-        let place = problem.index(Unknown::Current, k)?;
-        Some((record.trial.clone(), optimum.theta[place]))
-    });
-    Model {
-        lumped: crate::LumpedParameters {
-            alpha: of(Unknown::Alpha),
-            beta: of(Unknown::Beta),
-            mu: of(Unknown::Mu),
-            bias: of(Unknown::Bias),
-        },
-        thrust: ThrustModel {
-            lag_s: of(Unknown::Lag),
-            delay_s: of(Unknown::Delay),
-            reverse_ratio: of(Unknown::LogReverseRatio).exp(),
-            inflow: of(Unknown::Inflow),
-            current: current.collect(),
-        },
-    }
+/// The plant of one record's kind.
+pub(super) fn lumped(problem: &Problem<'_>, optimum: &Optimum, record: usize) -> LumpedParameters {
+    let values = problem.values(&optimum.theta, record);
+    let [alpha, beta, mu, bias] = Term::ALL.map(|term| values.get(unknown_of(term)));
+    LumpedParameters { alpha, beta, mu, bias }
 }
 
-fn into_fit(
-    dof: Dof,
-    fitted: &Fitted<'_>,
-    structure: Vec<Decision>,
-    records: &[Record],
-) -> Result<Fit, Error> {
+/// The terms that are fitted.
+pub(super) fn terms_of(problem: &Problem<'_>) -> Result<Terms, Error> {
+    let is_fitted = |term: &Term| problem.index(unknown_of(*term), 0).is_some();
+    Terms::new(&Term::ALL.into_iter().filter(is_fitted).collect::<Vec<_>>())
+}
+
+/// Measurements that are left when all numbers are fitted.
+pub(super) fn freedom(problem: &Problem<'_>) -> f64 {
+    let samples = problem.samples();
+    (samples - problem.len().min(samples - 1)) as f64
+}
+
+fn into_fit(dof: Dof, fitted: &Fitted<'_>, structure: Vec<Decision>) -> Result<Fit, Error> {
     let Fitted { problem, optimum } = fitted;
     let stuck = || Error::NotConverged { dof, iterations: optimum.iterations };
     let all = scaled_inverse(&optimum.information).ok_or_else(stuck)?;
-    let model = model(problem, optimum);
-    let terms: Vec<Term> = [
-        (Term::Force, Unknown::Alpha),
-        (Term::Quadratic, Unknown::Beta),
-        (Term::Linear, Unknown::Mu),
-        (Term::Bias, Unknown::Bias),
-    ]
-    .into_iter()
-    .filter(|(_, unknown)| problem.index(*unknown, 0).is_some())
-    .map(|(term, _)| term)
-    .collect();
     let samples = problem.samples();
-    let freedom = (samples - problem.len().min(samples - 1)) as f64;
+    let freedom = freedom(problem);
     let innovations: Vec<Vec<f64>> =
-        (0..records.len()).map(|k| problem.innovations(&optimum.theta, k)).collect();
+        (0..problem.records.len()).map(|k| problem.innovations(&optimum.theta, k)).collect();
     let values = problem.values(&optimum.theta, 0);
     let mut fit = Fit {
         dof,
         method: Method::FilterError,
-        terms: Terms::new(&terms)?,
-        lumped: model.lumped,
-        covariance: plant_covariance(problem, &all),
+        terms: terms_of(problem)?,
+        lumped: lumped(problem, optimum, 0),
+        covariance: plant_covariance(problem, &all, 0),
         t_freedom: freedom,
         condition: condition(&optimum.information),
         inflation: Vec::new(),
@@ -246,15 +294,20 @@ fn into_fit(
         filters: Default::default(),
         nuisances: nuisances(problem, optimum, &all, freedom),
         structure,
+        steady_test: None,
         caveats: Vec::new(),
     };
     fit.caveats = caveats(&fit, &innovations);
     Ok(fit)
 }
 
-fn plant_covariance(problem: &Problem<'_>, all: &DMatrix<f64>) -> Matrix4<f64> {
-    let place = [Unknown::Alpha, Unknown::Beta, Unknown::Mu, Unknown::Bias]
-        .map(|unknown| problem.index(unknown, 0));
+/// Covariance of `[α, β, μ, bias]` of one record's kind.
+pub(super) fn plant_covariance(
+    problem: &Problem<'_>,
+    all: &DMatrix<f64>,
+    record: usize,
+) -> Matrix4<f64> {
+    let place = Term::ALL.map(|term| problem.index(unknown_of(term), record));
     Matrix4::from_fn(|i, j| match (place[i], place[j]) {
         (Some(i), Some(j)) => all[(i, j)],
         _ => 0.0,
@@ -277,17 +330,19 @@ fn nuisances(
         low95: estimate.low95.exp(),
         high95: estimate.high95.exp(),
     };
-    let currents = problem
-        .records
-        .iter()
-        .enumerate()
-        .filter_map(|(k, record)| Some((record.trial.clone(), estimate(Unknown::Current, k)?)));
+    let by_trial = |unknown| -> BTreeMap<String, Estimate> {
+        let records = problem.records.iter().enumerate();
+        records
+            .filter_map(|(k, record)| Some((record.trial.clone(), estimate(unknown, k)?)))
+            .collect()
+    };
     Nuisances {
         lag_s: estimate(Unknown::Lag, 0),
         delay_s: estimate(Unknown::Delay, 0),
         reverse_ratio: estimate(Unknown::LogReverseRatio, 0).map(exponential),
         inflow: estimate(Unknown::Inflow, 0),
-        current: currents.collect::<BTreeMap<_, _>>(),
+        current: by_trial(Unknown::Current),
+        velocity_offset: by_trial(Unknown::VelocityOffset),
         lever_m: [estimate(Unknown::LeverFirst, 0), estimate(Unknown::LeverSecond, 0)],
         disturbance: estimate(Unknown::LogDisturbance, 0).map(exponential),
         correlation_s: estimate(Unknown::LogCorrelation, 0).map(exponential),
@@ -304,7 +359,7 @@ fn hurried_disturbance(fit: &Fit, axes: &[AxisRecord]) -> Option<Caveat> {
     let shortest_s = limits(Unknown::LogCorrelation).0.exp();
     let (correlation_s, disturbance) =
         fit.nuisances.correlation_s.zip(fit.nuisances.disturbance)?;
-    let thrust = fit.lumped.alpha * rms(axes.iter().flat_map(|axis| axis.force.values()).copied());
+    let thrust = fit.lumped.alpha * force_rms(axes);
     let matters = disturbance.value > SLIGHT_DISTURBANCE * thrust;
     // At the limit itself, give or take rounding.
     (matters && correlation_s.value < 1.001 * shortest_s).then(|| {

@@ -5,9 +5,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::drive::{Drive, SHAPING};
+use super::drive::{Drive, Push, SHAPING};
 use super::parameters::{Active, Unknown, Values};
-use super::schedule::Schedule;
+use super::schedule::{Measured, Measurements, Stop};
 
 /// Where the filter starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,8 +78,6 @@ struct Discrete {
 /// The filter of one trial at one set of values, with `N` columns of sensitivities and
 /// with or without a position state.
 struct Kalman<'a, const N: usize, const POSITION: bool> {
-    schedule: &'a Schedule,
-    drive: &'a Drive,
     active: &'a Active,
     alpha: f64,
     beta: f64,
@@ -88,6 +86,7 @@ struct Kalman<'a, const N: usize, const POSITION: bool> {
     current: f64,
     inflow: f64,
     lever: [f64; 2],
+    offset: f64,
     sigma2: f64,
     inverse_t: f64,
     r_velocity: f64,
@@ -99,6 +98,7 @@ struct Kalman<'a, const N: usize, const POSITION: bool> {
     r_velocity_by: Row<N>,
     r_position_by: Row<N>,
     is_lever: [Row<N>; 2],
+    is_offset: Row<N>,
     state: State<N>,
     cost: f64,
     gradient: Row<N>,
@@ -119,20 +119,21 @@ pub(crate) enum Wanted {
 
 /// The likelihood of one trial.
 pub(crate) fn likelihood(
-    schedule: &Schedule,
-    drive: &Drive,
+    measurements: &Measurements,
+    drive: Drive<'_>,
     active: &Active,
     values: &Values,
     start: Start,
     wanted: Wanted,
 ) -> Likelihood {
     let columns = if wanted == Wanted::Sensitivities { active.len() } else { 0 };
+    let steps = measurements.steps();
     macro_rules! run {
         ($n:literal) => {
-            if schedule.has_position {
-                Kalman::<$n, true>::new(schedule, drive, active, values, start, wanted).run()
+            if measurements.position().is_some() {
+                Kalman::<$n, true>::new(active, values, start, wanted).run(steps, drive)
             } else {
-                Kalman::<$n, false>::new(schedule, drive, active, values, start, wanted).run()
+                Kalman::<$n, false>::new(active, values, start, wanted).run(steps, drive)
             }
         };
     }
@@ -147,14 +148,7 @@ pub(crate) fn likelihood(
 }
 
 impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
-    fn new(
-        schedule: &'a Schedule,
-        drive: &'a Drive,
-        active: &'a Active,
-        values: &Values,
-        start: Start,
-        wanted: Wanted,
-    ) -> Self {
+    fn new(active: &'a Active, values: &Values, start: Start, wanted: Wanted) -> Self {
         let of = |unknown| values.get(unknown);
         let one_at = |unknown, x: f64| {
             let mut row = [0.0; N];
@@ -169,8 +163,6 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
         let mut state = State::at(start, sigma2);
         state.dd_by = one_at(Unknown::LogDisturbance, 2.0 * sigma2);
         Self {
-            schedule,
-            drive,
             active,
             alpha: of(Unknown::Alpha),
             beta: of(Unknown::Beta),
@@ -179,6 +171,7 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
             current: of(Unknown::Current),
             inflow: of(Unknown::Inflow),
             lever: [of(Unknown::LeverFirst), of(Unknown::LeverSecond)],
+            offset: of(Unknown::VelocityOffset),
             sigma2,
             inverse_t: (-of(Unknown::LogCorrelation)).exp(),
             r_velocity,
@@ -189,6 +182,7 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
             r_velocity_by: one_at(Unknown::LogVelocityNoise, 2.0 * r_velocity),
             r_position_by: one_at(Unknown::LogPositionNoise, 2.0 * r_position),
             is_lever: [one_at(Unknown::LeverFirst, 1.0), one_at(Unknown::LeverSecond, 1.0)],
+            is_offset: one_at(Unknown::VelocityOffset, 1.0),
             state,
             cost: 0.0,
             gradient: [0.0; N],
@@ -198,17 +192,17 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
     }
 
     /// Runs the filter over the trial.
-    fn run(mut self) -> Likelihood {
-        self.measure(0);
-        let mut discrete = self.discrete(self.schedule.length(0));
-        for k in 0..self.drive.tau.len() {
-            let h = self.schedule.length(k);
-            // Decimal time stamps differ in their last digits; steps do not.
-            if (h - discrete.h).abs() > 1e-9 {
-                discrete = self.discrete(h);
+    fn run(mut self, steps: impl Iterator<Item = Stop>, mut drive: Drive<'_>) -> Likelihood {
+        let mut discrete = self.discrete(0.0);
+        for stop in steps {
+            if stop.length_s > 0.0 {
+                // Decimal time stamps differ in their last digits; steps do not.
+                if (stop.length_s - discrete.h).abs() > 1e-9 {
+                    discrete = self.discrete(stop.length_s);
+                }
+                self.predict(&drive.until(&stop), &discrete);
             }
-            self.predict(k, &discrete);
-            self.measure(k + 1);
+            self.measure(&stop.measured);
         }
         let n = self.active.len().min(N);
         let is_finite = self.cost.is_finite() && self.state.v.is_finite();
@@ -237,14 +231,14 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
 
     /// One step: the mean by its Taylor series to third order, the covariance by the
     /// transition matrix to second.
-    fn predict(&mut self, k: usize, step: &Discrete) {
+    fn predict(&mut self, push: &Push, step: &Discrete) {
         let Discrete { h, rho, .. } = *step;
         let s = &self.state;
         let r = s.v - self.current;
         let (speed, sign) = (r.abs(), r.signum());
-        let linear = self.mu - self.alpha * self.inflow * self.drive.gamma[k];
+        let linear = self.mu - self.alpha * self.inflow * push.gamma;
         let a = 2.0 * self.beta * speed + linear;
-        let f = self.alpha * self.drive.tau[k] + (self.beta * speed + linear) * r + self.bias + s.d;
+        let f = self.alpha * push.tau + (self.beta * speed + linear) * r + self.bias + s.d;
         let bend = 2.0 * self.beta * sign;
         let t = self.inverse_t;
         let g2 = a * f - s.d * t;
@@ -259,7 +253,7 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
         let cov_p = s.pp + eta * s.pv + h2 * s.pd;
 
         if N > 0 {
-            let (f_by, a_by) = self.partials(k, r, speed, sign);
+            let (f_by, a_by) = self.partials(push, r, speed, sign);
             self.predict_sensitivities(&Step {
                 step,
                 f_by,
@@ -296,9 +290,9 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
     }
 
     /// ∂f and ∂a by each fitted unknown, the states held.
-    fn partials(&self, k: usize, r: f64, speed: f64, sign: f64) -> (Row<N>, Row<N>) {
+    fn partials(&self, push: &Push, r: f64, speed: f64, sign: f64) -> (Row<N>, Row<N>) {
         let (mut f_by, mut a_by) = ([0.0; N], [0.0; N]);
-        let gamma = self.drive.gamma[k];
+        let gamma = push.gamma;
         let a = 2.0 * self.beta * speed + self.mu - self.alpha * self.inflow * gamma;
         let mut set = |unknown, f: f64, a: f64| {
             if let Some(j) = self.active.column(unknown).filter(|j| *j < N) {
@@ -306,15 +300,15 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
                 a_by[j] = a;
             }
         };
-        set(Unknown::Alpha, self.drive.tau[k] - self.inflow * gamma * r, -self.inflow * gamma);
+        set(Unknown::Alpha, push.tau - self.inflow * gamma * r, -self.inflow * gamma);
         set(Unknown::Beta, speed * r, 2.0 * speed);
         set(Unknown::Mu, r, 1.0);
         set(Unknown::Bias, 1.0, 0.0);
         set(Unknown::Current, -a, -2.0 * self.beta * sign);
         set(Unknown::Inflow, -self.alpha * gamma * r, -self.alpha * gamma);
         for (i, unknown) in SHAPING.into_iter().enumerate() {
-            let lost = self.inflow * self.drive.gamma_by[k][i];
-            let f = self.alpha * (self.drive.tau_by[k][i] - lost * r);
+            let lost = self.inflow * push.gamma_by[i];
+            let f = self.alpha * (push.tau_by[i] - lost * r);
             set(unknown, f, -self.alpha * lost);
         }
         (f_by, a_by)
@@ -369,8 +363,7 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
     }
 
     /// Takes in what was measured at an instant.
-    fn measure(&mut self, instant: usize) {
-        let measured = self.schedule.measured[instant];
+    fn measure(&mut self, measured: &Measured) {
         if let Some(y) = measured.velocity {
             self.measure_velocity(y, measured.lever);
         }
@@ -383,19 +376,35 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
         let (r, r_by) = (self.r_velocity, self.r_velocity_by);
         let s = &mut self.state;
         let turning = self.lever[0] * rates[0] + self.lever[1] * rates[1];
-        let (e, total) = (y - turning - s.v, s.vv + r);
+        let (e, total) = (y - turning - self.offset - s.v, s.vv + r);
         let (mut e_by, mut total_by) = ([0.0; N], [0.0; N]);
-        let (gain_v, gain_d) = (s.vv / total, s.vd / total);
+        let (gain_p, gain_v, gain_d) = (s.pv / total, s.vv / total, s.vd / total);
         for j in 0..N {
-            e_by[j] = -s.v_by[j] - self.is_lever[0][j] * rates[0] - self.is_lever[1][j] * rates[1];
+            e_by[j] = -s.v_by[j]
+                - self.is_lever[0][j] * rates[0]
+                - self.is_lever[1][j] * rates[1]
+                - self.is_offset[j];
             total_by[j] = s.vv_by[j] + r_by[j];
             let gain_v_by = (s.vv_by[j] - gain_v * total_by[j]) / total;
             let gain_d_by = (s.vd_by[j] - gain_d * total_by[j]) / total;
+            if POSITION {
+                let gain_p_by = (s.pv_by[j] - gain_p * total_by[j]) / total;
+                s.pp_by[j] -= gain_p_by * s.pv + gain_p * s.pv_by[j];
+                s.pd_by[j] -= gain_p_by * s.vd + gain_p * s.vd_by[j];
+                s.p_by[j] += gain_p_by * e + gain_p * e_by[j];
+                s.pv_by[j] = r_by[j] * gain_p + r * gain_p_by;
+            }
             s.dd_by[j] -= gain_d_by * s.vd + gain_d * s.vd_by[j];
             s.d_by[j] += gain_d_by * e + gain_d * e_by[j];
             s.v_by[j] += gain_v_by * e + gain_v * e_by[j];
             s.vv_by[j] = r_by[j] * gain_v + r * gain_v_by;
             s.vd_by[j] = r_by[j] * gain_d + r * gain_d_by;
+        }
+        if POSITION {
+            s.p += gain_p * e;
+            s.pp -= gain_p * s.pv;
+            s.pd -= gain_p * s.vd;
+            s.pv = r * gain_p;
         }
         s.v += gain_v * e;
         s.d += gain_d * e;

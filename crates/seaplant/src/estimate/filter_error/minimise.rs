@@ -40,14 +40,14 @@ const POOR_STEPS: usize = 3;
 /// Logged thrust jumps, so the cost has a kink in the delay wherever a jump meets the end
 /// of a step. Where descent ends at one, the delay stays there and the rest goes on.
 pub(crate) fn minimise(problem: &Problem<'_>, start: DVector<f64>) -> Optimum {
-    let unknowns = problem.unknowns();
+    let unknowns = problem.numbers();
     let mut descent = Descent { theta: start, damping: FIRST_DAMPING, at_kink: false, poor: 0 };
     let mut here = problem.evaluate(&descent.theta);
     for iterations in 0..MOST_ITERATIONS {
-        let free = descent.free(&unknowns, &here.1);
-        let promise = damped_step(&here.2, &here.1, &free, LEAST_DAMPING)
-            .map_or(f64::INFINITY, |step| -here.1.dot(&step));
-        let moved = promise >= CONVERGED && descent.step(problem, &unknowns, &here, &free);
+        let free = descent.free(unknowns, &here.1);
+        let step = damped_step(&here.2, &here.1, &descent.room(unknowns), &free, LEAST_DAMPING);
+        let promise = step.map_or(f64::INFINITY, |step| promise(&here.2, &here.1, &step));
+        let moved = promise >= CONVERGED && descent.step(problem, unknowns, &here, &free);
         if !moved {
             let converged = promise < ROUNDING;
             let has_kink = !descent.at_kink && unknowns.contains(&Unknown::Delay);
@@ -94,6 +94,15 @@ impl Descent {
         free
     }
 
+    /// How far down and up each number may go.
+    fn room(&self, unknowns: &[Unknown]) -> Vec<(f64, f64)> {
+        let of = |(unknown, at): (&Unknown, &f64)| {
+            let (low, high) = limits(*unknown);
+            (low - at, high - at)
+        };
+        unknowns.iter().zip(self.theta.iter()).map(of).collect()
+    }
+
     /// Takes the longest step that lowers the cost; whether there was one.
     fn step(
         &mut self,
@@ -103,7 +112,8 @@ impl Descent {
         free: &[bool],
     ) -> bool {
         while self.damping < MOST_DAMPING {
-            let next = damped_step(information, gradient, free, self.damping)
+            let room = self.room(unknowns);
+            let next = damped_step(information, gradient, &room, free, self.damping)
                 .map(|step| within(unknowns, &self.theta, &step))
                 .filter(|next| problem.cost(next) < *cost);
             if let Some(next) = next {
@@ -126,10 +136,34 @@ fn free(unknowns: &[Unknown], theta: &DVector<f64>, gradient: &DVector<f64>) -> 
     unknowns.iter().enumerate().map(is_free).collect()
 }
 
+/// The damped step of Gauss and Newton. A number that would leave its limits goes to the
+/// limit, and the others to where they suit it best.
 fn damped_step(
     information: &DMatrix<f64>,
     gradient: &DVector<f64>,
+    room: &[(f64, f64)],
     free: &[bool],
+    damping: f64,
+) -> Option<DVector<f64>> {
+    let n = gradient.len();
+    let mut free = free.to_vec();
+    let mut fixed = DVector::zeros(n);
+    for _ in 0..=n {
+        let step = partial_step(information, gradient, &free, &fixed, damping)?;
+        let leaves = |j: &usize| free[*j] && (step[*j] < room[*j].0 || step[*j] > room[*j].1);
+        let Some(j) = (0..n).find(leaves) else { return Some(step) };
+        free[j] = false;
+        fixed[j] = step[j].clamp(room[j].0, room[j].1);
+    }
+    None
+}
+
+/// The step of the free numbers beside given steps of the others.
+fn partial_step(
+    information: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    free: &[bool],
+    fixed: &DVector<f64>,
     damping: f64,
 ) -> Option<DVector<f64>> {
     let n = gradient.len();
@@ -140,9 +174,15 @@ fn damped_step(
         (false, true) => information[(i, j)] * scale[i] * scale[j],
         (false, false) => 0.0,
     });
-    let downhill = DVector::from_fn(n, |j, _| if free[j] { -gradient[j] * scale[j] } else { 0.0 });
-    let step = Cholesky::new(scaled)?.solve(&downhill).component_mul(&scale);
+    let pull = gradient + information * fixed;
+    let downhill = DVector::from_fn(n, |j, _| if free[j] { -pull[j] * scale[j] } else { 0.0 });
+    let step = Cholesky::new(scaled)?.solve(&downhill).component_mul(&scale) + fixed;
     step.iter().all(|x| x.is_finite()).then_some(step)
+}
+
+/// Twice what a step would lower the cost by, if it were a parabola.
+fn promise(information: &DMatrix<f64>, gradient: &DVector<f64>, step: &DVector<f64>) -> f64 {
+    -2.0 * gradient.dot(step) - step.dot(&(information * step))
 }
 
 /// Where a number means something.
@@ -163,7 +203,8 @@ pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
         | Unknown::Current
         | Unknown::Inflow
         | Unknown::LeverFirst
-        | Unknown::LeverSecond => (f64::NEG_INFINITY, f64::INFINITY),
+        | Unknown::LeverSecond
+        | Unknown::VelocityOffset => (f64::NEG_INFINITY, f64::INFINITY),
     }
 }
 

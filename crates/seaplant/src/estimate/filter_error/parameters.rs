@@ -25,6 +25,8 @@ pub(crate) enum Unknown {
     LeverFirst,
     /// The same along the second axis, m.
     LeverSecond,
+    /// What the velocity sensor reads at rest, m/s; seen beside position, one for each trial.
+    VelocityOffset,
     /// Logarithm of the standard deviation of the disturbance, m/s².
     LogDisturbance,
     /// Logarithm of its correlation time, s.
@@ -35,8 +37,15 @@ pub(crate) enum Unknown {
     LogPositionNoise,
 }
 
+impl Unknown {
+    /// Whether each trial has its own: a current is of a place and a day.
+    pub(crate) const fn is_of_trial(self) -> bool {
+        matches!(self, Self::Current | Self::VelocityOffset)
+    }
+}
+
 /// How many unknowns there are.
-pub(crate) const UNKNOWNS: usize = 15;
+pub(crate) const UNKNOWNS: usize = 16;
 
 /// Values of all unknowns for one trial; those that are not fitted keep theirs.
 #[derive(Clone, Copy, Debug, PartialEq)]

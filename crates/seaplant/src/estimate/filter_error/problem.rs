@@ -5,8 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::drive::Drive;
 use super::kalman::{Likelihood, Start, Wanted, likelihood};
 use super::parameters::{Active, Unknown, Values};
-use super::schedule::Schedule;
-use crate::navigation::Motion;
+use super::schedule::Measurements;
 use crate::{AxisRecord, ThrusterTrack};
 
 /// What is believed of an unknown before any log is read: a normal distribution.
@@ -22,96 +21,140 @@ pub(crate) struct Prior {
 pub(crate) struct Record {
     pub(crate) trial: String,
     tracks: Vec<ThrusterTrack>,
-    pub(crate) schedule: Schedule,
+    pub(crate) measurements: Measurements,
     start: Start,
+    /// Trials of one kind may have a plant of their own: see [`Problem::apart`].
+    pub(crate) kind: Kind,
+}
+
+/// What a trial is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// The vehicle is moved to and fro.
+    Unsteady,
+    /// It runs at constant thrust.
+    Steady,
 }
 
 /// The part of the greatest speed by which the first velocity may be off.
 const START_PART: f64 = 0.3;
 
 impl Record {
-    pub(crate) fn of(axis: &AxisRecord) -> Self {
-        let series = axis.motion.series();
+    pub(crate) fn of(axis: &AxisRecord, kind: Kind) -> Self {
         let velocity = axis.velocity().map_or_else(|_| Vec::new(), |v| v.values().to_vec());
         let fastest = velocity.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
         let early = &velocity[..velocity.len().min(5)];
         let first = early.iter().sum::<f64>() / early.len().max(1) as f64;
         let spread = (START_PART * fastest).max(f64::MIN_POSITIVE);
-        let (position, position_spread) = match &axis.motion {
-            Motion::Position(_) => (series.values()[0], spread * series.period_s().max(0.1)),
-            Motion::Velocity(_) => (0.0, 1.0),
+        let measurements = Measurements::of(axis);
+        let position = measurements.position();
+        // It may have moved between the first velocity and the first position.
+        let wait_s = position.map_or(0.0, |p| p.first_s() - measurements.first_s());
+        let sample_s = position.map_or(0.0, |p| p.period_s().max(0.1));
+        let start = Start {
+            velocity: first,
+            velocity_variance: spread * spread,
+            position: position.map_or(0.0, |p| p.values()[0] - wait_s * first),
+            position_variance: (spread * sample_s.max(wait_s)).powi(2).max(f64::MIN_POSITIVE),
         };
-        Self {
-            trial: axis.trial.clone(),
-            tracks: axis.tracks(),
-            schedule: Schedule::of(axis),
-            start: Start {
-                velocity: first,
-                velocity_variance: spread * spread,
-                position,
-                position_variance: position_spread * position_spread,
-            },
-        }
+        Self { trial: axis.trial.clone(), tracks: axis.tracks(), measurements, start, kind }
     }
+}
+
+/// Whose a number is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Home {
+    All,
+    Kind(Kind),
+    Trial(usize),
 }
 
 /// Where in the vector of all fitted numbers each trial finds its own.
 #[derive(Clone, Debug)]
 pub(crate) struct Problem<'a> {
     pub(crate) records: &'a [Record],
-    /// Fitted, and the same in every trial.
-    pub(crate) shared: Vec<Unknown>,
-    /// Fitted for each trial by itself.
-    pub(crate) own: Vec<Unknown>,
+    /// The fitted unknowns of each record, in the order of its columns.
+    active: Active,
+    /// For each record, where its columns stand among all numbers.
+    places: Vec<Vec<usize>>,
+    /// The unknown behind each number.
+    numbers: Vec<Unknown>,
     pub(crate) priors: &'a [Prior],
     /// Values of what is not fitted.
     pub(crate) fixed: Values,
-    active: Active,
 }
 
 impl<'a> Problem<'a> {
+    /// All trials share every unknown that is not of a trial.
     pub(crate) fn new(
         records: &'a [Record],
         unknowns: &[Unknown],
         priors: &'a [Prior],
         fixed: Values,
     ) -> Self {
-        // A current is of a place and a day; all else is of the vehicle.
-        let is_own = |unknown: &Unknown| *unknown == Unknown::Current;
+        Self::apart(records, unknowns, &[], priors, fixed)
+    }
+
+    /// As [`Problem::new`], but steady trials have some unknowns by themselves.
+    pub(crate) fn apart(
+        records: &'a [Record],
+        unknowns: &[Unknown],
+        apart: &[Unknown],
+        priors: &'a [Prior],
+        fixed: Values,
+    ) -> Self {
+        // Shared ones first, so that they keep their places whatever the trials.
         let (own, shared): (Vec<Unknown>, Vec<Unknown>) =
-            unknowns.iter().copied().partition(is_own);
-        let active = Active::new(&[shared.clone(), own.clone()].concat());
-        Self { records, shared, own, priors, fixed, active }
+            unknowns.iter().copied().partition(|unknown| unknown.is_of_trial());
+        let active = Active::new(&[shared, own].concat());
+        let mut numbers: Vec<Unknown> = Vec::new();
+        let mut homes: Vec<(Unknown, Home)> = Vec::new();
+        let mut places = vec![Vec::new(); records.len()];
+        for &unknown in &active.unknowns {
+            for (k, record) in records.iter().enumerate() {
+                let home = match unknown {
+                    _ if unknown.is_of_trial() => Home::Trial(k),
+                    _ if apart.contains(&unknown) => Home::Kind(record.kind),
+                    _ => Home::All,
+                };
+                let known = homes.iter().position(|known| *known == (unknown, home));
+                places[k].push(known.unwrap_or(numbers.len()));
+                if known.is_none() {
+                    homes.push((unknown, home));
+                    numbers.push(unknown);
+                }
+            }
+        }
+        Self { records, active, places, numbers, priors, fixed }
     }
 
     /// How many numbers are fitted.
     pub(crate) fn len(&self) -> usize {
-        self.shared.len() + self.own.len() * self.records.len()
-    }
-
-    /// Where the j-th column of a trial stands among all numbers.
-    fn place(&self, record: usize, column: usize) -> usize {
-        if column < self.shared.len() { column } else { column + record * self.own.len() }
+        self.numbers.len()
     }
 
     /// The unknown behind each fitted number.
-    pub(crate) fn unknowns(&self) -> Vec<Unknown> {
-        let own = self.records.iter().flat_map(|_| self.own.iter().copied());
-        self.shared.iter().copied().chain(own).collect()
+    pub(crate) fn numbers(&self) -> &[Unknown] {
+        &self.numbers
+    }
+
+    /// The fitted unknowns.
+    pub(crate) fn unknowns(&self) -> &[Unknown] {
+        &self.active.unknowns
     }
 
     /// The values of one trial.
     pub(crate) fn values(&self, theta: &DVector<f64>, record: usize) -> Values {
         let mut values = self.fixed;
-        for (j, unknown) in self.active.unknowns.iter().enumerate() {
-            values.set(*unknown, theta[self.place(record, j)]);
+        for (unknown, place) in self.active.unknowns.iter().zip(&self.places[record]) {
+            values.set(*unknown, theta[*place]);
         }
         values
     }
 
     /// The place of a trial's unknown among all numbers, if it is fitted.
     pub(crate) fn index(&self, unknown: Unknown, record: usize) -> Option<usize> {
-        self.active.column(unknown).map(|j| self.place(record, j))
+        self.active.column(unknown).map(|j| self.places[record][j])
     }
 
     /// Cost alone.
@@ -128,11 +171,10 @@ impl<'a> Problem<'a> {
         for record in 0..self.records.len() {
             let one = self.likelihood(theta, record, Wanted::Sensitivities);
             cost += one.cost;
-            for j in 0..self.active.len() {
-                let row = self.place(record, j);
+            for (j, &row) in self.places[record].iter().enumerate() {
                 gradient[row] += one.gradient[j];
-                for i in 0..self.active.len() {
-                    information[(self.place(record, i), row)] += one.information[(i, j)];
+                for (i, &column) in self.places[record].iter().enumerate() {
+                    information[(column, row)] += one.information[(i, j)];
                 }
             }
         }
@@ -150,26 +192,25 @@ impl<'a> Problem<'a> {
     }
 
     fn likelihood(&self, theta: &DVector<f64>, record: usize, wanted: Wanted) -> Likelihood {
-        let Record { tracks, schedule, start, .. } = &self.records[record];
-        let values = self.values(theta, record);
-        let drive = Drive::of(tracks, schedule, &values);
-        likelihood(schedule, &drive, &self.active, &values, *start, wanted)
+        self.likelihood_of(&self.records[record], &self.values(theta, record), wanted)
     }
 
-    /// Cost of trials that were not fitted, at the values of those that were; a current is
-    /// the mean of theirs.
+    fn likelihood_of(&self, record: &Record, values: &Values, wanted: Wanted) -> Likelihood {
+        let Record { tracks, measurements, start, .. } = record;
+        let drive = Drive::new(tracks, values, measurements.first_s());
+        likelihood(measurements, drive, &self.active, values, *start, wanted)
+    }
+
+    /// Cost of trials that were not fitted, at the values of those that were; what each
+    /// trial has by itself is the mean of theirs.
     pub(crate) fn cost_of_others(&self, theta: &DVector<f64>, others: &[Record]) -> f64 {
         let mut values = self.values(theta, 0);
-        let count = self.records.len();
-        for unknown in &self.own {
-            let of = |record| self.index(*unknown, record).map_or(0.0, |place| theta[place]);
-            values.set(*unknown, (0..count).map(of).sum::<f64>() / count as f64);
+        for unknown in self.active.unknowns.iter().filter(|unknown| unknown.is_of_trial()) {
+            let each = theta.iter().zip(&self.numbers).filter(|(_, number)| *number == unknown);
+            let (sum, count) = each.fold((0.0, 0.0), |(sum, n), (x, _)| (sum + x, n + 1.0));
+            values.set(*unknown, sum / count);
         }
-        let cost = |record: &Record| {
-            let drive = Drive::of(&record.tracks, &record.schedule, &values);
-            let Record { schedule, start, .. } = record;
-            likelihood(schedule, &drive, &self.active, &values, *start, Wanted::Cost).cost
-        };
+        let cost = |record: &Record| self.likelihood_of(record, &values, Wanted::Cost).cost;
         others.iter().map(cost).sum()
     }
 
@@ -181,16 +222,14 @@ impl<'a> Problem<'a> {
     }
 
     fn priors_in_place(&self) -> impl Iterator<Item = (usize, Prior)> + '_ {
-        let places = move |prior: &Prior| {
-            let prior = *prior;
-            let copies = if self.own.contains(&prior.unknown) { self.records.len() } else { 1 };
-            (0..copies).filter_map(move |k| Some((self.index(prior.unknown, k)?, prior)))
-        };
-        self.priors.iter().flat_map(places)
+        self.numbers.iter().enumerate().flat_map(|(place, number)| {
+            let of_number = self.priors.iter().filter(|prior| prior.unknown == *number);
+            of_number.map(move |prior| (place, *prior))
+        })
     }
 
     /// How many measurements there are.
     pub(crate) fn samples(&self) -> usize {
-        self.records.iter().map(|record| record.schedule.samples()).sum()
+        self.records.iter().map(|record| record.measurements.samples()).sum()
     }
 }

@@ -6,7 +6,10 @@ use crate::{AxisRecord, Timed};
 /// The longest step, s: drag changes a vehicle's speed over seconds.
 pub(crate) const LONGEST_STEP_S: f64 = 0.1;
 
-/// What was measured at the end of a step.
+/// Samples this close in time are of one instant, s: the rounding of decimal time stamps.
+const ROUNDING_S: f64 = 1e-7;
+
+/// What was measured at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Measured {
     /// m/s or rad/s.
@@ -17,99 +20,212 @@ pub(crate) struct Measured {
     pub(crate) lever: [f64; 2],
 }
 
-/// The instants of a trial at which the filter stops.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Schedule {
-    /// Instants, s: the first measurement, then the end of each step.
-    pub(crate) time_s: Vec<f64>,
-    /// What was measured at each.
-    pub(crate) measured: Vec<Measured>,
-    /// Whether position is among it.
-    pub(crate) has_position: bool,
+/// The end of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stop {
+    /// When, s.
+    pub(crate) time_s: f64,
+    /// Length of the step that ends here, s; 0 at the first instant.
+    pub(crate) length_s: f64,
+    /// What was measured here.
+    pub(crate) measured: Measured,
 }
 
-impl Schedule {
-    /// The steps of one record: every measurement is the end of one, and none is longer
-    /// than 0.1 s.
+/// What a record measured of one degree of freedom, each instrument at its own times.
+#[derive(Clone, Debug)]
+pub(crate) struct Measurements {
+    velocity: Option<Timed>,
+    position: Option<Timed>,
+    /// For each sample of velocity; empty where the vehicle's turning is not known.
+    lever: Vec<[f64; 2]>,
+}
+
+impl Measurements {
     pub(crate) fn of(axis: &AxisRecord) -> Self {
-        let series = axis.motion.series();
-        let has_position = matches!(axis.motion, Motion::Position(_));
-        let mut schedule = Self { time_s: Vec::new(), measured: Vec::new(), has_position };
-        for (&t, &y) in series.time_s().iter().zip(series.values()) {
-            schedule.step_to(t);
-            schedule.measured.push(if has_position {
-                Measured { position: Some(y), ..Default::default() }
-            } else {
-                let lever = axis.lever_rates.as_ref().map(|[a, b]| [a.at(t), b.at(t)]);
-                Measured { velocity: Some(y), position: None, lever: lever.unwrap_or_default() }
-            });
-            schedule.time_s.push(t);
-        }
-        schedule
+        let (velocity, position) = match &axis.motion {
+            Motion::Velocity(velocity) => (Some(velocity.clone()), axis.believable_position()),
+            Motion::Position(position) => (None, Some(position.clone())),
+        };
+        let lever = velocity.as_ref().zip(axis.lever_rates.as_ref()).map(|(velocity, [a, b])| {
+            velocity.time_s().iter().map(|&t| [a.at(t), b.at(t)]).collect()
+        });
+        Self { velocity, position, lever: lever.unwrap_or_default() }
     }
 
-    /// Steps through instants at which nothing is measured.
-    pub(crate) fn through(times_s: &[f64]) -> Self {
-        let mut schedule = Self { time_s: Vec::new(), measured: Vec::new(), has_position: false };
-        for &t in times_s {
-            schedule.step_to(t);
-            schedule.measured.push(Measured::default());
-            schedule.time_s.push(t);
-        }
-        schedule
+    pub(crate) fn velocity(&self) -> Option<&Timed> {
+        self.velocity.as_ref()
     }
 
-    /// Adds the steps without measurement on the way to `t_s`.
-    fn step_to(&mut self, t_s: f64) {
-        let Some(&before) = self.time_s.last() else { return };
-        // Half a millionth of a step forgives the rounding of decimal time stamps.
-        let steps = ((t_s - before) / LONGEST_STEP_S - 5e-7).ceil().max(1.0) as usize;
-        let h = (t_s - before) / steps as f64;
-        for k in 1..steps {
-            self.time_s.push(before + k as f64 * h);
-            self.measured.push(Measured::default());
-        }
+    pub(crate) fn position(&self) -> Option<&Timed> {
+        self.position.as_ref()
     }
 
     /// How many measurements there are.
     pub(crate) fn samples(&self) -> usize {
-        let is_any = |m: &&Measured| m.velocity.is_some() || m.position.is_some();
-        self.measured.iter().filter(is_any).count()
+        [&self.velocity, &self.position].into_iter().flatten().map(Timed::len).sum()
     }
 
-    /// Length of step k, which ends at instant k + 1.
-    pub(crate) fn length(&self, k: usize) -> f64 {
-        self.time_s[k + 1] - self.time_s[k]
+    /// When the first was taken, s.
+    pub(crate) fn first_s(&self) -> f64 {
+        let both = [&self.velocity, &self.position].into_iter().flatten();
+        both.map(Timed::first_s).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The steps through all of them: every measurement is the end of one, and none is
+    /// longer than 0.1 s.
+    pub(crate) fn steps(&self) -> Steps<impl Iterator<Item = (f64, Measured)> + '_> {
+        Steps::new(self.in_order())
+    }
+
+    fn in_order(&self) -> impl Iterator<Item = (f64, Measured)> + '_ {
+        fn samples(series: Option<&Timed>) -> impl Iterator<Item = (usize, (f64, f64))> + '_ {
+            let (t, x) = series.map_or((&[][..], &[][..]), |x| (x.time_s(), x.values()));
+            (t.iter().copied()).zip(x.iter().copied()).enumerate()
+        }
+        let mut velocity = samples(self.velocity()).peekable();
+        let mut position = samples(self.position()).peekable();
+        std::iter::from_fn(move || {
+            let next =
+                |sample: Option<&(usize, (f64, f64))>| sample.map_or(f64::INFINITY, |s| s.1.0);
+            let time_s = next(velocity.peek()).min(next(position.peek()));
+            let mut measured = Measured::default();
+            let is_now = |sample: &(usize, (f64, f64))| sample.1.0 <= time_s + ROUNDING_S;
+            if let Some((k, (_, v))) = velocity.next_if(is_now) {
+                measured.velocity = Some(v);
+                measured.lever = self.lever.get(k).copied().unwrap_or_default();
+            }
+            measured.position = position.next_if(is_now).map(|(_, (_, p))| p);
+            time_s.is_finite().then_some((time_s, measured))
+        })
     }
 }
 
-/// ∫ x dt of a held signal, for any time.
+/// Steps from one instant to the next, cut to be at most 0.1 s long.
+pub(crate) struct Steps<I> {
+    instants: I,
+    /// The last instant, and the next with what was measured there.
+    from_s: Option<f64>,
+    to: (f64, Measured),
+    /// Steps between the two, and how many of them are made.
+    count: usize,
+    made: usize,
+}
+
+impl<I: Iterator<Item = (f64, Measured)>> Steps<I> {
+    fn new(instants: I) -> Self {
+        Self { instants, from_s: None, to: (0.0, Measured::default()), count: 0, made: 0 }
+    }
+}
+
+impl<I: Iterator<Item = (f64, Measured)>> Iterator for Steps<I> {
+    type Item = Stop;
+
+    #[inline]
+    fn next(&mut self) -> Option<Stop> {
+        if self.made == self.count {
+            let before = (self.count > 0).then_some(self.to.0);
+            self.to = self.instants.next()?;
+            self.made = 0;
+            self.from_s = before;
+            // Half a millionth of a step forgives the rounding of decimal time stamps.
+            let steps =
+                |from_s: f64| ((self.to.0 - from_s) / LONGEST_STEP_S - 5e-7).ceil().max(1.0);
+            self.count = before.map_or(1, |from_s| steps(from_s) as usize);
+        }
+        self.made += 1;
+        let (to_s, measured) = self.to;
+        let Some(from_s) = self.from_s else {
+            return Some(Stop { time_s: to_s, length_s: 0.0, measured });
+        };
+        let length_s = (to_s - from_s) / self.count as f64;
+        if self.made == self.count {
+            return Some(Stop { time_s: to_s, length_s, measured });
+        }
+        let time_s = from_s + self.made as f64 * length_s;
+        Some(Stop { time_s, length_s, measured: Measured::default() })
+    }
+}
+
+/// Steps through instants at which nothing is measured.
+pub(crate) fn steps_through(times_s: &[f64]) -> Steps<impl Iterator<Item = (f64, Measured)> + '_> {
+    Steps::new(times_s.iter().map(|&t| (t, Measured::default())))
+}
+
+/// ∫ x dt of a held signal, for times that rise.
+#[derive(Clone, Debug)]
 pub(crate) struct HeldIntegral<'a> {
     series: &'a Timed,
-    /// The integral up to each sample.
-    before: Vec<f64>,
+    /// The sample in effect.
+    at: usize,
+    /// The integral up to it.
+    before: f64,
 }
 
 impl<'a> HeldIntegral<'a> {
     pub(crate) fn new(series: &'a Timed) -> Self {
-        let (t, x) = (series.time_s(), series.values());
-        let mut before = Vec::with_capacity(x.len());
-        let mut sum = 0.0;
-        before.push(sum);
-        for k in 1..x.len() {
-            sum += x[k - 1] * (t[k] - t[k - 1]);
-            before.push(sum);
-        }
-        Self { series, before }
+        Self { series, at: 0, before: 0.0 }
     }
 
-    /// The integral up to `t_s` and the signal there; `from` is where the search starts
-    /// and is moved on, so that rising times cost one step each.
-    pub(crate) fn at(&self, t_s: f64, from: &mut usize) -> (f64, f64) {
+    /// The integral up to `t_s`, from the first sample on, and the signal there.
+    #[inline]
+    pub(crate) fn until(&mut self, t_s: f64) -> (f64, f64) {
         let (t, x) = (self.series.time_s(), self.series.values());
-        while *from + 1 < t.len() && t[*from + 1] <= t_s {
-            *from += 1;
+        while self.at + 1 < t.len() && t[self.at + 1] <= t_s {
+            self.before += x[self.at] * (t[self.at + 1] - t[self.at]);
+            self.at += 1;
         }
-        (self.before[*from] + x[*from] * (t_s - t[*from]), x[*from])
+        (self.before + x[self.at] * (t_s - t[self.at]), x[self.at])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series(time_s: &[f64], values: &[f64]) -> Timed {
+        Timed::new("test", time_s.to_vec(), values.to_vec()).expect("valid")
+    }
+
+    #[test]
+    fn two_instruments_are_met_in_order_and_once_where_they_meet() {
+        let measurements = Measurements {
+            velocity: Some(series(&[0.0, 0.1, 0.4], &[1.0, 2.0, 3.0])),
+            position: Some(series(&[-0.05, 0.1 + 1e-9, 0.5], &[10.0, 11.0, 12.0])),
+            lever: vec![[0.1, 0.0], [0.2, 0.0], [0.3, 0.0]],
+        };
+        let stops: Vec<Stop> = measurements.steps().collect();
+        let seen: Vec<(Option<f64>, Option<f64>)> =
+            stops.iter().map(|s| (s.measured.velocity, s.measured.position)).collect();
+        let nothing = (None, None);
+        assert_eq!(
+            seen,
+            [
+                (None, Some(10.0)),
+                (Some(1.0), None),
+                (Some(2.0), Some(11.0)),
+                nothing,
+                nothing,
+                (Some(3.0), None),
+                (None, Some(12.0))
+            ]
+        );
+        assert_eq!(measurements.samples(), 6);
+        assert_eq!(stops[2].measured.lever, [0.2, 0.0]);
+        let travelled: f64 = stops.iter().map(|stop| stop.length_s).sum();
+        assert!((travelled - 0.55).abs() < 1e-12);
+        assert!(
+            stops.windows(2).all(|w| (w[1].time_s - w[0].time_s - w[1].length_s).abs() < 1e-12)
+        );
+        assert!(stops.iter().all(|stop| stop.length_s < LONGEST_STEP_S + 1e-6));
+    }
+
+    #[test]
+    fn an_integral_of_held_samples_goes_on_before_and_after_them() {
+        let held = series(&[0.0, 1.0, 3.0], &[2.0, -1.0, 4.0]);
+        let mut integral = HeldIntegral::new(&held);
+        assert_eq!(integral.until(-0.5), (-1.0, 2.0));
+        assert_eq!(integral.until(0.5), (1.0, 2.0));
+        assert_eq!(integral.until(2.0), (1.0, -1.0));
+        assert_eq!(integral.until(4.0), (4.0, 4.0));
     }
 }

@@ -32,11 +32,13 @@ pub enum Candidate {
     LeverSecond,
     /// Drag that is linear in speed.
     LinearDrag,
+    /// A constant force.
+    Bias,
 }
 
 impl Candidate {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Lag,
         Self::Delay,
         Self::ReverseRatio,
@@ -45,6 +47,7 @@ impl Candidate {
         Self::LeverFirst,
         Self::LeverSecond,
         Self::LinearDrag,
+        Self::Bias,
     ];
 
     /// As files write it.
@@ -58,6 +61,7 @@ impl Candidate {
             Self::LeverFirst => "lever-first",
             Self::LeverSecond => "lever-second",
             Self::LinearDrag => "linear-drag",
+            Self::Bias => "bias",
         }
     }
 
@@ -71,6 +75,7 @@ impl Candidate {
             Self::LeverFirst => Unknown::LeverFirst,
             Self::LeverSecond => Unknown::LeverSecond,
             Self::LinearDrag => Unknown::Mu,
+            Self::Bias => Unknown::Bias,
         }
     }
 
@@ -84,6 +89,11 @@ impl Candidate {
             }
             _ => true,
         }
+    }
+
+    /// Whether it is a term of the equation of motion, which a user may ask for.
+    pub(crate) const fn is_term(self) -> bool {
+        matches!(self, Self::LinearDrag | Self::Bias)
     }
 
     /// Where a fit with it starts; at zero a lag has nothing to follow.
@@ -105,6 +115,10 @@ pub struct Decision {
     pub likelihood_ratio: f64,
     /// What the Bayesian information criterion asks for: numbers added times ln n.
     pub needed: f64,
+    /// How much it does, for a term: linear drag as a part of quadratic drag at the usual
+    /// speed; a bias force, at the end of its interval that is farther from zero, as a part
+    /// of the usual thrust.
+    pub size: Option<f64>,
     /// Twice the gain in log-likelihood on held-out trials, with everything held that was
     /// fitted; absent without such trials, or if it was not asked for.
     pub hold_out_ratio: Option<f64>,
@@ -119,6 +133,14 @@ pub struct Decision {
 /// parameters simulate worse than wrong ones.
 const HOLD_OUT_SLACK: f64 = -4.0;
 
+/// Linear drag below this part of the quadratic is none, however sharply it is seen: below
+/// what a thrust curve or a log's clock is good for.
+const SLIGHT_LINEAR_DRAG: f64 = 0.01;
+
+/// A bias force stays in the model unless the logs show that it is below this part of the
+/// thrust: a vehicle is seldom neutral, and a simulation without its weight drifts away.
+const SLIGHT_BIAS: f64 = 0.02;
+
 /// A candidate that spoils prediction goes before one that is merely not needed.
 const SEVERE: f64 = 1e3;
 
@@ -131,12 +153,45 @@ pub(crate) struct Search<'a> {
     pub(crate) start: Values,
     /// Trials that are not fitted, to judge candidates by.
     pub(crate) hold_out: &'a [Record],
+    /// What is usual in the fitted trials.
+    pub(crate) usual: Usual,
+}
+
+/// Root mean squares over the fitted trials.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Usual {
+    /// m/s or rad/s.
+    pub(crate) speed: f64,
+    /// N or N m.
+    pub(crate) thrust: f64,
 }
 
 /// A model that was fitted.
 pub(crate) struct Fitted<'a> {
     pub(crate) problem: Problem<'a>,
     pub(crate) optimum: Optimum,
+}
+
+impl<'a> Fitted<'a> {
+    /// Fits all numbers of a problem, starting from another fit where it has them.
+    pub(crate) fn of(problem: Problem<'a>, from: Option<&Fitted<'_>>, at: &Values) -> Self {
+        let mut theta = DVector::zeros(problem.len());
+        for record in 0..problem.records.len() {
+            for &unknown in problem.unknowns() {
+                let Some(place) = problem.index(unknown, record) else { continue };
+                let known = from.and_then(|from| from.value(unknown, record));
+                theta[place] = known.unwrap_or_else(|| at.get(unknown));
+            }
+        }
+        let optimum = minimise(&problem, theta);
+        Self { problem, optimum }
+    }
+
+    /// What was found for a trial; of one that was not there, what the first has.
+    fn value(&self, unknown: Unknown, record: usize) -> Option<f64> {
+        let record = if record < self.problem.records.len() { record } else { 0 };
+        self.problem.index(unknown, record).map(|place| self.optimum.theta[place])
+    }
 }
 
 impl<'a> Search<'a> {
@@ -148,20 +203,7 @@ impl<'a> Search<'a> {
         at: &Values,
     ) -> Fitted<'a> {
         let problem = Problem::new(self.records, unknowns, self.priors, self.fixed);
-        let mut theta = DVector::zeros(problem.len());
-        for record in 0..self.records.len() {
-            for &unknown in unknowns {
-                let known = from.and_then(|from| {
-                    let place = from.problem.index(unknown, record)?;
-                    Some(from.optimum.theta[place])
-                });
-                if let Some(place) = problem.index(unknown, record) {
-                    theta[place] = known.unwrap_or_else(|| at.get(unknown));
-                }
-            }
-        }
-        let optimum = minimise(&problem, theta);
-        Fitted { problem, optimum }
+        Fitted::of(problem, from, at)
     }
 
     /// Starts with every candidate in the model and leaves out, one by one, the one that is
@@ -174,38 +216,56 @@ impl<'a> Search<'a> {
         base: Fitted<'a>,
         candidates: &[Candidate],
     ) -> (Fitted<'a>, Vec<Decision>) {
+        if candidates.is_empty() {
+            return (base, Vec::new());
+        }
         let mut kept = candidates.to_vec();
         let mut model = self.full(&base, &kept);
         if !model.optimum.converged {
             // Too much for these logs: begin with what the score test sees.
-            kept.retain(|c| self.score(&base, *c).unwrap_or(0.0) > self.needed(*c));
+            let is_seen = |c: &Candidate| self.score(&base, *c).unwrap_or(0.0) > self.needed(*c);
+            kept.retain(|c| c.is_term() || is_seen(c));
             model = self.full(&base, &kept);
         }
-        while let Some((least, without)) = self.least_worth(&model, &kept) {
-            if self.decide(least, &model, &without).admitted {
+        let mut needed_anyway = Vec::new();
+        while let Some((least, without)) = self.least_worth(&model, &kept, &needed_anyway) {
+            let decision = self.decide(least, &model, &without);
+            if !decision.admitted {
+                kept.retain(|candidate| *candidate != least);
+                model = without;
+            } else if decision.likelihood_ratio < decision.needed {
+                needed_anyway.push(least);
+            } else {
                 break;
             }
-            kept.retain(|candidate| *candidate != least);
-            model = without;
         }
         self.take_back(candidates, &mut kept, &mut model);
-        let decisions = candidates.iter().map(|&candidate| {
-            if kept.contains(&candidate) {
-                let without = self.without(&model, candidate);
-                Decision { admitted: true, ..self.decide(candidate, &model, &without) }
-            } else {
-                let ratio = self.score(&model, candidate).unwrap_or(0.0);
-                Decision { admitted: false, ..self.decision(candidate, ratio, None) }
-            }
-        });
+        let decisions =
+            candidates.iter().map(|&c| self.final_decision(c, &model, kept.contains(&c)));
         let decisions = decisions.collect();
         (model, decisions)
+    }
+
+    fn final_decision(&self, candidate: Candidate, model: &Fitted<'a>, kept: bool) -> Decision {
+        if kept {
+            let without = self.without(model, candidate);
+            return Decision { admitted: true, ..self.decide(candidate, model, &without) };
+        }
+        let with = candidate.is_term().then(|| self.with(model, &[candidate]));
+        let decision = match with.filter(|with| with.optimum.converged) {
+            Some(with) => self.decide(candidate, &with, model),
+            None => {
+                let ratio = self.score(model, candidate).unwrap_or(0.0);
+                self.decision(candidate, ratio, None, None)
+            }
+        };
+        Decision { admitted: false, ..decision }
     }
 
     /// The model with all of the candidates, from several starts: a disturbance that
     /// forgets quickly can take the place of a fault that was not in the model yet.
     fn full(&self, base: &Fitted<'a>, candidates: &[Candidate]) -> Fitted<'a> {
-        let mut unknowns = Self::unknowns(base);
+        let mut unknowns = base.problem.unknowns().to_vec();
         unknowns.extend(candidates.iter().map(|candidate| candidate.unknown()));
         let fresh = self.fit(&unknowns, None, &self.start);
         let grown = self.with(base, candidates);
@@ -238,7 +298,7 @@ impl<'a> Search<'a> {
     }
 
     fn needed(&self, candidate: Candidate) -> f64 {
-        let samples: usize = self.records.iter().map(|r| r.schedule.samples()).sum();
+        let samples: usize = self.records.iter().map(|r| r.measurements.samples()).sum();
         self.numbers(candidate) * (samples as f64).ln()
     }
 
@@ -246,12 +306,18 @@ impl<'a> Search<'a> {
         &self,
         candidate: Candidate,
         likelihood_ratio: f64,
+        size: Option<f64>,
         hold_out_ratio: Option<f64>,
     ) -> Decision {
         let needed = self.needed(candidate);
         let predicts = hold_out_ratio.is_none_or(|ratio| ratio > HOLD_OUT_SLACK);
-        let admitted = likelihood_ratio > needed && predicts;
-        Decision { candidate, likelihood_ratio, needed, hold_out_ratio, admitted }
+        let supported = likelihood_ratio > needed && predicts;
+        let admitted = match candidate {
+            Candidate::LinearDrag => supported && size.is_none_or(|size| size > SLIGHT_LINEAR_DRAG),
+            Candidate::Bias => supported || size.is_some_and(|size| size > SLIGHT_BIAS),
+            _ => supported,
+        };
+        Decision { candidate, likelihood_ratio, needed, size, hold_out_ratio, admitted }
     }
 
     /// Whether a candidate is worth its place, by a fit with it and one without.
@@ -260,7 +326,26 @@ impl<'a> Search<'a> {
         let others =
             |fit: &Fitted<'_>| fit.problem.cost_of_others(&fit.optimum.theta, self.hold_out);
         let hold_out = (!self.hold_out.is_empty()).then(|| 2.0 * (others(without) - others(with)));
-        self.decision(candidate, ratio, hold_out)
+        self.decision(candidate, ratio, self.size(candidate, with), hold_out)
+    }
+
+    /// How much a term does in a model that has it.
+    fn size(&self, candidate: Candidate, with: &Fitted<'_>) -> Option<f64> {
+        let Usual { speed, thrust } = self.usual;
+        let values = with.problem.values(&with.optimum.theta, 0);
+        match candidate {
+            Candidate::LinearDrag => {
+                let quadratic = values.get(Unknown::Beta) * speed;
+                Some((values.get(Unknown::Mu) / quadratic).abs())
+            }
+            Candidate::Bias => {
+                let place = with.problem.index(Unknown::Bias, 0)?;
+                let variance = scaled_inverse(&with.optimum.information)?[(place, place)];
+                let farthest = values.get(Unknown::Bias).abs() + 1.96 * variance.sqrt();
+                Some(farthest / (values.get(Unknown::Alpha) * thrust))
+            }
+            _ => None,
+        }
     }
 
     /// The candidate that is worth least, and the model without it.
@@ -271,14 +356,16 @@ impl<'a> Search<'a> {
         &self,
         model: &Fitted<'a>,
         kept: &[Candidate],
+        needed_anyway: &[Candidate],
     ) -> Option<(Candidate, Fitted<'a>)> {
         let wald = |candidate: &Candidate| self.wald(model, *candidate) - self.needed(*candidate);
-        let least = kept.iter().copied().min_by(|a, b| wald(a).total_cmp(&wald(b)))?;
+        let open = || kept.iter().copied().filter(|c| !needed_anyway.contains(c));
+        let least = open().min_by(|a, b| wald(a).total_cmp(&wald(b)))?;
         if wald(&least) < 0.0 {
             return Some((least, self.without(model, least)));
         }
         // Wald's test trusts a parabola; where it keeps all, the likelihood itself decides.
-        kept.iter().map(|&candidate| (candidate, self.without(model, candidate))).min_by(|a, b| {
+        open().map(|candidate| (candidate, self.without(model, candidate))).min_by(|a, b| {
             let worth = |(candidate, without): &(Candidate, Fitted<'a>)| {
                 let decision = self.decide(*candidate, model, without);
                 let held_out = decision.hold_out_ratio.unwrap_or(0.0).min(0.0);
@@ -300,13 +387,9 @@ impl<'a> Search<'a> {
         if candidate == Candidate::Current { sum } else { max }
     }
 
-    fn unknowns(model: &Fitted<'_>) -> Vec<Unknown> {
-        [model.problem.shared.clone(), model.problem.own.clone()].concat()
-    }
-
     /// The model with candidates more.
     fn with(&self, model: &Fitted<'a>, candidates: &[Candidate]) -> Fitted<'a> {
-        let mut unknowns = Self::unknowns(model);
+        let mut unknowns = model.problem.unknowns().to_vec();
         let mut at = self.fixed;
         for candidate in candidates {
             unknowns.push(candidate.unknown());
@@ -317,7 +400,7 @@ impl<'a> Search<'a> {
 
     /// The model with one candidate less.
     fn without(&self, model: &Fitted<'a>, candidate: Candidate) -> Fitted<'a> {
-        let mut unknowns = Self::unknowns(model);
+        let mut unknowns = model.problem.unknowns().to_vec();
         unknowns.retain(|unknown| *unknown != candidate.unknown());
         self.fit(&unknowns, Some(model), &self.fixed)
     }
@@ -325,7 +408,7 @@ impl<'a> Search<'a> {
     /// Rao's score test of a candidate at the optimum without it:
     /// `gᵀ (I_cc − I_cb I_bb⁻¹ I_bc)⁻¹ g`.
     fn score(&self, model: &Fitted<'a>, candidate: Candidate) -> Option<f64> {
-        let mut unknowns = Self::unknowns(model);
+        let mut unknowns = model.problem.unknowns().to_vec();
         unknowns.push(candidate.unknown());
         let problem = Problem::new(self.records, &unknowns, self.priors, self.fixed);
         let mut theta = DVector::zeros(problem.len());

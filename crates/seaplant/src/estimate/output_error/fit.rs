@@ -179,6 +179,7 @@ pub(super) fn into_fit(
         filters: Filters::default(),
         nuisances: Nuisances::default(),
         structure: Vec::new(),
+        steady_test: None,
         caveats: Vec::new(),
     })
 }
