@@ -28,5 +28,5 @@ pub use toml_file::read_toml;
 pub use twin_files::{TextFile, twin_files};
 pub use vehicle_file::{
     AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, QuadraticEntry, SensorEntries, TableEntry,
-    ThrusterEntry, VehicleFile, VoltageEntry, read_vehicle,
+    ThrusterEntry, UncertaintyEntry, VehicleFile, VoltageEntry, read_vehicle,
 };

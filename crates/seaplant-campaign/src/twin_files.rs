@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use seaplant::twin::{TwinCampaign, TwinTrial};
-use seaplant::{Quantity, Sensor, ThrustCurve, Thruster, ThrusterInput, Timed, Vehicle};
+use seaplant::{
+    Quantity, Sensor, ThrustCurve, ThrustUncertainty, Thruster, ThrusterInput, Timed, Vehicle,
+};
 
 use crate::bench::BenchColumns;
 use crate::campaign_file::{
@@ -12,7 +14,7 @@ use crate::campaign_file::{
 };
 use crate::vehicle_file::{
     AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, QuadraticEntry, SensorEntries,
-    ThrusterEntry, VehicleFile,
+    ThrusterEntry, UncertaintyEntry, VehicleFile,
 };
 
 /// A file to write: its path, relative to the campaign's folder, and its content.
@@ -182,6 +184,7 @@ fn vehicle_file(vehicle: &Vehicle) -> VehicleFile {
     VehicleFile {
         name: vehicle.name.clone(),
         dry_mass_kg: vehicle.dry_mass_kg,
+        size_m: vehicle.size_m,
         thruster: vehicle.thrusters.iter().map(thruster_entry).collect(),
         sensor: SensorEntries {
             dvl: Some(DvlEntry {
@@ -222,5 +225,9 @@ fn thruster_entry(thruster: &Thruster) -> ThrusterEntry {
         position_m: thruster.position_body.into(),
         direction: thruster.direction_body.into(),
         curve,
+        thrust_uncertainty: (thruster.uncertainty != ThrustUncertainty::default()).then(|| {
+            let ThrustUncertainty { forward, reverse } = thruster.uncertainty;
+            UncertaintyEntry { forward, reverse }
+        }),
     }
 }

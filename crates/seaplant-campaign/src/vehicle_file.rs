@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use seaplant::results::InputFile;
 use seaplant::{
-    QuadraticThrust, Sensor, Sensors, ThrustCurve, ThrustTable, Thruster, ThrusterInput, Vehicle,
+    QuadraticThrust, Sensor, Sensors, ThrustCurve, ThrustTable, ThrustUncertainty, Thruster,
+    ThrusterInput, Vehicle,
 };
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +23,10 @@ pub struct VehicleFile {
     /// Mass in air, kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dry_mass_kg: Option<f64>,
+    /// Length, width and height of the hull, m: to judge drag and added mass by, and to say
+    /// how far the vehicle goes for its size.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size_m: Option<[f64; 3]>,
     /// The thrusters.
     #[serde(default)]
     pub thruster: Vec<ThrusterEntry>,
@@ -42,6 +47,20 @@ pub struct ThrusterEntry {
     pub direction: [f64; 3],
     /// From input to force.
     pub curve: CurveEntry,
+    /// How well its strength is known; carried into mass and drag. Thrusters with one curve
+    /// are off together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thrust_uncertainty: Option<UncertaintyEntry>,
+}
+
+/// Standard deviations of thrust, as parts of it: 0.05 for 5 %.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct UncertaintyEntry {
+    /// Of positive thrust.
+    pub forward: f64,
+    /// Of negative thrust.
+    pub reverse: f64,
 }
 
 /// A thrust curve.
@@ -181,15 +200,24 @@ impl VehicleFile {
         if self.dry_mass_kg.is_some_and(|mass| !(mass > 0.0 && mass.is_finite())) {
             return Err(Error::value(path, "dry_mass_kg", "must be a positive number of kg"));
         }
+        if self.size_m.is_some_and(|size| size.iter().any(|x| !(*x > 0.0 && x.is_finite()))) {
+            let reason =
+                "must be length, width and height of the hull, three positive numbers of m";
+            return Err(Error::value(path, "size_m", reason));
+        }
         let mut thrusters = Vec::with_capacity(self.thruster.len());
         for entry in &self.thruster {
             let curve = entry.curve.read(path, &entry.name, inputs)?;
+            let UncertaintyEntry { forward, reverse } =
+                entry.thrust_uncertainty.unwrap_or_default();
             let thruster = Thruster::new(&entry.name, entry.position_m, entry.direction, curve)
+                .and_then(|t| t.with_uncertainty(ThrustUncertainty { forward, reverse }))
                 .map_err(Error::model(path))?;
             thrusters.push(thruster);
         }
-        let sensors = self.sensor.into_sensors();
-        Ok(Vehicle { name: self.name, dry_mass_kg: self.dry_mass_kg, thrusters, sensors })
+        let sensors = self.sensor.clone().into_sensors();
+        let Self { name, dry_mass_kg, size_m, .. } = self;
+        Ok(Vehicle { name, dry_mass_kg, size_m, thrusters, sensors })
     }
 }
 

@@ -60,6 +60,8 @@ pub(crate) fn plant() -> PlantResult {
             hold_out_ratio: Some(12.3),
             admitted: false,
         }],
+        steady_test: None,
+        thrust_part: None,
         regression: RegressionResult {
             samples: 4790,
             effective_samples: 312.4,
@@ -133,6 +135,8 @@ fn trial(name: &str, role: Role, dof: Dof) -> TrialResult {
         dominant_amplitude: 1790.0,
         force_max: 2100.0,
         force_rms: 1300.0,
+        stroke: Some(3.1),
+        keulegan_carpenter: Some(1.15),
         speed_max: 0.31,
         speed_rms: 0.17,
         gap_s: 0.0,
@@ -191,6 +195,7 @@ pub(crate) fn identification() -> Identification {
         version: "0.1.0".to_owned(),
         vehicle: format!("Vehicle {HOSTILE}"),
         dry_mass_kg: Some(3400.0),
+        size_m: Some([3.4, 2.2, 2.4]),
         provenance: Provenance {
             command: format!("seaplant identify '{HOSTILE}'"),
             inputs: vec![InputFile {
@@ -221,6 +226,7 @@ pub(crate) fn identification() -> Identification {
             direction: [1.0, 0.0, 0.0],
             input: "speed".to_owned(),
             curve: "0.0402 forward, 0.0328 reverse".to_owned(),
+            thrust_std: Some([0.03, 0.05]),
         }],
         bollard_pull: Some(bollard_pull()),
         sensors: vec![SensorResult {
@@ -272,6 +278,7 @@ pub(crate) fn empty() -> Identification {
     let Identification { results, .. } = identification();
     let results = Results {
         dry_mass_kg: None,
+        size_m: None,
         provenance: Provenance::default(),
         plants: BTreeMap::new(),
         methods: BTreeMap::new(),

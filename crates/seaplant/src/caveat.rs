@@ -65,6 +65,8 @@ pub enum CaveatCode {
     ThrusterSaturated,
     /// A trial that is too short for a method.
     TrialLeftOut,
+    /// A mass or a drag that no body of the vehicle's size has.
+    Implausible,
     /// Stretches without samples.
     Gaps,
     /// Samples removed as outliers.

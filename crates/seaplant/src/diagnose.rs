@@ -1,16 +1,21 @@
 //! Finds reasons to doubt a fit, from its numbers and its trials.
 
 mod comparison;
+mod plausible;
 
 pub(crate) use comparison::{
-    better_elsewhere, disagreement, reverse_elsewhere, scoring, steady_against_unsteady,
+    Strokes, better_elsewhere, disagreement, reverse_elsewhere, scoring, steady_against_unsteady,
     worse_trials,
 };
+
+pub(crate) use plausible::implausible;
 
 use crate::caveat::spoken;
 use crate::estimate::{DelayedFit, EquationErrorOptions, Fit, Method, fit_best_delay};
 use crate::signal::{LowPass, amplitude_spectrum};
-use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, Term, Trial, Vehicle};
+use crate::{
+    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, Term, ThrustUncertainty, Trial, Vehicle,
+};
 
 /// A filter that passes less than this of the excited motion is worth a word.
 const PASSED_PART: f64 = 0.97;
@@ -52,6 +57,23 @@ pub(crate) fn caveats(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
         caveats.extend(attenuation(evidence)?);
     }
     Ok(caveats)
+}
+
+/// That thrust, and all that is measured by it, may be off as a whole.
+pub(crate) fn thrust_scale(vehicle: &Vehicle) -> Caveat {
+    let unknown = ThrustUncertainty::default();
+    let known = vehicle.thrusters.iter().filter(|thruster| thruster.uncertainty != unknown).count();
+    let intervals = if known == 0 {
+        "and the intervals leave that out: give each thruster its thrust_uncertainty to have it in"
+    } else if known < vehicle.thrusters.len() {
+        "and the intervals hold that only for the thrusters with a thrust_uncertainty"
+    } else {
+        "which the intervals hold"
+    };
+    let message = format!(
+        "the scale of the thrust curve cannot be seen in motion: if all thrusters give 10 % less than their curves say, mass, drag and bias force are 10 % less too, {intervals}"
+    );
+    Caveat::note(CaveatCode::ThrustScale, message)
 }
 
 fn signs(fit: &Fit) -> Vec<Caveat> {

@@ -98,6 +98,8 @@ pub struct Fit {
     pub lumped: LumpedParameters,
     /// Covariance of `[α, β, μ, bias]`; zero where not fitted.
     pub covariance: Matrix4<f64>,
+    /// The part of it that uncertain thrust curves make.
+    pub thrust_covariance: Matrix4<f64>,
     /// Degrees of freedom for the t quantiles of its intervals.
     pub t_freedom: f64,
     /// Condition number of the scaled columns.
@@ -240,6 +242,17 @@ impl Fit {
         PhysicalEstimates::of(&self.lumped, &self.covariance, self.terms, self.t_freedom)
     }
 
+    /// Adds what uncertain thrust curves do: each of `others` is the plant that the same
+    /// logs give if one curve is off by a standard deviation.
+    pub(crate) fn with_thrust_off(mut self, others: &[LumpedParameters]) -> Self {
+        for other in others {
+            let shift = other.to_vector() - self.lumped.to_vector();
+            self.thrust_covariance += shift * shift.transpose();
+        }
+        self.covariance += self.thrust_covariance;
+        self
+    }
+
     /// The plant, ready to be driven.
     pub fn model(&self) -> Model {
         let value = |estimate: &Option<Estimate>| estimate.map(|estimate| estimate.value);
@@ -280,6 +293,7 @@ impl Fit {
             terms,
             lumped: found.lumped,
             covariance: found.covariance,
+            thrust_covariance: Matrix4::zeros(),
             t_freedom: found.t_freedom,
             condition: found.condition,
             inflation: found.inflation,

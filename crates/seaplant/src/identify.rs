@@ -7,10 +7,11 @@ use std::collections::BTreeMap;
 use convert::{empty_results, plant_result, steady_figure, steady_result};
 
 use crate::diagnose::{
-    Evidence, better_elsewhere, caveats, disagreement, lateness, lateness_caveat,
-    reverse_elsewhere, scoring, steady_against_unsteady, worse_trials,
+    Evidence, Strokes, better_elsewhere, caveats, disagreement, implausible, lateness,
+    lateness_caveat, reverse_elsewhere, scoring, steady_against_unsteady, thrust_scale,
+    worse_trials,
 };
-use crate::estimate::steady::{SteadyFit, SteadyOptions, fit_steady};
+use crate::estimate::steady::{SteadyOptions, fit_steady};
 use crate::estimate::{
     EquationErrorOptions, FilterErrorOptions, Fit, Method, OutputErrorOptions, PaperOptions,
     Records, first_delays, fit_best_delay, fit_equation_error, fit_filter_error, fit_output_error,
@@ -21,8 +22,9 @@ use crate::results::{
     SubsetResult, TrialScore,
 };
 use crate::signal::amplitude_spectrum;
+use crate::trial::ThrustError;
 use crate::{
-    Agreement, AxisRecord, Caveat, CaveatCode, Comparison, Dof, Error, Model, Role, Terms, Trial,
+    Agreement, AxisRecord, Comparison, Dof, Error, LumpedParameters, Model, Role, Terms, Trial,
     Vehicle, VelocitySource, evaluate,
 };
 
@@ -86,18 +88,18 @@ pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) 
     };
     for dof in Dof::ALL {
         let work = Work { dof, vehicle, options, trials: &TrialsOf::new(dof, trials) };
-        work.unsteady(&mut found);
-        work.steady(&mut found);
+        let recommended = work.unsteady(&mut found);
+        work.steady(recommended.as_ref(), &mut found);
     }
     reverse_elsewhere(&mut found.results.plants, &mut found.results.steady);
+    implausible(&mut found.results.plants, vehicle);
     for (dof, plant) in &found.results.plants {
         let methods = found.results.methods.entry(*dof).or_default();
         if let Some(same) = methods.get_mut(&plant.method) {
             same.caveats.clone_from(&plant.caveats);
         }
     }
-    let scale = "the scale of the thrust curve cannot be seen in motion: if all thrusters give 10 % less than their curves say, mass, drag and bias force are 10 % less too";
-    found.results.caveats.push(Caveat::note(CaveatCode::ThrustScale, scale));
+    found.results.caveats.push(thrust_scale(vehicle));
     found
 }
 
@@ -144,9 +146,10 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    fn unsteady(&self, found: &mut Identification) {
+    /// Every method's plant; with the recommended fit.
+    fn unsteady(&self, found: &mut Identification) -> Option<Fit> {
         if self.trials.fit.is_empty() {
-            return;
+            return None;
         }
         let mut fits = Vec::new();
         for &method in &self.options.methods {
@@ -179,6 +182,7 @@ impl Work<'_> {
         if let Ok(spectra) = self.spectra() {
             found.figures.spectra.extend(spectra);
         }
+        recommended
     }
 
     fn failure(&self, method: &str, error: &Error) -> Failure {
@@ -212,24 +216,25 @@ impl Work<'_> {
         let source = self.options.velocity.unwrap_or(usual);
         let axes = self.axes(&self.trials.fit, source)?;
         let chosen = terms.unwrap_or_default();
+        let first = &self.options.equation_error;
         let fit = match method {
-            Method::Paper => fit_paper(self.dof, &axes, chosen, &self.options.paper)?,
+            Method::Paper => with_thrust_errors(&axes, |axes| {
+                fit_paper(self.dof, axes, chosen, &self.options.paper)
+            })?,
             Method::EquationError => {
-                fit_equation_error(self.dof, &axes, chosen, &self.options.equation_error)?
+                with_thrust_errors(&axes, |axes| fit_equation_error(self.dof, axes, chosen, first))?
             }
-            Method::OutputError => {
-                let first = &self.options.equation_error;
-                let start = fit_equation_error(self.dof, &axes, chosen, first)?.lumped;
-                fit_output_error(self.dof, &axes, chosen, &start, &self.options.output_error)?
-            }
+            Method::OutputError => with_thrust_errors(&axes, |axes| {
+                let start = fit_equation_error(self.dof, axes, chosen, first)?.lumped;
+                fit_output_error(self.dof, axes, chosen, &start, &self.options.output_error)
+            })?,
             Method::FilterError => {
                 let hold_out = self.axes(&self.trials.hold_out, source)?;
-                let first = &self.options.equation_error;
-                let start = fit_best_delay(self.dof, &axes, chosen, first, first_delays())?;
-                let options = &self.options.filter_error;
                 let steady = self.steady_axes(source)?;
+                let start = fit_best_delay(self.dof, &axes, chosen, first, first_delays())?;
                 let records = Records { fit: &axes, hold_out: &hold_out, steady: &steady };
-                fit_filter_error(self.dof, records, terms, &start, options)?
+                // It carries thrust errors itself, by its own information.
+                fit_filter_error(self.dof, records, terms, &start, &self.options.filter_error)?
             }
         };
         Ok((fit, axes))
@@ -290,7 +295,9 @@ impl Work<'_> {
         let required = admitted.map(|decision| decision.candidate).collect();
         let filter_error = FilterErrorOptions { candidates: Vec::new(), required };
         let options = IdentifyOptions { filter_error, ..self.options.clone() };
-        let work = Work { options: &options, ..*self };
+        let trials =
+            TrialsOf { fit: self.trials.fit.clone(), hold_out: Vec::new(), steady: Vec::new() };
+        let work = Work { options: &options, trials: &trials, ..*self };
         let error = |model: &Model, trials: &[&Trial]| {
             score_plant(self.dof, model, trials).ok()?.mean_abs_error
         };
@@ -327,13 +334,17 @@ impl Work<'_> {
         Ok(spectra)
     }
 
-    fn steady(&self, found: &mut Identification) {
+    fn steady(&self, recommended: Option<&Fit>, found: &mut Identification) {
         if self.trials.steady.is_empty() {
             return;
         }
         match fit_steady(self.dof, &self.trials.steady, &self.options.steady) {
             Ok(fit) => {
-                self.compare_with_unsteady(&fit, found);
+                let plant = found.results.plants.get_mut(&self.dof);
+                if let Some((plant, unsteady)) = plant.zip(recommended) {
+                    let strokes = Strokes::of(self.dof, &found.results.trials);
+                    plant.caveats.extend(steady_against_unsteady(unsteady, &fit, &strokes));
+                }
                 found.results.steady.insert(self.dof, steady_result(&fit));
             }
             Err(error) => found.results.failures.push(self.failure("steady", &error)),
@@ -344,12 +355,23 @@ impl Work<'_> {
             }
         }
     }
+}
 
-    fn compare_with_unsteady(&self, steady: &SteadyFit, found: &mut Identification) {
-        let Some(plant) = found.results.plants.get_mut(&self.dof) else { return };
-        let Ok((fit, _)) = self.fit(plant.method, self.options.terms_for(self.dof)) else { return };
-        plant.caveats.extend(steady_against_unsteady(&fit, steady));
-    }
+/// Fits records, and once more for each thrust curve that may be off, by as much as that.
+fn with_thrust_errors(
+    axes: &[AxisRecord],
+    fit: impl Fn(&[AxisRecord]) -> Result<Fit, Error>,
+) -> Result<Fit, Error> {
+    let found = fit(axes)?;
+    let errors = axes.first().map(AxisRecord::thrust_errors).unwrap_or_default();
+    let with_off = |error: ThrustError| {
+        let off: Result<Vec<AxisRecord>, Error> =
+            axes.iter().map(|axis| axis.with_thrust_off(error)).collect();
+        Ok(fit(&off?)?.lumped)
+    };
+    let others: Vec<LumpedParameters> =
+        errors.into_iter().map(with_off).collect::<Result<_, Error>>()?;
+    Ok(found.with_thrust_off(&others))
 }
 
 /// Scores a plant on trials: e on raw velocity, beside a model that never moves.

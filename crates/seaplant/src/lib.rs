@@ -63,6 +63,7 @@ mod dof;
 mod error;
 pub mod estimate;
 mod evaluate;
+mod excursion;
 mod identify;
 mod model;
 pub mod monte_carlo;
@@ -100,4 +101,4 @@ pub use trial::{
     AxisRecord, Role, ThrusterTrack, Trial, TrialSetup, UniformAxis, UniformStretch,
     VelocitySource, lever_axes,
 };
-pub use vehicle::{Sensor, Sensors, Thruster, Vehicle};
+pub use vehicle::{Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle};

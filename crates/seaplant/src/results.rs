@@ -26,6 +26,9 @@ pub struct Results {
     pub vehicle: String,
     /// Its mass in air, kg.
     pub dry_mass_kg: Option<f64>,
+    /// Length, width and height of its hull, m.
+    #[serde(default)]
+    pub size_m: Option<[f64; 3]>,
     /// What it was made from, and how to make it again.
     pub provenance: Provenance,
     /// The recommended plant of each degree of freedom.
@@ -136,6 +139,13 @@ pub struct PlantResult {
     /// Why the model has the parts that it has.
     #[serde(default)]
     pub structure: Vec<Decision>,
+    /// Whether steady runs agree with it; absent where there were none to fit.
+    #[serde(default)]
+    pub steady_test: Option<SteadyTestResult>,
+    /// The part of the variances of mass and quadratic drag that uncertain thrust curves
+    /// make; absent if no curve has an uncertainty.
+    #[serde(default)]
+    pub thrust_part: Option<ThrustPart>,
     /// How the fit went.
     pub regression: RegressionResult,
     /// Its error on the trials that it was fitted to.
@@ -144,6 +154,32 @@ pub struct PlantResult {
     pub hold_out: Option<Score>,
     /// Doubts.
     pub caveats: Vec<Caveat>,
+}
+
+/// Whether runs at constant thrust ask for the plant that other trials ask for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SteadyTestResult {
+    /// Twice what the log-likelihood gains if the two may differ.
+    pub likelihood_ratio: f64,
+    /// How many numbers may then differ.
+    pub numbers: usize,
+    /// How often chance alone would make as large a gain.
+    pub p_value: f64,
+    /// Whether they agree, and steady runs are part of the fit.
+    pub agrees: bool,
+    /// The plant of unsteady trials, if the two may differ.
+    pub unsteady: Parameters,
+    /// The plant of steady runs, of the same mass.
+    pub steady: Parameters,
+}
+
+/// Parts of variances, 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ThrustPart {
+    /// Of the mass.
+    pub mass: f64,
+    /// Of quadratic drag; absent if it was not fitted.
+    pub quadratic_drag: Option<f64>,
 }
 
 /// How a regression went.
@@ -278,6 +314,10 @@ pub struct ThrusterResult {
     pub input: String,
     /// Its curve in words.
     pub curve: String,
+    /// Standard deviation of its strength ahead and in reverse, as parts of it; absent if
+    /// nothing was said.
+    #[serde(default)]
+    pub thrust_std: Option<[f64; 2]>,
 }
 
 /// A thrust curve fitted to bollard-pull data.
@@ -360,6 +400,13 @@ pub struct AxisResult {
     pub speed_max: f64,
     /// Root mean square velocity, m/s or rad/s.
     pub speed_rms: f64,
+    /// How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
+    /// run, all its way.
+    #[serde(default)]
+    pub stroke: Option<f64>,
+    /// The stroke over the size of the hull across it, where that is known.
+    #[serde(default)]
+    pub keulegan_carpenter: Option<f64>,
     /// Seconds left out for want of samples.
     pub gap_s: f64,
 }

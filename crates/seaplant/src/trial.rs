@@ -16,6 +16,7 @@ pub(crate) use axis::{ReadyAxis, ReadyStretch};
 use crate::navigation::{Motion, Navigated, Recording, navigate};
 use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Timed, Vehicle};
 use axis::{lever_rates, rate_hz};
+pub(crate) use force::ThrustError;
 pub use force::ThrusterTrack;
 use force::{Saturation, total_force, tracks_along};
 use plausible::{masked, suspicious_units};

@@ -15,6 +15,18 @@ pub struct Thruster {
     pub direction_body: Vector3<f64>,
     /// From input to force.
     pub curve: ThrustCurve,
+    /// How well that is known.
+    pub uncertainty: ThrustUncertainty,
+}
+
+/// Standard deviations of a thruster's strength, each way, as parts of its thrust; zero
+/// where nothing is said. Thrusters with one curve are off together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ThrustUncertainty {
+    /// Of positive thrust.
+    pub forward: f64,
+    /// Of negative thrust.
+    pub reverse: f64,
 }
 
 impl Thruster {
@@ -42,7 +54,23 @@ impl Thruster {
             position_body: position_m.into(),
             direction_body: direction_body / length,
             curve,
+            uncertainty: ThrustUncertainty::default(),
         })
+    }
+
+    /// The same thruster, its strength known no better than that.
+    ///
+    /// # Errors
+    /// [`Error::Thruster`] unless both parts are from 0 to below 1.
+    pub fn with_uncertainty(self, uncertainty: ThrustUncertainty) -> Result<Self, Error> {
+        let ThrustUncertainty { forward, reverse } = uncertainty;
+        if [forward, reverse].iter().all(|part| (0.0..1.0).contains(part)) {
+            return Ok(Self { uncertainty, ..self });
+        }
+        let reason = format!(
+            "its thrust uncertainty is {forward} forward and {reverse} in reverse; give parts of thrust from 0 to below 1, such as 0.05 for 5 %"
+        );
+        Err(Error::Thruster { name: self.name, reason })
     }
 
     /// The wrench of one newton of thrust: `[d; r × d]`, N and N m, shape (6,).
@@ -92,6 +120,8 @@ pub struct Vehicle {
     pub name: String,
     /// Mass in air, kg: added mass comes on top.
     pub dry_mass_kg: Option<f64>,
+    /// Length, width and height of the hull, m.
+    pub size_m: Option<[f64; 3]>,
     /// All thrusters.
     pub thrusters: Vec<Thruster>,
     /// All instruments.
@@ -99,6 +129,24 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
+    /// The area that the hull's box turns towards the water in a translation, m².
+    ///
+    /// ```
+    /// use seaplant::{Dof, Vehicle};
+    /// let vehicle = Vehicle { size_m: Some([3.4, 2.2, 2.4]), ..Vehicle::default() };
+    /// assert!((vehicle.frontal_area_m2(Dof::Heave).unwrap() - 3.4 * 2.2).abs() < 1e-12);
+    /// assert_eq!(vehicle.frontal_area_m2(Dof::Yaw), None);
+    /// ```
+    pub fn frontal_area_m2(&self, dof: Dof) -> Option<f64> {
+        let [length, width, height] = self.size_m?;
+        match dof {
+            Dof::Surge => Some(width * height),
+            Dof::Sway => Some(length * height),
+            Dof::Heave => Some(length * width),
+            Dof::Roll | Dof::Pitch | Dof::Yaw => None,
+        }
+    }
+
     /// Whether the named thruster acts on a degree of freedom at all.
     pub fn acts_on(thruster: &Thruster, dof: Dof) -> bool {
         // A lever below a micrometre is the rounding of a rotated position.

@@ -1,6 +1,6 @@
 //! Everything about one degree of freedom.
 
-use seaplant::results::{Parameter, PlantResult, Results};
+use seaplant::results::{Parameter, Parameters, PlantResult, Results};
 use seaplant::{Caveat, Dof, Method, Role};
 use serde::Serialize;
 
@@ -48,6 +48,7 @@ pub(crate) fn view(
     details.push(correlation(plant));
     details.extend(nuisances(plant));
     details.extend(structure(plant));
+    details.extend(steady_test(dof, plant));
     AxisSection {
         name: dof.name(),
         title: words::capitalised(dof.name()),
@@ -301,6 +302,7 @@ fn structure(plant: &PlantResult) -> Option<Table> {
         "In the model".to_owned(),
         "Twice the gain in log-likelihood".to_owned(),
         "Gain asked for".to_owned(),
+        "Size, %".to_owned(),
         "The same on held-out trials".to_owned(),
     ];
     let rows = plant.structure.iter().map(|decision| {
@@ -309,12 +311,50 @@ fn structure(plant: &PlantResult) -> Option<Table> {
             if decision.admitted { "yes" } else { "no" }.to_owned(),
             significant(decision.likelihood_ratio, 3),
             significant(decision.needed, 3),
+            or_absent(decision.size.map(|size| 100.0 * size), 2),
             or_absent(decision.hold_out_ratio, 3),
         ])
         .strong_if(decision.admitted)
     });
     let caption = "What the logs ask the model to have, recommended method";
-    Some(Table::new(caption, head, rows.collect()).left(2))
+    let table = Table::new(caption, head, rows.collect()).left(2);
+    Some(table.noted("Size of linear drag: as a part of quadratic drag at the usual speed; of a bias force: the end of its interval farther from zero, as a part of the usual thrust. A bias force stays unless the logs show that it is small."))
+}
+
+/// Whether steady runs ask for the same plant.
+fn steady_test(dof: Dof, plant: &PlantResult) -> Option<Table> {
+    let test = plant.steady_test.as_ref()?;
+    let units = dof.units();
+    let row = |name: &str, parameters: &Parameters| {
+        Row::new([
+            name.to_owned(),
+            with_interval(parameters.quadratic_drag.as_ref()),
+            with_interval(parameters.linear_drag.as_ref()),
+            with_interval(parameters.bias_force.as_ref()),
+        ])
+    };
+    let head = [
+        "Trials".to_owned(),
+        format!("Quadratic drag, {}", units.quadratic_drag),
+        format!("Linear drag, {}", units.linear_drag),
+        format!("Bias force, {}", units.force),
+    ];
+    let rows = vec![row("to and fro", &test.unsteady), row("steady runs", &test.steady)];
+    let outcome = if test.agrees {
+        "they agree, and the plant is fitted to both"
+    } else {
+        "they differ, and the plant is fitted to the trials to and fro alone"
+    };
+    let note = format!(
+        "One mass for both. Twice the gain in log-likelihood if the rest may differ: {} for {} numbers, which chance alone makes with probability {}: {outcome}.",
+        significant(test.likelihood_ratio, 3),
+        test.numbers,
+        significant(test.p_value, 2),
+    );
+    Some(
+        Table::new("Steady runs beside the other trials, recommended method", head, rows)
+            .noted(&note),
+    )
 }
 
 /// What the other methods add to the doubts of the first screen.

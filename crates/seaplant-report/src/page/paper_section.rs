@@ -85,17 +85,20 @@ fn table_3(results: &Results) -> Table {
 }
 
 fn thrusters(results: &Results) -> Table {
-    let head = ["Thruster", "Input", "Curve", "Position, m", "Direction"];
+    let head = ["Thruster", "Input", "Curve", "Uncertain by, %", "Position, m", "Direction"];
     let rows = results.thrusters.iter().map(|thruster| {
         Row::new([
             thruster.name.clone(),
             thruster.input.clone(),
             thruster.curve.clone(),
+            thruster.thrust_std.map_or(ABSENT.to_owned(), |[forward, reverse]| {
+                format!("{} ahead, {} in reverse", chosen(100.0 * forward), chosen(100.0 * reverse))
+            }),
             vector(&thruster.position_m),
             vector(&thruster.direction),
         ])
     });
-    Table::new("Thrusters", head, rows.collect()).left(3)
+    Table::new("Thrusters", head, rows.collect()).left(4)
 }
 
 fn vector(values: &[f64; 3]) -> String {

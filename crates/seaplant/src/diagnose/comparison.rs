@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::caveat::spoken;
+use crate::estimate::steady::SteadyFit;
 use crate::estimate::{Fit, Method};
-use crate::results::{PlantResult, Score, SteadyResult, TrialScore};
+use crate::results::{PlantResult, Score, SteadyResult, TrialResult, TrialScore};
 use crate::{Caveat, CaveatCode, Dof, Role};
 
 /// Fits of one degree of freedom that differ by more than their intervals allow.
@@ -152,23 +153,81 @@ pub(crate) fn reverse_elsewhere(
     }
 }
 
-/// Whether unsteady and steady drag differ by more than their intervals allow.
+/// How far the vehicle goes in the trials of each kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Strokes {
+    unsteady: Option<Stroke>,
+    steady: Option<Stroke>,
+}
+
+/// The greatest stroke of several trials.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Stroke {
+    length: f64,
+    keulegan_carpenter: Option<f64>,
+}
+
+impl Strokes {
+    pub(crate) fn of(dof: Dof, trials: &[TrialResult]) -> Self {
+        let greatest = |role: Role| {
+            let axes = trials.iter().filter(|trial| trial.role == role);
+            let strokes = axes.filter_map(|trial| {
+                let axis = trial.axes.get(&dof)?;
+                Some(Stroke { length: axis.stroke?, keulegan_carpenter: axis.keulegan_carpenter })
+            });
+            strokes.max_by(|a, b| a.length.total_cmp(&b.length))
+        };
+        Self { unsteady: greatest(Role::Fit), steady: greatest(Role::Steady) }
+    }
+}
+
+impl Stroke {
+    fn spoken(self, unit: &str) -> String {
+        match self.keulegan_carpenter {
+            Some(number) => format!(
+                "{} {unit} (Keulegan–Carpenter number {})",
+                spoken(self.length),
+                spoken(number)
+            ),
+            None => format!("{} {unit}", spoken(self.length)),
+        }
+    }
+}
+
+/// Whether unsteady and steady drag differ by more than their intervals allow; by the test
+/// inside the fit where there is one.
 pub(crate) fn steady_against_unsteady(
     fit: &Fit,
-    steady: &crate::estimate::steady::SteadyFit,
+    steady: &SteadyFit,
+    strokes: &Strokes,
 ) -> Option<Caveat> {
-    let unsteady = fit.estimates().d_quadratic?;
-    let joint = steady.joint?.d_quadratic;
-    let off = (unsteady.value - joint.value).abs();
-    (off > 2.0 * unsteady.std.hypot(joint.std) && off > 0.05 * joint.value.abs()).then(|| {
-        let message = format!(
-            "quadratic drag in {} is {} ± {} when the vehicle oscillates and {} ± {} in steady runs: use the one that is nearer to how the model will be used",
+    let (unsteady, runs, sure) = match fit.steady_test {
+        Some(test) => (test.unsteady.d_quadratic?, test.steady.d_quadratic?, !test.agrees),
+        None => {
+            let (unsteady, joint) = (fit.estimates().d_quadratic?, steady.joint?.d_quadratic);
+            let off = (unsteady.value - joint.value).abs();
+            (unsteady, joint, off > 2.0 * unsteady.std.hypot(joint.std))
+        }
+    };
+    let off = (unsteady.value - runs.value).abs();
+    (sure && off > 0.05 * runs.value.abs()).then(|| {
+        let mut message = format!(
+            "quadratic drag in {} is {} ± {} when the vehicle oscillates and {} ± {} in steady runs",
             fit.dof,
             spoken(unsteady.value),
             spoken(unsteady.std),
-            spoken(joint.value),
-            spoken(joint.std)
+            spoken(runs.value),
+            spoken(runs.std)
         );
+        let unit = fit.dof.units().position;
+        if let Some((to_and_fro, along)) = strokes.unsteady.zip(strokes.steady) {
+            message += &format!(
+                "; it goes to and fro over {}, through the water that it stirred up, and over {} in the longest run",
+                to_and_fro.spoken(unit),
+                along.spoken(unit)
+            );
+        }
+        message += ": drag depends on that, so use the one that is nearer to how the model will be used (the plant here is that of the oscillation)";
         Caveat::warning(CaveatCode::SteadyUnsteadyDisagree, message)
     })
 }

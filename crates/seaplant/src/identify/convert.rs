@@ -5,17 +5,18 @@ use std::collections::BTreeMap;
 use super::IdentifyOptions;
 use crate::diagnose::dominant_force_hz;
 use crate::estimate::steady::SteadyFit;
-use crate::estimate::{Fit, Loss, Nuisances};
+use crate::estimate::{Fit, Loss, Nuisances, PhysicalEstimates, SteadyTest};
+use crate::excursion::Excursion;
 use crate::quantity::{Attitude, Axis, World};
 use crate::results::{
     AxisResult, PairResult, Parameter, Parameters, PlantResult, Provenance, RegressionResult,
     Results, SCHEMA, Score, SegmentResult, SensorResult, SteadyFigure, SteadyResult,
-    ThrusterResult, TrialResult,
+    SteadyTestResult, ThrustPart, ThrusterResult, TrialResult,
 };
 use crate::signal::amplitude_spectrum;
 use crate::{
-    Caveat, Dof, Error, LumpedParameters, Model, Motion, Quantity, Sensor, Terms, ThrustCurve,
-    Thruster, Trial, Vehicle, VelocitySource, lever_axes,
+    Caveat, Dof, Error, LumpedParameters, Model, Motion, Quantity, Sensor, Term, Terms,
+    ThrustCurve, ThrustUncertainty, Thruster, Trial, Vehicle, VelocitySource, lever_axes,
 };
 
 pub(super) fn plant_result(
@@ -24,8 +25,6 @@ pub(super) fn plant_result(
     hold_out: Option<Score>,
     caveats: Vec<Caveat>,
 ) -> PlantResult {
-    let units = fit.dof.units();
-    let estimates = fit.estimates();
     let correlation = fit.correlation();
     let stability = fit.lumped.stability();
     let std = |j: usize| fit.covariance[(j, j)].sqrt();
@@ -34,17 +33,14 @@ pub(super) fn plant_result(
         terms: fit.terms.fitted(),
         stable: stability.is_stable(),
         stability,
-        parameters: Parameters {
-            mass: Parameter::new(estimates.mass, units.mass),
-            quadratic_drag: estimates.d_quadratic.map(|d| Parameter::new(d, units.quadratic_drag)),
-            linear_drag: estimates.d_linear.map(|d| Parameter::new(d, units.linear_drag)),
-            bias_force: estimates.bias_force.map(|b| Parameter::new(b, units.force)),
-        },
+        parameters: parameters(&fit.estimates(), fit.dof),
         lumped: fit.lumped,
         lumped_std: LumpedParameters { alpha: std(0), beta: std(1), mu: std(2), bias: std(3) },
         correlation: std::array::from_fn(|i| std::array::from_fn(|j| correlation[(i, j)])),
         nuisances: nuisances(fit),
         structure: fit.structure.clone(),
+        steady_test: fit.steady_test.map(|test| steady_test(&test, fit.dof)),
+        thrust_part: thrust_part(fit),
         regression: RegressionResult {
             samples: fit.samples,
             effective_samples: fit.effective_samples,
@@ -57,6 +53,40 @@ pub(super) fn plant_result(
         hold_out,
         caveats,
     }
+}
+
+fn parameters(estimates: &PhysicalEstimates, dof: Dof) -> Parameters {
+    let units = dof.units();
+    Parameters {
+        mass: Parameter::new(estimates.mass, units.mass),
+        quadratic_drag: estimates.d_quadratic.map(|d| Parameter::new(d, units.quadratic_drag)),
+        linear_drag: estimates.d_linear.map(|d| Parameter::new(d, units.linear_drag)),
+        bias_force: estimates.bias_force.map(|b| Parameter::new(b, units.force)),
+    }
+}
+
+fn steady_test(test: &SteadyTest, dof: Dof) -> SteadyTestResult {
+    let SteadyTest { likelihood_ratio, numbers, p_value, agrees, unsteady, steady } = test;
+    SteadyTestResult {
+        likelihood_ratio: *likelihood_ratio,
+        numbers: *numbers,
+        p_value: *p_value,
+        agrees: *agrees,
+        unsteady: parameters(unsteady, dof),
+        steady: parameters(steady, dof),
+    }
+}
+
+fn thrust_part(fit: &Fit) -> Option<ThrustPart> {
+    let all = fit.lumped.physical_covariance(&fit.covariance);
+    let of_thrust = fit.lumped.physical_covariance(&fit.thrust_covariance);
+    let part = |term: Term| {
+        let j = term as usize;
+        of_thrust[(j, j)] / all[(j, j)]
+    };
+    let drag = fit.terms.has(Term::Quadratic).then(|| part(Term::Quadratic));
+    (fit.thrust_covariance[(0, 0)] > 0.0)
+        .then(|| ThrustPart { mass: part(Term::Force), quadratic_drag: drag })
 }
 
 /// Every nuisance by its name in `results.json`.
@@ -171,6 +201,7 @@ pub(super) fn empty_results(
         version: env!("CARGO_PKG_VERSION").to_owned(),
         vehicle: vehicle.name.clone(),
         dry_mass_kg: vehicle.dry_mass_kg,
+        size_m: vehicle.size_m,
         provenance: Provenance { settings: settings(options), ..Default::default() },
         plants: BTreeMap::new(),
         methods: BTreeMap::new(),
@@ -179,7 +210,7 @@ pub(super) fn empty_results(
         thrusters: vehicle.thrusters.iter().map(thruster_result).collect(),
         bollard_pull: None,
         sensors: sensor_results(vehicle, trials),
-        trials: trials.iter().map(trial_result).collect(),
+        trials: trials.iter().map(|trial| trial_result(trial, vehicle)).collect(),
         truth: None,
         failures: Vec::new(),
         caveats: Vec::new(),
@@ -275,6 +306,8 @@ fn thruster_result(thruster: &Thruster) -> ThrusterResult {
         direction: thruster.direction_body.into(),
         input: input.name().to_owned(),
         curve: curve.trim_end().to_owned(),
+        thrust_std: (thruster.uncertainty != ThrustUncertainty::default())
+            .then_some([thruster.uncertainty.forward, thruster.uncertainty.reverse]),
     }
 }
 
@@ -301,8 +334,8 @@ fn sensor_results(vehicle: &Vehicle, trials: &[Trial]) -> Vec<SensorResult> {
     all.into_iter().filter_map(result).collect()
 }
 
-fn trial_result(trial: &Trial) -> TrialResult {
-    let axis = |&dof: &Dof| Some((dof, axis_result(dof, trial).ok()?));
+fn trial_result(trial: &Trial, vehicle: &Vehicle) -> TrialResult {
+    let axis = |&dof: &Dof| Some((dof, axis_result(dof, trial, vehicle).ok()?));
     TrialResult {
         name: trial.name().to_owned(),
         role: trial.role(),
@@ -311,7 +344,7 @@ fn trial_result(trial: &Trial) -> TrialResult {
     }
 }
 
-fn axis_result(dof: Dof, trial: &Trial) -> Result<AxisResult, Error> {
+fn axis_result(dof: Dof, trial: &Trial, vehicle: &Vehicle) -> Result<AxisResult, Error> {
     let axis = trial.axis(dof, VelocitySource::Measured)?;
     let uniform = axis.uniform(0)?;
     let velocity = axis.velocity()?;
@@ -322,6 +355,7 @@ fn axis_result(dof: Dof, trial: &Trial) -> Result<AxisResult, Error> {
         .max_by_key(|stretch| stretch.tau.len())
         .map(|stretch| amplitude_spectrum(&stretch.tau, uniform.sample_hz))
         .map_or(0.0, |spectrum| spectrum.amplitude.iter().skip(1).copied().fold(0.0, f64::max));
+    let excursion = Excursion::of(&axis, trial.role(), vehicle)?;
     let max = |x: &[f64]| x.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
     let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
     Ok(AxisResult {
@@ -337,6 +371,8 @@ fn axis_result(dof: Dof, trial: &Trial) -> Result<AxisResult, Error> {
         dominant_amplitude: amplitude,
         force_max: max(axis.force.values()),
         force_rms: rms(axis.force.values()),
+        stroke: excursion.map(|excursion| excursion.stroke),
+        keulegan_carpenter: excursion.and_then(|excursion| excursion.keulegan_carpenter),
         speed_max: max(velocity.values()),
         speed_rms: rms(velocity.values()),
         gap_s: uniform.gaps.iter().map(|gap| gap.to_s - gap.from_s).sum(),

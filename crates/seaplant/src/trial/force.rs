@@ -1,7 +1,10 @@
 //! From thruster readings to the force along a degree of freedom.
 
 use crate::navigation::Recording;
-use crate::{Dof, Error, Quantity, ThrustCurve, Thruster, ThrusterInput, Timed, Vehicle};
+use crate::{
+    AxisRecord, Dof, Error, Quantity, ThrustCurve, ThrustUncertainty, Thruster, ThrusterInput,
+    Timed, Vehicle,
+};
 
 /// How often a thruster was driven beyond its measured curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,13 +27,70 @@ pub struct ThrusterTrack {
     pub forward: f64,
     /// k for negative n.
     pub reverse: f64,
+    /// Which curve it has: thrusters with one curve are off together.
+    pub curve: usize,
+    /// How well its strength is known.
+    pub uncertainty: ThrustUncertainty,
+}
+
+/// A strength that may be off: of one curve, one way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ThrustError {
+    curve: usize,
+    is_reverse: bool,
+    /// Standard deviation, as a part of thrust.
+    pub(crate) std: f64,
+}
+
+impl ThrustError {
+    /// Every strength of some tracks that is not known for sure.
+    pub(crate) fn all_of(tracks: &[ThrusterTrack]) -> Vec<Self> {
+        let mut errors: Vec<Self> = Vec::new();
+        for track in tracks {
+            let ThrustUncertainty { forward, reverse } = track.uncertainty;
+            for (is_reverse, std) in [(false, forward), (true, reverse)] {
+                let error = Self { curve: track.curve, is_reverse, std };
+                if std > 0.0 && !errors.contains(&error) {
+                    errors.push(error);
+                }
+            }
+        }
+        errors
+    }
+
+    fn on(self, track: &ThrusterTrack) -> ThrusterTrack {
+        let mut track = track.clone();
+        if track.curve == self.curve {
+            let strength = if self.is_reverse { &mut track.reverse } else { &mut track.forward };
+            *strength *= 1.0 + self.std;
+        }
+        track
+    }
+}
+
+impl AxisRecord {
+    /// Every strength of its thrusters that is not known for sure.
+    pub(crate) fn thrust_errors(&self) -> Vec<ThrustError> {
+        ThrustError::all_of(&self.thrusters)
+    }
+
+    /// The record as it is if a strength is off by one standard deviation.
+    ///
+    /// # Errors
+    /// Those of [`Timed::new`], which held for the record as it was.
+    pub(crate) fn with_thrust_off(&self, error: ThrustError) -> Result<Self, Error> {
+        let thrusters: Vec<ThrusterTrack> =
+            self.thrusters.iter().map(|track| error.on(track)).collect();
+        Ok(Self { force: total_force(&thrusters)?, thrusters, ..self.clone() })
+    }
 }
 
 impl ThrusterTrack {
     /// A thruster of which only the force is known: n = √|F| with the sign of F.
     pub fn of_force(lever: f64, force: &Timed) -> Self {
         let speed = force.map(|force| force.abs().sqrt().copysign(force));
-        Self { lever, speed, forward: 1.0, reverse: 1.0 }
+        let uncertainty = ThrustUncertainty::default();
+        Self { lever, speed, forward: 1.0, reverse: 1.0, curve: 0, uncertainty }
     }
 
     pub(super) fn window(&self, from_s: f64, to_s: f64) -> Option<Self> {
@@ -58,7 +118,11 @@ pub(super) fn tracks_along(
     let mut tracks = Vec::new();
     for thruster in vehicle.thrusters.iter().filter(|thruster| Vehicle::acts_on(thruster, dof)) {
         let lever = thruster.unit_wrench()[dof.index()];
-        tracks.push(track(trial, lever, thruster, recording, saturated)?);
+        let is_same = |other: &Thruster| other.curve == thruster.curve;
+        let curve = vehicle.thrusters.iter().position(is_same).unwrap_or_default();
+        let uncertainty = thruster.uncertainty;
+        let known = track(trial, lever, thruster, recording, saturated)?;
+        tracks.push(ThrusterTrack { curve, uncertainty, ..known });
     }
     if tracks.is_empty() {
         return Err(Error::MissingChannel {
@@ -81,10 +145,10 @@ fn track(
     match (&thruster.curve, recording.get(&speed)) {
         (ThrustCurve::Quadratic { input: ThrusterInput::Speed, law }, Some(speed)) => {
             Ok(ThrusterTrack {
-                lever,
                 speed: speed.map(|speed| law.effective(speed)),
                 forward: law.forward,
                 reverse: law.reverse,
+                ..ThrusterTrack::of_force(lever, speed)
             })
         }
         _ => {

@@ -42,6 +42,8 @@ pub struct TwinSpec {
     pub hold_out_s: f64,
     /// Mass in air, kg.
     pub dry_mass_kg: f64,
+    /// Length, width and height of the hull, m, if they are to be known.
+    pub size_m: Option<[f64; 3]>,
     /// Depth of the vehicle's origin at the start of each trial, m.
     pub start_depth_m: f64,
     /// The true plant of each degree of freedom.
@@ -194,6 +196,7 @@ impl Default for TwinSpec {
             duration_s: 480.0,
             hold_out_s: 300.0,
             dry_mass_kg: 3400.0,
+            size_m: Some([3.4, 2.2, 2.4]),
             start_depth_m: 150.0,
             plants: jason2_plants(),
             excitation: jason2_excitation(),

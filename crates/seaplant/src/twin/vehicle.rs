@@ -99,6 +99,7 @@ impl TwinSpec {
         Ok(Vehicle {
             name: self.name.clone(),
             dry_mass_kg: Some(self.dry_mass_kg),
+            size_m: self.size_m,
             thrusters: THRUSTERS.into_iter().map(mount).collect::<Result<_, _>>()?,
             sensors: Sensors {
                 dvl,

@@ -104,22 +104,28 @@ pub fn fit_filter_error(
     if !fitted.optimum.converged {
         return Err(Error::NotConverged { dof, iterations: fitted.optimum.iterations });
     }
-    let mut fit = into_fit(dof, &fitted, structure)?;
+    let mut fit = into_fit(dof, &fitted, structure, axes)?;
     if !records.steady.is_empty() {
         let steady = all_of(records.steady, Kind::Steady);
         let all = [unsteady.clone(), steady].concat();
-        fit = join(fit, &fitted, &Search { records: &all, ..search })?;
+        let all_axes = [axes, records.steady].concat();
+        fit = join(fit, &fitted, &Search { records: &all, ..search }, &all_axes)?;
     }
     fit.caveats.extend(hurried_disturbance(&fit, axes));
     Ok(fit)
 }
 
 /// Fits all trials, steady ones among them, if these ask for the same plant as the others.
-fn join(fit: Fit, unsteady: &Fitted<'_>, search: &Search<'_>) -> Result<Fit, Error> {
+fn join(
+    fit: Fit,
+    unsteady: &Fitted<'_>,
+    search: &Search<'_>,
+    axes: &[AxisRecord],
+) -> Result<Fit, Error> {
     let Some(two) = TwoPlants::fit(unsteady, search) else { return Ok(fit) };
     let Some(test) = two.test() else { return Ok(fit) };
     let fit = match test.agrees {
-        true => into_fit(fit.dof, &two.together, fit.structure)?,
+        true => into_fit(fit.dof, &two.together, fit.structure, axes)?,
         false => fit,
     };
     Ok(Fit { steady_test: Some(test), ..fit })
@@ -270,10 +276,17 @@ pub(super) fn freedom(problem: &Problem<'_>) -> f64 {
     (samples - problem.len().min(samples - 1)) as f64
 }
 
-fn into_fit(dof: Dof, fitted: &Fitted<'_>, structure: Vec<Decision>) -> Result<Fit, Error> {
+fn into_fit(
+    dof: Dof,
+    fitted: &Fitted<'_>,
+    structure: Vec<Decision>,
+    axes: &[AxisRecord],
+) -> Result<Fit, Error> {
     let Fitted { problem, optimum } = fitted;
     let stuck = || Error::NotConverged { dof, iterations: optimum.iterations };
-    let all = scaled_inverse(&optimum.information).ok_or_else(stuck)?;
+    let of_logs = scaled_inverse(&optimum.information).ok_or_else(stuck)?;
+    let of_thrust = thrust_covariance(fitted, &of_logs, axes)?;
+    let all = &of_logs + &of_thrust;
     let samples = problem.samples();
     let freedom = freedom(problem);
     let innovations: Vec<Vec<f64>> =
@@ -285,6 +298,7 @@ fn into_fit(dof: Dof, fitted: &Fitted<'_>, structure: Vec<Decision>) -> Result<F
         terms: terms_of(problem)?,
         lumped: lumped(problem, optimum, 0),
         covariance: plant_covariance(problem, &all, 0),
+        thrust_covariance: plant_covariance(problem, &of_thrust, 0),
         t_freedom: freedom,
         condition: condition(&optimum.information),
         inflation: Vec::new(),
@@ -299,6 +313,35 @@ fn into_fit(dof: Dof, fitted: &Fitted<'_>, structure: Vec<Decision>) -> Result<F
     };
     fit.caveats = caveats(&fit, &innovations);
     Ok(fit)
+}
+
+/// What uncertain thrust curves add to the covariance of all numbers.
+///
+/// A curve that is off by one standard deviation moves the optimum by `−I⁻¹ Δg`, with Δg
+/// what it does to the gradient there; errors of different curves are independent.
+fn thrust_covariance(
+    fitted: &Fitted<'_>,
+    inverse: &DMatrix<f64>,
+    axes: &[AxisRecord],
+) -> Result<DMatrix<f64>, Error> {
+    let Fitted { problem, optimum } = fitted;
+    let mut covariance = DMatrix::zeros(problem.len(), problem.len());
+    let errors = axes.first().map(AxisRecord::thrust_errors).unwrap_or_default();
+    if errors.is_empty() {
+        return Ok(covariance);
+    }
+    let (_, gradient, _) = problem.evaluate(&optimum.theta);
+    for error in errors {
+        let off = |(axis, record): (&AxisRecord, &Record)| {
+            Ok(Record::of(&axis.with_thrust_off(error)?, record.kind))
+        };
+        let pairs = axes.iter().zip(problem.records);
+        let records: Vec<Record> = pairs.map(off).collect::<Result<_, Error>>()?;
+        let (_, there, _) = problem.on(&records).evaluate(&optimum.theta);
+        let shift = inverse * (there - &gradient);
+        covariance += &shift * shift.transpose();
+    }
+    Ok(covariance)
 }
 
 /// Covariance of `[α, β, μ, bias]` of one record's kind.

@@ -128,6 +128,15 @@ impl<'a> Problem<'a> {
         Self { records, active, places, numbers, priors, fixed }
     }
 
+    /// The same numbers, asked of other records of the same trials.
+    pub(crate) fn on<'b>(&self, records: &'b [Record]) -> Problem<'b>
+    where
+        'a: 'b,
+    {
+        let Self { active, places, numbers, priors, fixed, .. } = self.clone();
+        Problem { records, active, places, numbers, priors, fixed }
+    }
+
     /// How many numbers are fitted.
     pub(crate) fn len(&self) -> usize {
         self.numbers.len()

@@ -170,6 +170,7 @@ pub(super) fn into_fit(
         terms: problem.terms,
         lumped: point.plant,
         covariance,
+        thrust_covariance: Matrix4::zeros(),
         t_freedom: freedom.max(1.0),
         condition: bread.condition,
         inflation: bread.inflation(),
