@@ -56,6 +56,7 @@ impl SurgeSignals {
             motion: Motion::Velocity(velocity),
             position: None,
             lever_rates: None,
+            turning: None,
         })
     }
 }

@@ -141,6 +141,20 @@ pub struct ChannelEntry {
     /// Whether a trial may go without it.
     #[serde(default, skip_serializing_if = "is_default")]
     pub optional: bool,
+    /// What a thruster did between its samples: held each until the next, or went straight.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub between: Between,
+}
+
+/// What a signal does between its samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Between {
+    /// Each is held until the next: commands, and logs of every change.
+    #[default]
+    Held,
+    /// It goes straight from one to the next: a smooth signal that was logged slowly.
+    Linear,
 }
 
 /// The terms to fit: force, quadratic, linear, bias.

@@ -8,7 +8,7 @@ use seaplant::{Caveat, CaveatCode, Quantity, Recording, Timed, TrialSetup};
 use seaplant_log::{Channel, Log, ReadOptions, TimeColumn, Unit};
 
 use crate::Error;
-use crate::campaign_file::{ChannelEntry, TimeEntry, TrialEntry};
+use crate::campaign_file::{Between, ChannelEntry, TimeEntry, TrialEntry};
 use crate::units::dimension_of;
 
 /// Which column holds which quantity.
@@ -46,6 +46,12 @@ pub(crate) fn read_trial(
         .fold(f64::INFINITY, f64::min);
     let mut recording = Recording::new();
     for (quantity, mapped) in channels {
+        let is_thrust = matches!(quantity, Quantity::Thruster { .. } | Quantity::Wrench(_));
+        if mapped.between == Between::Linear && !is_thrust {
+            let key = format!("channels.\"{quantity}\".between");
+            let reason = "is for thrusters and wrenches; leave it out for what is measured";
+            return Err(Error::value(path, key, reason));
+        }
         let channel = match log.channel(&mapped.column) {
             Ok(channel) => channel,
             Err(_) if mapped.optional => continue,
@@ -116,9 +122,17 @@ fn to_si(
     let sign = if mapped.negate { -1.0 } else { 1.0 };
     let time_s: Vec<f64> = channel.time_s().iter().map(|t| t - start_s).collect();
     let values: Vec<f64> = channel.values().iter().map(|x| sign * unit.to_si(*x)).collect();
-    Timed::new(&quantity.to_string(), time_s, values)
-        .map_err(Error::model(Path::new(&mapped.column)))
+    let series = Timed::new(&quantity.to_string(), time_s, values)
+        .map_err(Error::model(Path::new(&mapped.column)))?;
+    Ok(match mapped.between {
+        Between::Held => series,
+        Between::Linear => series.interpolated(LONGEST_HELD_S),
+    })
 }
+
+/// A straight line between samples is held over steps no longer than this, s: short beside
+/// the seconds in which a vehicle gathers speed.
+const LONGEST_HELD_S: f64 = 0.05;
 
 /// The campaign's unit, else the header's; a header that says otherwise is noted.
 fn unit_of(

@@ -79,6 +79,8 @@ pub enum CaveatCode {
     InstrumentsDisagree,
     /// The filter could not be as designed at this sampling rate.
     SampledSlowly,
+    /// Thrust that was logged slowly and changed in between.
+    ThrustBetweenSamples,
     /// Thrust acts later than it was logged.
     LagOrDelay,
     /// What the model fails to predict is correlated in time.

@@ -147,6 +147,9 @@ pub struct Nuisances {
     pub inflow: Option<Estimate>,
     /// Current along the degree of freedom, m/s, by trial.
     pub current: BTreeMap<String, Estimate>,
+    /// What turning does to body velocity, as a part of what it does to a rigid body: with
+    /// added masses, `(m_y/m_x)` in surge and its inverse in sway.
+    pub turning: Option<Estimate>,
     /// What the velocity sensor reads at rest, m/s or rad/s, by trial; where position tells.
     pub velocity_offset: BTreeMap<String, Estimate>,
     /// Lever arm of the velocity sensor that navigation did not know, m, along the two
@@ -265,6 +268,7 @@ impl Fit {
                 delay_s: value(&nuisances.delay_s).unwrap_or(0.0),
                 reverse_ratio: value(&nuisances.reverse_ratio).unwrap_or(1.0),
                 inflow: value(&nuisances.inflow).unwrap_or(0.0),
+                turning: value(&nuisances.turning).unwrap_or(0.0),
                 current: current.map(|(trial, u)| (trial.clone(), u.value)).collect(),
             },
         }

@@ -71,6 +71,7 @@ mod tests {
             thrusters: Vec::new(),
             motion: Motion::Velocity(Timed::new("velocity", time_s, v).expect("valid")),
             lever_rates: None,
+            turning: None,
             position: None,
         };
         let vehicle = Vehicle { size_m: Some([3.4, 2.2, 2.4]), ..Vehicle::default() };

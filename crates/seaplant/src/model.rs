@@ -18,13 +18,22 @@ pub struct ThrustModel {
     pub reverse_ratio: f64,
     /// Thrust lost to inflow: each thruster gives `k_in |n| v` less.
     pub inflow: f64,
+    /// What turning does to body velocity, as a part of what it does to a rigid body.
+    pub turning: f64,
     /// Current along the degree of freedom, m/s, by trial.
     pub current: BTreeMap<String, f64>,
 }
 
 impl Default for ThrustModel {
     fn default() -> Self {
-        Self { lag_s: 0.0, delay_s: 0.0, reverse_ratio: 1.0, inflow: 0.0, current: BTreeMap::new() }
+        Self {
+            lag_s: 0.0,
+            delay_s: 0.0,
+            reverse_ratio: 1.0,
+            inflow: 0.0,
+            turning: 0.0,
+            current: BTreeMap::new(),
+        }
     }
 }
 
@@ -66,6 +75,7 @@ impl Model {
             delay_s: value("delay").unwrap_or(0.0),
             reverse_ratio: value("reverse_ratio").unwrap_or(1.0),
             inflow: value("inflow").unwrap_or(0.0),
+            turning: value("turning").unwrap_or(0.0),
             current: current.collect(),
         };
         Self { lumped: result.lumped, thrust }
@@ -96,11 +106,12 @@ impl Model {
         let tracks = axis.tracks();
         let mut next = times_s.iter().peekable();
         let mut state = start;
-        for step in drive_over(&tracks, times_s, &self.thrust) {
+        for step in drive_over(&tracks, axis.turning.as_ref(), times_s, &self.thrust) {
+            let turning = self.thrust.turning * step.turning;
             let lost = self.lumped.alpha * self.thrust.inflow * step.gamma;
             let acceleration = |v: f64| {
                 // Drag acts on velocity through the water.
-                self.lumped.acceleration(step.tau, v - current) - lost * (v - current)
+                self.lumped.acceleration(step.tau, v - current) - lost * (v - current) + turning
             };
             state = advance(acceleration, state, step.length_s);
             if has_run_away(state) {

@@ -250,6 +250,40 @@ impl Timed {
         self.values[after.max(1) - 1]
     }
 
+    /// The series with one sample more, so long before its first.
+    pub(crate) fn preceded_by(&self, before_s: f64, value: f64) -> Self {
+        let time_s: Arc<[f64]> =
+            std::iter::once(self.first_s() - before_s).chain(self.time_s.iter().copied()).collect();
+        let values = std::iter::once(value).chain(self.values.iter().copied()).collect();
+        Self { steps: Steps::of(&time_s), time_s, values }
+    }
+
+    /// The series as one that is held over steps of at most `step_s`: each holds what
+    /// straight lines between samples have in its middle.
+    ///
+    /// ```
+    /// use seaplant::Timed;
+    /// let thrust = Timed::new("thrust", vec![0.0, 1.0], vec![0.0, 8.0])?;
+    /// assert_eq!(thrust.interpolated(0.5).values(), [2.0, 6.0, 8.0]);
+    /// # Ok::<(), seaplant::Error>(())
+    /// ```
+    pub fn interpolated(&self, step_s: f64) -> Self {
+        let (mut time_s, mut values) = (Vec::new(), Vec::new());
+        for k in 1..self.len() {
+            let (from_s, to_s) = (self.time_s[k - 1], self.time_s[k]);
+            let steps = ((to_s - from_s) / step_s).ceil().max(1.0);
+            for step in 0..steps as usize {
+                let part = step as f64 / steps;
+                let middle = part + 0.5 / steps;
+                time_s.push(from_s + part * (to_s - from_s));
+                values.push(self.values[k - 1] + middle * (self.values[k] - self.values[k - 1]));
+            }
+        }
+        time_s.push(self.last_s());
+        values.push(self.values[self.len() - 1]);
+        Self { steps: Steps::of(&time_s), time_s: time_s.into(), values: values.into() }
+    }
+
     /// The intervals longer than `longest_s`.
     pub fn gaps(&self, longest_s: f64) -> Vec<Gap> {
         if self.longest_step_s() <= longest_s {

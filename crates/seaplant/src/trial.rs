@@ -19,7 +19,7 @@ use axis::{lever_rates, rate_hz};
 pub(crate) use force::ThrustError;
 pub use force::ThrusterTrack;
 use force::{Saturation, total_force, tracks_along};
-use plausible::{masked, suspicious_units};
+use plausible::{coarse_thrust, masked, suspicious_units};
 
 /// What a trial is for.
 #[derive(
@@ -103,6 +103,7 @@ impl Trial {
     /// fewer than ten samples of motion are left in the trial's window.
     pub fn new(setup: TrialSetup, recording: &Recording, vehicle: &Vehicle) -> Result<Self, Error> {
         let mut caveats = suspicious_units(recording);
+        caveats.extend(coarse_thrust(&setup.name, recording));
         let recording = masked(recording, &mut caveats);
         let mut navigated = navigate(&setup.name, &recording, &vehicle.sensors)?;
         caveats.append(&mut navigated.caveats);
@@ -187,15 +188,36 @@ impl Trial {
             thrusters: tracks.clone(),
             motion,
             lever_rates: rates.and_then(|rates| lever_rates(dof, rates)),
+            turning: self.turning(dof),
             position: self.navigated.position.get(&dof).cloned(),
         };
-        let record = whole.window([from_s, to_s]);
+        let record = whole.window([from_s, to_s]).map(AxisRecord::from_rest);
         let samples = record.as_ref().map_or(0, |record| record.motion.series().len());
         record.filter(|_| samples >= LEAST_SAMPLES).ok_or_else(|| Error::TooShort {
             name: format!("the {dof} motion of trial `{}`", self.setup.name),
             found: samples,
             needed: LEAST_SAMPLES,
         })
+    }
+
+    /// `−(ω × v)` along a translation, at the times of one of the other velocities.
+    fn turning(&self, dof: Dof) -> Option<Timed> {
+        let rates = self.navigated.rates.as_ref()?;
+        let measured = |dof: Dof| self.navigated.measured.get(&dof);
+        let [u, v, w] = [Dof::Surge, Dof::Sway, Dof::Heave].map(measured);
+        let [p, q, r] = [0, 1, 2].map(|k| Some(&rates[k]));
+        let (plus, minus) = match dof {
+            Dof::Surge => ((r, v), (q, w)),
+            Dof::Sway => ((p, w), (r, u)),
+            Dof::Heave => ((q, u), (p, v)),
+            Dof::Roll | Dof::Pitch | Dof::Yaw => return None,
+        };
+        let base = plus.1.or(minus.1)?;
+        let product = |(rate, speed): (Option<&Timed>, Option<&Timed>), t: f64| {
+            rate.zip(speed).map_or(0.0, |(rate, speed)| rate.at(t) * speed.at(t))
+        };
+        let at = |&t: &f64| product(plus, t) - product(minus, t);
+        base.with_values("turning", base.time_s().iter().map(at).collect()).ok()
     }
 
     /// The caveats that every fit of a degree of freedom of this trial inherits.

@@ -55,6 +55,7 @@ fn axis(force: Timed, motion: Motion) -> AxisRecord {
         thrusters: Vec::new(),
         motion,
         lever_rates: None,
+        turning: None,
         position: None,
     }
 }

@@ -32,6 +32,7 @@ fn fit(values: Vec<f64>, motion: fn(Timed) -> Motion) -> LumpedParameters {
         thrusters: Vec::new(),
         motion: motion(measured),
         lever_rates: None,
+        turning: None,
         position: None,
     };
     let terms: Terms = "force,quadratic,linear,bias".parse().expect("a plant");

@@ -14,8 +14,8 @@ pub use fit::{FilterErrorOptions, Records, first_delays, fit_filter_error};
 pub use structure::{Candidate, Decision};
 pub use together::SteadyTest;
 
-use crate::{ThrustModel, ThrusterTrack};
-use drive::Drive;
+use crate::{ThrustModel, ThrusterTrack, Timed};
+use drive::{Drive, Push};
 use parameters::{UNKNOWNS, Unknown, Values};
 use schedule::steps_through;
 
@@ -29,22 +29,26 @@ pub(crate) struct DriveStep {
     pub(crate) tau: f64,
     /// γ = Σ lever² |n| of the inflow term.
     pub(crate) gamma: f64,
+    /// What turning does to the velocity of a rigid body, m/s².
+    pub(crate) turning: f64,
 }
 
 /// Thrust as it acts, over steps through `times_s` that are at most 0.1 s long.
-pub(crate) fn drive_over(
-    tracks: &[ThrusterTrack],
-    times_s: &[f64],
+pub(crate) fn drive_over<'a>(
+    tracks: &'a [ThrusterTrack],
+    turning: Option<&'a Timed>,
+    times_s: &'a [f64],
     thrust: &ThrustModel,
-) -> impl Iterator<Item = DriveStep> {
+) -> impl Iterator<Item = DriveStep> + 'a {
     let mut values = Values([0.0; UNKNOWNS]);
     values.set(Unknown::Lag, thrust.lag_s);
     values.set(Unknown::Delay, thrust.delay_s);
     values.set(Unknown::LogReverseRatio, thrust.reverse_ratio.ln());
-    let mut drive = Drive::new(tracks, &values, times_s.first().copied().unwrap_or(0.0));
+    let mut drive = Drive::new(tracks, turning, &values, times_s.first().copied().unwrap_or(0.0));
     steps_through(times_s).map(move |stop| {
-        let push = if stop.length_s > 0.0 { drive.until(&stop) } else { Default::default() };
-        DriveStep { time_s: stop.time_s, length_s: stop.length_s, tau: push.tau, gamma: push.gamma }
+        let push = if stop.length_s > 0.0 { drive.until(&stop) } else { Push::default() };
+        let Push { tau, gamma, turning, .. } = push;
+        DriveStep { time_s: stop.time_s, length_s: stop.length_s, tau, gamma, turning }
     })
 }
 

@@ -95,6 +95,7 @@ impl Loss {
 ///     force,
 ///     thrusters: Vec::new(),
 ///     lever_rates: None,
+///     turning: None,
 ///     position: None,
 /// };
 /// let guess = PhysicalParameters { mass: 150.0, d_quadratic: 20.0, ..Default::default() };

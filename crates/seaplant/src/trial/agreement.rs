@@ -117,6 +117,7 @@ mod tests {
             thrusters: Vec::new(),
             motion: Motion::Velocity(velocity),
             lever_rates: None,
+            turning: None,
             position: Some(Timed::new("depth", slow, p).expect("valid")),
         }
     }

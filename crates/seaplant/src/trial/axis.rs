@@ -19,9 +19,24 @@ pub struct AxisRecord {
     /// What a metre of lever arm adds to the measured velocity, along the axes that
     /// [`lever_axes`] names; absent for positions, rotations and logs without attitude.
     pub lever_rates: Option<[Timed; 2]>,
+    /// What turning does to the velocity of a rigid body along this axis, `−(ω × v)`, m/s²:
+    /// r v − q w in surge, p w − r u in sway, q u − p v in heave; absent in rotations and
+    /// where the log lacks turning or the other velocities.
+    pub turning: Option<Timed>,
     /// Position measured along this degree of freedom, where there is one.
     pub position: Option<Timed>,
 }
+
+/// Thrust before a record starts is kept for so long, s: with a delay it acts later.
+const HISTORY_S: f64 = 5.0;
+
+/// A vehicle starts from rest if its first speed is below this part of its greatest …
+const REST_PART: f64 = 0.1;
+/// … samples of velocity that tell its first speed.
+const REST_SAMPLES: usize = 5;
+
+/// How long before the first logged thrust a vehicle at rest had none, s.
+const OFF_BEFORE_S: f64 = 1.0;
 
 /// The two body axes along which a velocity sensor's lever arm shows in a translation:
 /// (ω × r) has no part along its own axis.
@@ -129,12 +144,37 @@ impl AxisRecord {
         };
         let tracks = self.thrusters.iter();
         Some(Self {
-            force: self.force.window_held(from_s, to_s)?,
-            thrusters: tracks.filter_map(|track| track.window(from_s, to_s)).collect(),
+            force: self.force.window_held(from_s - HISTORY_S, to_s)?,
+            thrusters: tracks.filter_map(|track| track.window(from_s - HISTORY_S, to_s)).collect(),
             motion,
             position: self.position.as_ref().and_then(cut),
             ..self.clone()
         })
+    }
+
+    /// The record with no thrust before its first, if the vehicle then still is at rest:
+    /// whatever had pushed it before would show.
+    pub(super) fn from_rest(self) -> Self {
+        let motion = self.motion.series();
+        let has_history = self.force.first_s() < motion.first_s() - motion.period_s();
+        let Ok(velocity) = self.velocity() else { return self };
+        let greatest = velocity.values().iter().fold(0.0_f64, |max, v| max.max(v.abs()));
+        let first = &velocity.values()[..velocity.len().min(REST_SAMPLES)];
+        let is_at_rest =
+            first.iter().sum::<f64>().abs() / (first.len() as f64) < REST_PART * greatest;
+        if has_history || !is_at_rest {
+            return self;
+        }
+        let off_before = |series: &Timed| series.preceded_by(OFF_BEFORE_S, 0.0);
+        let speed_off = |track: &ThrusterTrack| ThrusterTrack {
+            speed: off_before(&track.speed),
+            ..track.clone()
+        };
+        Self {
+            force: off_before(&self.force),
+            thrusters: self.thrusters.iter().map(speed_off).collect(),
+            ..self
+        }
     }
 
     /// The thrusters, or one that stands for them all where only the force is known.

@@ -36,6 +36,30 @@ pub(super) fn suspicious_units(recording: &Recording) -> Vec<Caveat> {
     recording.iter().filter_map(|(quantity, series)| suspicious(quantity, series)).collect()
 }
 
+/// Thrust that is logged at longer intervals than this is coarse beside a vehicle's motion, s.
+const COARSE_S: f64 = 0.25;
+
+/// A signal that changes at more than this part of its samples is not one of rare commands.
+const RESTLESS_PART: f64 = 0.5;
+
+/// Thrust that was logged slowly and changed in between.
+pub(super) fn coarse_thrust(trial: &str, recording: &Recording) -> Option<Caveat> {
+    let is_thrust =
+        |quantity: &Quantity| matches!(quantity, Quantity::Thruster { .. } | Quantity::Wrench(_));
+    let is_restless = |series: &Timed| {
+        let changes = series.values().windows(2).filter(|pair| pair[0] != pair[1]).count();
+        changes as f64 > RESTLESS_PART * (series.len() - 1) as f64
+    };
+    let (quantity, series) = recording.iter().find(|(quantity, series)| {
+        is_thrust(quantity) && series.period_s() > COARSE_S && is_restless(series)
+    })?;
+    let message = format!(
+        "trial `{trial}`: {quantity} is logged every {:.2} s and mostly differs from one sample to the next; each is held until the next, which is right for commands and wrong for a signal that moved smoothly, and that alone can double or halve mass and drag: give its channel between = \"linear\" if it did, and log it faster next time",
+        series.period_s()
+    );
+    Some(Caveat::warning(CaveatCode::ThrustBetweenSamples, message))
+}
+
 /// Beyond these a unit is more likely wrong than the vehicle fast, deep or odd.
 const HIGHEST_SPEED_M_S: f64 = 20.0;
 const HIGHEST_RATE_RAD_S: f64 = 6.0;

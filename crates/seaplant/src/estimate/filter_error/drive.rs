@@ -2,7 +2,7 @@
 
 use super::parameters::{Unknown, Values};
 use super::schedule::{HeldIntegral, Stop};
-use crate::ThrusterTrack;
+use crate::{ThrusterTrack, Timed};
 
 /// The unknowns that shape thrust, in the order of [`Drive`]'s derivatives.
 pub(crate) const SHAPING: [Unknown; 3] = [Unknown::Lag, Unknown::Delay, Unknown::LogReverseRatio];
@@ -18,6 +18,8 @@ pub(crate) struct Push {
     pub(crate) gamma: f64,
     /// Its derivatives by lag and delay; ln κ does not change it.
     pub(crate) gamma_by: [f64; 3],
+    /// What turning does to the velocity of a rigid body, m/s².
+    pub(crate) turning: f64,
 }
 
 /// All thrusters on their way through a trial.
@@ -26,6 +28,7 @@ pub(crate) struct Push {
 /// speed exponentially, so that the mean of n*|n*| over a step is known in closed form.
 pub(crate) struct Drive<'a> {
     propellers: Vec<Propeller<'a>>,
+    turning: Option<HeldIntegral<'a>>,
     lag_s: f64,
     delay_s: f64,
     kappa: f64,
@@ -33,6 +36,10 @@ pub(crate) struct Drive<'a> {
     decay: Decay,
     length_s: f64,
 }
+
+/// A propeller is settled this long before a trial starts, s: what it is told at the start
+/// is new to it.
+const JUST_BEFORE_S: f64 = 1e-6;
 
 /// One of them.
 struct Propeller<'a> {
@@ -45,17 +52,24 @@ struct Propeller<'a> {
 }
 
 impl<'a> Drive<'a> {
-    /// Settled at the speed asked for when the trial starts.
-    pub(crate) fn new(tracks: &'a [ThrusterTrack], values: &Values, from_s: f64) -> Self {
+    /// Settled at the speed asked for until the trial starts.
+    pub(crate) fn new(
+        tracks: &'a [ThrusterTrack],
+        turning: Option<&'a Timed>,
+        values: &Values,
+        from_s: f64,
+    ) -> Self {
         let (lag_s, delay_s) = (values.get(Unknown::Lag), values.get(Unknown::Delay));
         let propeller = |track: &'a ThrusterTrack| {
             let mut asked = HeldIntegral::new(&track.speed);
+            let settled = asked.until(from_s - delay_s - JUST_BEFORE_S).1;
             let before = asked.until(from_s - delay_s);
-            let speed = Changing { x: before.1, by_lag: 0.0, by_delay: 0.0 };
+            let speed = Changing { x: settled, by_lag: 0.0, by_delay: 0.0 };
             Propeller { track, asked, before, speed }
         };
         Self {
             propellers: tracks.iter().map(propeller).collect(),
+            turning: turning.map(HeldIntegral::new),
             lag_s,
             delay_s,
             kappa: values.get(Unknown::LogReverseRatio).exp(),
@@ -71,7 +85,8 @@ impl<'a> Drive<'a> {
         if h != self.length_s {
             (self.decay, self.length_s) = (Decay::after(h, self.lag_s), h);
         }
-        let mut push = Push::default();
+        let at = |turning: &mut HeldIntegral<'_>| turning.until(stop.time_s - 0.5 * h).1;
+        let mut push = Push { turning: self.turning.as_mut().map_or(0.0, at), ..Push::default() };
         for propeller in &mut self.propellers {
             let after = propeller.asked.until(stop.time_s - self.delay_s);
             let before = std::mem::replace(&mut propeller.before, after);

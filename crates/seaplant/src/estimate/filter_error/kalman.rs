@@ -85,6 +85,7 @@ struct Kalman<'a, const N: usize, const POSITION: bool> {
     bias: f64,
     current: f64,
     inflow: f64,
+    turning: f64,
     lever: [f64; 2],
     offset: f64,
     sigma2: f64,
@@ -143,7 +144,8 @@ pub(crate) fn likelihood(
         7..=8 => run!(8),
         9..=10 => run!(10),
         11..=12 => run!(12),
-        _ => run!(16),
+        13..=14 => run!(14),
+        _ => run!(18),
     }
 }
 
@@ -170,6 +172,7 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
             bias: of(Unknown::Bias),
             current: of(Unknown::Current),
             inflow: of(Unknown::Inflow),
+            turning: of(Unknown::Turning),
             lever: [of(Unknown::LeverFirst), of(Unknown::LeverSecond)],
             offset: of(Unknown::VelocityOffset),
             sigma2,
@@ -238,7 +241,11 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
         let (speed, sign) = (r.abs(), r.signum());
         let linear = self.mu - self.alpha * self.inflow * push.gamma;
         let a = 2.0 * self.beta * speed + linear;
-        let f = self.alpha * push.tau + (self.beta * speed + linear) * r + self.bias + s.d;
+        let f = self.alpha * push.tau
+            + (self.beta * speed + linear) * r
+            + self.bias
+            + self.turning * push.turning
+            + s.d;
         let bend = 2.0 * self.beta * sign;
         let t = self.inverse_t;
         let g2 = a * f - s.d * t;
@@ -304,6 +311,7 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
         set(Unknown::Beta, speed * r, 2.0 * speed);
         set(Unknown::Mu, r, 1.0);
         set(Unknown::Bias, 1.0, 0.0);
+        set(Unknown::Turning, push.turning, 0.0);
         set(Unknown::Current, -a, -2.0 * self.beta * sign);
         set(Unknown::Inflow, -self.alpha * gamma * r, -self.alpha * gamma);
         for (i, unknown) in SHAPING.into_iter().enumerate() {

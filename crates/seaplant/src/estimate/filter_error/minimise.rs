@@ -204,7 +204,8 @@ pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
         | Unknown::Inflow
         | Unknown::LeverFirst
         | Unknown::LeverSecond
-        | Unknown::VelocityOffset => (f64::NEG_INFINITY, f64::INFINITY),
+        | Unknown::VelocityOffset
+        | Unknown::Turning => (f64::NEG_INFINITY, f64::INFINITY),
     }
 }
 

@@ -25,6 +25,8 @@ pub(crate) enum Unknown {
     LeverFirst,
     /// The same along the second axis, m.
     LeverSecond,
+    /// What turning does to body velocity, as a part of what it does to a rigid body.
+    Turning,
     /// What the velocity sensor reads at rest, m/s; seen beside position, one for each trial.
     VelocityOffset,
     /// Logarithm of the standard deviation of the disturbance, m/s².
@@ -45,7 +47,7 @@ impl Unknown {
 }
 
 /// How many unknowns there are.
-pub(crate) const UNKNOWNS: usize = 16;
+pub(crate) const UNKNOWNS: usize = 17;
 
 /// Values of all unknowns for one trial; those that are not fitted keep theirs.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use super::drive::Drive;
 use super::kalman::{Likelihood, Start, Wanted, likelihood};
 use super::parameters::{Active, Unknown, Values};
 use super::schedule::Measurements;
-use crate::{AxisRecord, ThrusterTrack};
+use crate::{AxisRecord, ThrusterTrack, Timed};
 
 /// What is believed of an unknown before any log is read: a normal distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +21,7 @@ pub(crate) struct Prior {
 pub(crate) struct Record {
     pub(crate) trial: String,
     tracks: Vec<ThrusterTrack>,
+    turning: Option<Timed>,
     pub(crate) measurements: Measurements,
     start: Start,
     /// Trials of one kind may have a plant of their own: see [`Problem::apart`].
@@ -57,7 +58,14 @@ impl Record {
             position: position.map_or(0.0, |p| p.values()[0] - wait_s * first),
             position_variance: (spread * sample_s.max(wait_s)).powi(2).max(f64::MIN_POSITIVE),
         };
-        Self { trial: axis.trial.clone(), tracks: axis.tracks(), measurements, start, kind }
+        Self {
+            trial: axis.trial.clone(),
+            tracks: axis.tracks(),
+            turning: axis.turning.clone(),
+            measurements,
+            start,
+            kind,
+        }
     }
 }
 
@@ -205,8 +213,8 @@ impl<'a> Problem<'a> {
     }
 
     fn likelihood_of(&self, record: &Record, values: &Values, wanted: Wanted) -> Likelihood {
-        let Record { tracks, measurements, start, .. } = record;
-        let drive = Drive::new(tracks, values, measurements.first_s());
+        let Record { tracks, turning, measurements, start, .. } = record;
+        let drive = Drive::new(tracks, turning.as_ref(), values, measurements.first_s());
         likelihood(measurements, drive, &self.active, values, *start, wanted)
     }
 

@@ -34,11 +34,13 @@ pub enum Candidate {
     LinearDrag,
     /// A constant force.
     Bias,
+    /// What turning does to body velocity: see [`AxisRecord::turning`].
+    Turning,
 }
 
 impl Candidate {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Lag,
         Self::Delay,
         Self::ReverseRatio,
@@ -48,6 +50,7 @@ impl Candidate {
         Self::LeverSecond,
         Self::LinearDrag,
         Self::Bias,
+        Self::Turning,
     ];
 
     /// As files write it.
@@ -62,6 +65,7 @@ impl Candidate {
             Self::LeverSecond => "lever-second",
             Self::LinearDrag => "linear-drag",
             Self::Bias => "bias",
+            Self::Turning => "turning",
         }
     }
 
@@ -76,6 +80,7 @@ impl Candidate {
             Self::LeverSecond => Unknown::LeverSecond,
             Self::LinearDrag => Unknown::Mu,
             Self::Bias => Unknown::Bias,
+            Self::Turning => Unknown::Turning,
         }
     }
 
@@ -87,6 +92,7 @@ impl Candidate {
             Self::LeverFirst | Self::LeverSecond => {
                 axes.iter().all(|axis| axis.lever_rates.is_some())
             }
+            Self::Turning => axes.iter().all(|axis| axis.turning.is_some()),
             _ => true,
         }
     }
@@ -116,7 +122,7 @@ pub struct Decision {
     /// What the Bayesian information criterion asks for: numbers added times ln n.
     pub needed: f64,
     /// How much it does, for a term: linear drag as a part of quadratic drag at the usual
-    /// speed; a bias force, at the end of its interval that is farther from zero, as a part
+    /// speed, zero unless both brake; a bias force, at the end of its interval that is farther from zero, as a part
     /// of the usual thrust.
     pub size: Option<f64>,
     /// Twice the gain in log-likelihood on held-out trials, with everything held that was
@@ -336,7 +342,9 @@ impl<'a> Search<'a> {
         match candidate {
             Candidate::LinearDrag => {
                 let quadratic = values.get(Unknown::Beta) * speed;
-                Some((values.get(Unknown::Mu) / quadratic).abs())
+                // Beside thrust that drives, one of two drags that do is no drag at all.
+                let both_brake = values.get(Unknown::Mu) < 0.0 && quadratic < 0.0;
+                Some(if both_brake { values.get(Unknown::Mu) / quadratic } else { 0.0 })
             }
             Candidate::Bias => {
                 let place = with.problem.index(Unknown::Bias, 0)?;
@@ -358,6 +366,10 @@ impl<'a> Search<'a> {
         kept: &[Candidate],
         needed_anyway: &[Candidate],
     ) -> Option<(Candidate, Fitted<'a>)> {
+        let linear = Candidate::LinearDrag;
+        if kept.contains(&linear) && self.size(linear, model) == Some(0.0) {
+            return Some((linear, self.without(model, linear)));
+        }
         let wald = |candidate: &Candidate| self.wald(model, *candidate) - self.needed(*candidate);
         let open = || kept.iter().copied().filter(|c| !needed_anyway.contains(c));
         let least = open().min_by(|a, b| wald(a).total_cmp(&wald(b)))?;
