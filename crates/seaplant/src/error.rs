@@ -104,6 +104,18 @@ pub enum Error {
         /// What was asked for.
         found: f64,
     },
+    /// A bootstrap that says nothing.
+    #[error(
+        "a bootstrap of {resamples} resamples in blocks of {block_s} s says nothing; use at least {least} resamples and blocks of some seconds"
+    )]
+    Bootstrap {
+        /// How many were asked for.
+        resamples: usize,
+        /// Their length, s.
+        block_s: f64,
+        /// The fewest on offer.
+        least: usize,
+    },
     /// A thruster that cannot be.
     #[error("thruster `{name}`: {reason}")]
     Thruster {

@@ -2,9 +2,13 @@
 
 mod equation_error;
 mod filter_error;
+mod filtered;
 mod output_error;
 mod paper;
+mod sriv;
 pub mod steady;
+mod total_least_squares;
+mod weighted_least_squares;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -20,6 +24,11 @@ pub(crate) use filter_error::drive_over;
 pub use filter_error::{Candidate, Decision, FilterErrorOptions, first_delays, fit_filter_error};
 pub use output_error::{Loss, OutputErrorOptions, fit_output_error};
 pub use paper::{PaperOptions, fit_paper};
+pub use sriv::fit_sriv;
+pub use total_least_squares::fit_total_least_squares;
+pub use weighted_least_squares::fit_weighted_least_squares;
+
+pub use crate::regression::{BlockBootstrap, Intervals};
 
 use crate::regression::{Columns, LeastSquares};
 use crate::signal::LowPass;
@@ -45,11 +54,29 @@ pub enum Method {
     /// Maximum likelihood on the innovations of a Kalman filter, with what stands between
     /// thrust and water.
     FilterError,
+    /// Equation error with each equation weighted by how sure it is.
+    WeightedLeastSquares,
+    /// Equation error with noise in the regressors, too.
+    TotalLeastSquares,
+    /// Instrumental variables from the simulated plant.
+    Sriv,
 }
 
 impl Method {
     /// All methods, the recommended one first.
-    pub const ALL: [Self; 4] =
+    pub const ALL: [Self; 7] = [
+        Self::FilterError,
+        Self::OutputError,
+        Self::EquationError,
+        Self::Paper,
+        Self::WeightedLeastSquares,
+        Self::TotalLeastSquares,
+        Self::Sriv,
+    ];
+
+    /// The methods that are used where nothing else is said, the recommended one first; the
+    /// others are there to compare with.
+    pub const DEFAULT: [Self; 4] =
         [Self::FilterError, Self::OutputError, Self::EquationError, Self::Paper];
 
     /// The method to believe where nothing else is said.
@@ -62,6 +89,9 @@ impl Method {
             Self::EquationError => "equation-error",
             Self::OutputError => "output-error",
             Self::FilterError => "filter-error",
+            Self::WeightedLeastSquares => "weighted-least-squares",
+            Self::TotalLeastSquares => "total-least-squares",
+            Self::Sriv => "sriv",
         }
     }
 }

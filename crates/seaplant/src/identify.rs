@@ -14,7 +14,7 @@ use crate::estimate::steady::{SteadyFit, SteadyOptions, fit_steady};
 use crate::estimate::{
     EquationErrorOptions, FilterErrorOptions, Fit, Method, OutputErrorOptions, PaperOptions,
     first_delays, fit_best_delay, fit_equation_error, fit_filter_error, fit_output_error,
-    fit_paper,
+    fit_paper, fit_sriv, fit_total_least_squares, fit_weighted_least_squares,
 };
 use crate::results::{
     ComparisonFigure, Failure, FigureData, Identification, PlantResult, Score, SpectrumFigure,
@@ -54,7 +54,7 @@ pub struct IdentifyOptions {
 impl Default for IdentifyOptions {
     fn default() -> Self {
         Self {
-            methods: Method::ALL.to_vec(),
+            methods: Method::DEFAULT.to_vec(),
             terms: None,
             terms_of: BTreeMap::new(),
             velocity: None,
@@ -192,9 +192,7 @@ impl Work<'_> {
     fn fit(&self, method: Method, terms: Option<Terms>) -> Result<(Fit, Vec<AxisRecord>), Error> {
         let usual = match method {
             Method::Paper => VelocitySource::Position,
-            Method::EquationError | Method::OutputError | Method::FilterError => {
-                VelocitySource::Measured
-            }
+            _ => VelocitySource::Measured,
         };
         let source = self.options.velocity.unwrap_or(usual);
         let axes = self.axes(&self.trials.fit, source)?;
@@ -209,6 +207,13 @@ impl Work<'_> {
                 let start = fit_equation_error(self.dof, &axes, chosen, first)?.lumped;
                 fit_output_error(self.dof, &axes, chosen, &start, &self.options.output_error)?
             }
+            Method::WeightedLeastSquares => {
+                fit_weighted_least_squares(self.dof, &axes, chosen, &self.options.equation_error)?
+            }
+            Method::TotalLeastSquares => {
+                fit_total_least_squares(self.dof, &axes, chosen, &self.options.equation_error)?
+            }
+            Method::Sriv => fit_sriv(self.dof, &axes, chosen, &self.options.equation_error)?,
             Method::FilterError => {
                 let hold_out = self.axes(&self.trials.hold_out, source)?;
                 let first = &self.options.equation_error;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::IdentifyOptions;
 use crate::diagnose::dominant_force_hz;
 use crate::estimate::steady::SteadyFit;
-use crate::estimate::{Fit, Loss, Nuisances};
+use crate::estimate::{EquationErrorOptions, Fit, Intervals, Loss, Method, Nuisances};
 use crate::quantity::{Attitude, Axis, World};
 use crate::results::{
     AxisResult, PairResult, Parameter, Parameters, PlantResult, Provenance, RegressionResult,
@@ -166,7 +166,11 @@ pub(super) fn empty_results(
         version: env!("CARGO_PKG_VERSION").to_owned(),
         vehicle: vehicle.name.clone(),
         dry_mass_kg: vehicle.dry_mass_kg,
-        provenance: Provenance { settings: settings(options), ..Default::default() },
+        provenance: Provenance {
+            settings: settings(options),
+            seed: drawn_seed(options),
+            ..Default::default()
+        },
         plants: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
@@ -179,6 +183,13 @@ pub(super) fn empty_results(
         failures: Vec::new(),
         caveats: Vec::new(),
     }
+}
+
+/// The seed of the bootstrap, if there is one.
+fn drawn_seed(options: &IdentifyOptions) -> Option<u64> {
+    let EquationErrorOptions { intervals, bootstrap, .. } = options.equation_error;
+    let draws = options.methods.contains(&Method::EquationError);
+    (draws && intervals == Intervals::BlockBootstrap).then_some(bootstrap.seed)
 }
 
 fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
@@ -230,6 +241,16 @@ fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
                 ee.term_filter.cutoff_hz,
                 ee.term_filter.order
             ),
+        ),
+        (
+            "equation-error: intervals".to_owned(),
+            match ee.intervals {
+                Intervals::BatchMeans => "batch means".to_owned(),
+                Intervals::BlockBootstrap => format!(
+                    "{} resamples in blocks of {} s, seed {}",
+                    ee.bootstrap.resamples, ee.bootstrap.block_s, ee.bootstrap.seed
+                ),
+            },
         ),
         (
             "steady".to_owned(),
