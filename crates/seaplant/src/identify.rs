@@ -239,7 +239,7 @@ impl Work<'_> {
         };
         let evidence = Evidence { fit, axes, trials: &self.trials.fit, vehicle: self.vehicle };
         let mut doubts = caveats(&evidence)?;
-        if fit.method == Method::EquationError {
+        if fit.method.takes_force_as_logged() {
             let late = lateness(fit, axes, &self.options.equation_error);
             doubts.extend(late.map(|late| lateness_caveat(fit, late)));
         }

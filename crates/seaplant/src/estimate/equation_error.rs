@@ -63,13 +63,13 @@ pub fn fit_equation_error(
     let (found, doubts) = match options.intervals {
         Intervals::BatchMeans => {
             let rows = filtered.add_to(Regression::of(filtered.duration_s(), terms))?;
-            (rows.solve(dof)?, None)
+            (rows.solve(dof)?, Vec::new())
         }
         Intervals::BlockBootstrap => {
             let empty = options.bootstrap.regression(filtered.duration_s(), terms)?;
-            let rows = filtered.add_to(empty)?;
-            let Resampled { found, refused } = rows.solve_by_blocks(dof, &options.bootstrap)?;
-            (found, refused_caveat(dof, refused, options.bootstrap.resamples))
+            let resampled = filtered.add_to(empty)?.solve_by_blocks(dof, &options.bootstrap)?;
+            let doubts = doubts(dof, &resampled, &options.bootstrap);
+            (resampled.found, doubts)
         }
     };
     let Filtered { filters, mut caveats, .. } = filtered;
@@ -77,13 +77,23 @@ pub fn fit_equation_error(
     Ok(Fit::of_regression(dof, Method::EquationError, terms, found, filters, caveats))
 }
 
-fn refused_caveat(dof: Dof, refused: usize, resamples: usize) -> Option<Caveat> {
-    (refused > 0).then(|| {
+/// What a bootstrap does not tell by its intervals.
+fn doubts(dof: Dof, resampled: &Resampled, bootstrap: &BlockBootstrap) -> Vec<Caveat> {
+    let Resampled { refused, lasting, .. } = *resampled;
+    let of = bootstrap.resamples;
+    let narrow = (refused > 0).then(|| {
         let message = format!(
-            "in {refused} of {resamples} resampled records the {dof} terms cannot be told apart and they are left out, so the intervals are too narrow: a few moments of the trial carry the fit; use a longer one"
+            "in {refused} of {of} resampled records the {dof} terms cannot be told apart and they are left out, so the intervals are too narrow: a few moments of the trial carry the fit; use a longer one"
         );
         Caveat::warning(CaveatCode::FewEffectiveSamples, message)
-    })
+    });
+    let biased = lasting.map(|correlation| {
+        let message = format!(
+            "what the {dof} equation leaves lasts for seconds (correlation {correlation:.2} from one quarter of a block to the next), as under a force that wanders, such as a tether's or a current's: it moves the vehicle and so biases mass and drag, which no resampling of the same record shows; compare with filter-error"
+        );
+        Caveat::warning(CaveatCode::ResidualsNotWhite, message)
+    });
+    narrow.into_iter().chain(biased).collect()
 }
 
 /// A fit with thrust moved in time.

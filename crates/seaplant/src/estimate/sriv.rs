@@ -4,8 +4,7 @@ mod instrumental;
 mod prefilter;
 
 use super::filtered::Filtered;
-use super::{EquationErrorOptions, Filters, Fit, Method, fit_equation_error};
-use crate::estimate::Intervals;
+use super::{EquationErrorOptions, Filters, Fit, Method, first_delays, fit_best_delay};
 use crate::regression::{LeastSquares, batch_s};
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
 use instrumental::{Rows, solve};
@@ -33,7 +32,7 @@ use prefilter::{Prefilter, Record};
 /// goes away.
 ///
 /// # Errors
-/// As [`fit_equation_error`], from which it starts; [`Error::NotConverged`] if the
+/// As [`fit_best_delay`], from which it starts; [`Error::NotConverged`] if the
 /// repetitions do not settle, [`Error::Diverged`] if a simulation runs away.
 ///
 /// # Source
@@ -44,8 +43,8 @@ pub fn fit_sriv(
     terms: Terms,
     options: &EquationErrorOptions,
 ) -> Result<Fit, Error> {
-    let first = EquationErrorOptions { intervals: Intervals::BatchMeans, ..*options };
-    let start = fit_equation_error(dof, axes, terms, &first)?.lumped;
+    // A lag can make the drag of least squares negative; no motion could be simulated then.
+    let start = fit_best_delay(dof, axes, terms, options, first_delays())?.fit.lumped;
     let Filtered { filters, stretches, caveats } = Filtered::of(dof, axes, options)?;
     let records: Vec<Record> = stretches
         .iter()
@@ -57,12 +56,27 @@ pub fn fit_sriv(
 }
 
 /// It settles in a dozen rounds, or not at all.
-const MOST_ROUNDS: usize = 60;
+const MOST_ROUNDS: usize = 100;
 
 /// Settled: no coefficient moves by more than this part of its standard deviation …
 const SETTLED: f64 = 1e-4;
 /// … or of itself, where there is no noise.
 const ROUNDING: f64 = 1e-9;
+
+/// A step that is cut down to less than this goes nowhere.
+const LEAST_PART: f64 = 1e-3;
+
+/// A plant, and the initial velocity of every stretch.
+struct Guess {
+    plant: LumpedParameters,
+    velocities: Vec<f64>,
+}
+
+/// What a guess makes of the records.
+struct Simulated {
+    guess: Guess,
+    rows: Vec<Rows>,
+}
 
 struct Refinement<'a> {
     dof: Dof,
@@ -73,31 +87,46 @@ struct Refinement<'a> {
 impl Refinement<'_> {
     fn refine(&self, start: LumpedParameters) -> Result<LeastSquares, Error> {
         let batch_s = batch_s(self.records.iter().map(Record::duration_s).sum());
-        let mut plant = start;
-        let mut starts: Vec<f64> = self.records.iter().map(Record::first_velocity).collect();
+        let first_velocities = self.records.iter().map(Record::first_velocity).collect();
+        let mut now = self.simulated(Guess { plant: start, velocities: first_velocities })?;
         for _ in 0..MOST_ROUNDS {
-            let rows = self.rows(&plant, &starts)?;
-            let found = solve(self.dof, self.terms, &rows, batch_s)?;
-            let moved = found.lumped.to_vector() - plant.to_vector();
-            plant = found.lumped;
-            starts = rows.iter().map(|rows| rows.start_velocity(&plant)).collect();
+            let found = solve(self.dof, self.terms, &now.rows, batch_s)?;
+            let moved = found.lumped.to_vector() - now.guess.plant.to_vector();
             let std = found.covariance.diagonal().map(f64::sqrt);
-            let near = SETTLED * std + ROUNDING * plant.to_vector().abs();
+            let near = SETTLED * std + ROUNDING * found.lumped.to_vector().abs();
             if moved.abs().iter().zip(&near).all(|(moved, near)| moved <= near) {
                 return Ok(found);
             }
+            now = self.towards(&now, found.lumped)?;
         }
         Err(Error::NotConverged { dof: self.dof, iterations: MOST_ROUNDS })
     }
 
+    /// The next guess: all the way, or as much of it as does not run away.
+    fn towards(&self, from: &Simulated, plant: LumpedParameters) -> Result<Simulated, Error> {
+        let velocities: Vec<f64> =
+            from.rows.iter().map(|rows| rows.start_velocity(&plant)).collect();
+        let (old, new) = (from.guess.plant.to_vector(), plant.to_vector());
+        let mut part = 1.0;
+        loop {
+            let plant = LumpedParameters::from_vector(&(old + part * (new - old)));
+            match self.simulated(Guess { plant, velocities: velocities.clone() }) {
+                Err(Error::Diverged { .. }) if part > LEAST_PART => part *= 0.5,
+                simulated => return simulated,
+            }
+        }
+    }
+
     /// The filtered terms of the measured motion and of the one that a plant makes.
-    fn rows(&self, plant: &LumpedParameters, starts: &[f64]) -> Result<Vec<Rows>, Error> {
-        let simulate = |(record, start): (&Record, &f64)| record.simulate(self.dof, plant, *start);
-        let motions = self.records.iter().zip(starts).map(simulate);
+    fn simulated(&self, guess: Guess) -> Result<Simulated, Error> {
+        let simulate =
+            |(record, start): (&Record, &f64)| record.simulate(self.dof, &guess.plant, *start);
+        let motions = self.records.iter().zip(&guess.velocities).map(simulate);
         let motions: Vec<Vec<f64>> = motions.collect::<Result<_, _>>()?;
         let longest_s = self.records.iter().map(Record::duration_s).fold(0.0, f64::max);
-        let prefilter = Prefilter::of(plant, motions.iter().flatten(), longest_s);
+        let prefilter = Prefilter::of(&guess.plant, motions.iter().flatten(), longest_s);
         let of = |(record, motion): (&Record, &Vec<f64>)| record.rows(&prefilter, motion);
-        Ok(self.records.iter().zip(&motions).map(of).collect())
+        let rows = self.records.iter().zip(&motions).map(of).collect();
+        Ok(Simulated { guess, rows })
     }
 }

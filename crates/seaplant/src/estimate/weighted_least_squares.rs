@@ -59,7 +59,7 @@ pub fn fit_weighted_least_squares(
 }
 
 /// Fit and weights settle in fewer rounds than this.
-const MOST_ROUNDS: usize = 50;
+const MOST_ROUNDS: usize = 300;
 
 /// They have settled when no coefficient moves by more than this part of its standard
 /// deviation.

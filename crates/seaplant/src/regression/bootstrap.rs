@@ -50,7 +50,13 @@ pub(crate) struct Resampled {
     pub(crate) found: LeastSquares,
     /// Draws in which the terms could not be told apart, and which are left out.
     pub(crate) refused: usize,
+    /// Correlation of neighbouring quarters of blocks, if it is more than chance.
+    pub(crate) lasting: Option<f64>,
 }
+
+/// Quarters of blocks are correlated by more than so many of the standard deviations that
+/// chance has.
+const BEYOND_CHANCE: f64 = 3.0;
 
 impl BlockBootstrap {
     /// An empty regression whose batches are the parts of blocks.
@@ -100,7 +106,9 @@ impl Regression {
         let inflate = residuals.scores.len() as f64 / residuals.freedom(terms);
         let covariance = covariance(&draws, terms) * inflate;
         let found = rows.found(&factored, &coefficients, &residuals, &covariance);
-        Ok(Resampled { found, refused: bootstrap.resamples - draws.len() })
+        let chance = BEYOND_CHANCE / (parts.sums.len() as f64).sqrt();
+        let lasting = Some(parts.correlation_of_neighbours()).filter(|found| *found > chance);
+        Ok(Resampled { found, refused: bootstrap.resamples - draws.len(), lasting })
     }
 }
 

@@ -37,6 +37,13 @@ impl Residuals {
         if long_run > 0.0 { (n * variance / long_run).min(n) } else { n }
     }
 
+    /// How far the sum of a batch foretells that of the next: their correlation.
+    pub(super) fn correlation_of_neighbours(&self) -> f64 {
+        let product: f64 = self.sums.windows(2).map(|pair| pair[0] * pair[1]).sum();
+        let square: f64 = self.sums.iter().map(|sum| sum * sum).sum();
+        if square > 0.0 { product / square } else { 0.0 }
+    }
+
     /// Every so many neighbouring batches as one.
     pub(super) fn joined(&self, parts: usize) -> Self {
         Self {
