@@ -94,9 +94,7 @@ impl Method {
             Self::Sriv => "sriv",
         }
     }
-}
 
-impl Method {
     /// Whether it regresses motion on force as it was logged, so that a lag goes unseen by
     /// the method itself. The paper's has faults that are told before that one.
     pub(crate) const fn takes_force_as_logged(self) -> bool {
@@ -147,8 +145,9 @@ pub struct Fit {
     pub samples: usize,
     /// Rows that would say as much if they were independent.
     pub effective_samples: f64,
-    /// Root mean square of what was minimised: of equation errors, m/s² or rad/s²; of
-    /// output errors, in the unit of what was measured.
+    /// Root mean square of what was minimised: of equation errors, m/s² or rad/s², or
+    /// m/s or rad/s if a filter integrates them; of output errors, in the unit of what was
+    /// measured.
     pub residual_rms: f64,
     /// The filters that were in fact used.
     pub filters: Filters,

@@ -36,7 +36,8 @@ use prefilter::{Prefilter, Record};
 /// repetitions do not settle, [`Error::Diverged`] if a simulation runs away.
 ///
 /// # Source
-/// [Young2011, ch. 8]: SRIV in continuous time; \[Young1980\].
+/// \[Young1980\], \[Young2011\]: SRIV in continuous time, of linear plants; here v|v| is one
+/// more input.
 pub fn fit_sriv(
     dof: Dof,
     axes: &[AxisRecord],

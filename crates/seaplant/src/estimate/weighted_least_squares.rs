@@ -35,7 +35,8 @@ use noise::{Memory, Variance};
 ///
 /// # Source
 /// Weights by the inverse variance: \[Aitken1936\]; a variance linear in known numbers:
-/// \[Amemiya1977\]; repeated autoregression: \[Cochrane1949\], in identification [Young2011].
+/// \[Amemiya1977\]; repeated autoregression: \[Cochrane1949\], in identification
+/// \[Young2011\].
 pub fn fit_weighted_least_squares(
     dof: Dof,
     axes: &[AxisRecord],

@@ -59,8 +59,8 @@ impl Regression {
     /// noise would explain a noisy column as well as v̇.
     ///
     /// # Source
-    /// [VanHuffel1991, §3.5]: mixed least squares and total least squares, and its
-    /// generalisation to correlated noise; covariance: [Fuller1987, §2.2].
+    /// \[VanHuffel1991\]: mixed least squares and total least squares, and its generalisation
+    /// to correlated noise; covariance: \[Fuller1987\].
     pub(crate) fn solve_total(
         self,
         dof: Dof,
