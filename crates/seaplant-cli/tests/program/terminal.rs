@@ -49,7 +49,7 @@ fn help_names_every_method() {
         [("identify", &several), ("monte-carlo", &several), ("simulate", &one), ("validate", &one)]
     {
         let says = predicate::str::contains(says);
-        seaplant().args([command, "-h"]).env("COLUMNS", "200").assert().success().stdout(says);
+        seaplant().args([command, "-h"]).env("COLUMNS", "300").assert().success().stdout(says);
     }
 }
 

@@ -29,7 +29,7 @@ def thrust(k):
 
 
 def noise(k):
-    """Noise by a formula, so that Rust needs no generator: white to the eye and to n = 3000."""
+    """A disturbance by a formula, so that Rust needs no generator; noisy enough."""
     return 0.05 * (np.modf(np.sin(12.9898 * (k + 1.0)) * 43758.5453)[0])
 
 

@@ -115,3 +115,55 @@ fn covariance(errors: &[Vec<f64>], lag: usize) -> f64 {
     };
     errors.iter().map(of).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// Independent numbers, evenly between −1 and 1.
+    fn white(n: usize) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        (0..n).map(|_| rng.random_range(-1.0..1.0)).collect()
+    }
+
+    #[test]
+    fn an_autoregression_is_found_with_its_order() {
+        // u_k = 0.6 u_{k−3} − 0.3 u_{k−6} + noise.
+        let mut u = white(30_000);
+        for k in 6..u.len() {
+            u[k] += 0.6 * u[k - 3] - 0.3 * u[k - 6];
+        }
+        let memory = Memory::of(&[u.clone()], 3, None);
+        assert_eq!(memory.order(), 2, "{memory:?}");
+        assert!((memory.parts[0] - 0.6).abs() < 0.02, "{memory:?}");
+        assert!((memory.parts[1] + 0.3).abs() < 0.02, "{memory:?}");
+        let known = Memory { parts: vec![0.6, -0.3], spacing: 3 };
+        known.forget(&mut u, |x, before, part| *x -= part * before);
+        let expected = white(30_000);
+        assert!(u.iter().zip(&expected).skip(6).all(|(u, e)| (u - e).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_variance_that_grows_with_speed_is_found() {
+        let rows: Vec<Row> =
+            (0..40_000).map(|k| [0.0, 0.0, (0.01 * f64::from(k)).sin(), 0.0]).collect();
+        let e = white(40_000);
+        let errors: Vec<f64> =
+            rows.iter().zip(e).map(|(row, e)| (0.2 + 0.7 * row[2] * row[2]).sqrt() * e).collect();
+        let found = Variance::of(&[rows], &[errors]);
+        // The variance of the numbers is a third.
+        assert!((found.at_rest - 0.2 / 3.0).abs() < 0.005, "{found:?}");
+        assert!((found.by_square - 0.7 / 3.0).abs() < 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn a_variance_that_falls_with_speed_is_taken_as_constant() {
+        let rows: Vec<Row> = [0.0, 1.0, 2.0].map(|v| [0.0, 0.0, v, 0.0]).into();
+        let found = Variance::of(&[rows.clone()], &[vec![3.0, 2.0, 1.0]]);
+        assert_eq!(found.by_square, 0.0);
+        assert!((found.weight(&rows[2]) - (3.0_f64 / 14.0).sqrt()).abs() < 1e-15);
+    }
+}
