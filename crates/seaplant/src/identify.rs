@@ -190,38 +190,31 @@ impl Work<'_> {
     }
 
     fn fit(&self, method: Method, terms: Option<Terms>) -> Result<(Fit, Vec<AxisRecord>), Error> {
+        let Self { dof, options, trials, .. } = *self;
         let usual = match method {
             Method::Paper => VelocitySource::Position,
             _ => VelocitySource::Measured,
         };
-        let source = self.options.velocity.unwrap_or(usual);
-        let axes = self.axes(&self.trials.fit, source)?;
+        let source = options.velocity.unwrap_or(usual);
+        let axes = self.axes(&trials.fit, source)?;
         let chosen = terms.unwrap_or_default();
+        let first = &options.equation_error;
         let fit = match method {
-            Method::Paper => fit_paper(self.dof, &axes, chosen, &self.options.paper)?,
-            Method::EquationError => {
-                fit_equation_error(self.dof, &axes, chosen, &self.options.equation_error)?
-            }
+            Method::Paper => fit_paper(dof, &axes, chosen, &options.paper),
+            Method::EquationError => fit_equation_error(dof, &axes, chosen, first),
+            Method::WeightedLeastSquares => fit_weighted_least_squares(dof, &axes, chosen, first),
+            Method::TotalLeastSquares => fit_total_least_squares(dof, &axes, chosen, first),
+            Method::Sriv => fit_sriv(dof, &axes, chosen, first),
             Method::OutputError => {
-                let first = &self.options.equation_error;
-                let start = fit_equation_error(self.dof, &axes, chosen, first)?.lumped;
-                fit_output_error(self.dof, &axes, chosen, &start, &self.options.output_error)?
+                let start = fit_equation_error(dof, &axes, chosen, first)?.lumped;
+                fit_output_error(dof, &axes, chosen, &start, &options.output_error)
             }
-            Method::WeightedLeastSquares => {
-                fit_weighted_least_squares(self.dof, &axes, chosen, &self.options.equation_error)?
-            }
-            Method::TotalLeastSquares => {
-                fit_total_least_squares(self.dof, &axes, chosen, &self.options.equation_error)?
-            }
-            Method::Sriv => fit_sriv(self.dof, &axes, chosen, &self.options.equation_error)?,
             Method::FilterError => {
-                let hold_out = self.axes(&self.trials.hold_out, source)?;
-                let first = &self.options.equation_error;
-                let start = fit_best_delay(self.dof, &axes, chosen, first, first_delays())?;
-                let options = &self.options.filter_error;
-                fit_filter_error(self.dof, &axes, &hold_out, terms, &start, options)?
+                let hold_out = self.axes(&trials.hold_out, source)?;
+                let start = fit_best_delay(dof, &axes, chosen, first, first_delays())?;
+                fit_filter_error(dof, &axes, &hold_out, terms, &start, &options.filter_error)
             }
-        };
+        }?;
         Ok((fit, axes))
     }
 

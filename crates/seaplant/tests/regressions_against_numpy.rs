@@ -32,15 +32,9 @@ fn thrust(k: f64) -> f64 {
     1500.0 * (0.0785 * k).sin() + 500.0 * (0.0211 * k + 1.0).sin()
 }
 
-/// As in the script.
-fn noise(k: f64) -> f64 {
-    0.05 * ((12.9898 * (k + 1.0)).sin() * 43758.5453).fract()
-}
-
 fn axis(velocity: &[f64]) -> AxisRecord {
     let grid = Grid { start_s: 0.0, period_s: 0.1, len: velocity.len() };
-    let noisy = velocity.iter().enumerate().map(|(k, v)| v + noise(k as f64)).collect();
-    let measured = Timed::on_grid("velocity", grid, noisy).expect("finite");
+    let measured = Timed::on_grid("velocity", grid, velocity.to_vec()).expect("finite");
     let taus = (0..grid.len).map(|k| thrust(k as f64)).collect();
     AxisRecord {
         dof: Dof::Surge,

@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn a_variance_that_falls_with_speed_is_taken_as_constant() {
         let rows: Vec<Row> = [0.0, 1.0, 2.0].map(|v| [0.0, 0.0, v, 0.0]).into();
-        let found = Variance::of(&[rows.clone()], &[vec![3.0, 2.0, 1.0]]);
+        let found = Variance::of(std::slice::from_ref(&rows), &[vec![3.0, 2.0, 1.0]]);
         assert_eq!(found.by_square, 0.0);
         assert!((found.weight(&rows[2]) - (3.0_f64 / 14.0).sqrt()).abs() < 1e-15);
     }
