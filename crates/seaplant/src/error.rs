@@ -106,15 +106,13 @@ pub enum Error {
     },
     /// A bootstrap that says nothing.
     #[error(
-        "a bootstrap of {resamples} resamples in blocks of {block_s} s says nothing; use at least {least} resamples and blocks of some seconds"
+        "a bootstrap of {resamples} resamples in blocks of {block_s} s tells no interval; use 100 to 1000000 resamples and blocks of 1 s or longer"
     )]
     Bootstrap {
         /// How many were asked for.
         resamples: usize,
         /// Their length, s.
         block_s: f64,
-        /// The fewest on offer.
-        least: usize,
     },
     /// A thruster that cannot be.
     #[error("thruster `{name}`: {reason}")]

@@ -117,7 +117,7 @@ fn resampled_blocks_scatter_as_numpys_do() {
 #[test]
 fn refuses_a_bootstrap_that_says_nothing() {
     let axes = [axis(&numbers(&reference()["velocity"]))];
-    for (resamples, block_s) in [(0, 20.0), (2000, 0.0), (2000, f64::NAN)] {
+    for (resamples, block_s) in [(99, 20.0), (usize::MAX, 20.0), (2000, 0.5), (2000, f64::NAN)] {
         let bootstrap = BlockBootstrap { resamples, block_s, ..Default::default() };
         let intervals = Intervals::BlockBootstrap;
         let options = EquationErrorOptions { intervals, bootstrap, ..Default::default() };

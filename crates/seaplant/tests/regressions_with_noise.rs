@@ -129,6 +129,24 @@ fn noise_of_velocity_pulls_least_squares_but_not_sriv_and_total_least_squares() 
 }
 
 #[test]
+fn intervals_hold_the_truth_under_noise_of_velocity() {
+    let terms: Terms = "force,linear,bias".parse().expect("a plant");
+    for (method, highest) in [(fit_sriv as Method, 99), (fit_total_least_squares, 100)] {
+        let covers = |seed: &u64| {
+            let axes = [record_of(&LINEAR, *seed, 6000, 0.1, &[0.0; 6000])];
+            let fit = method(Dof::Surge, &axes, terms, &open()).expect("exciting");
+            let drag = fit.estimates().d_linear.expect("fitted");
+            drag.covers(LINEAR.d_linear)
+        };
+        let covered = (0..100).filter(covers).count();
+        // 95 % of 100, give or take two standard deviations. Differences of noise take each
+        // other away but at the ends of batches, so that where v is derived intervals are
+        // wide: 100 of 100.
+        assert!((90..=highest).contains(&covered), "{covered} of 100");
+    }
+}
+
+#[test]
 fn weights_take_most_of_a_wandering_force_away() {
     let of = |seed| record(seed, 6000, 0.003, &wandering(seed, 6000, 60.0));
     let options = EquationErrorOptions::default();

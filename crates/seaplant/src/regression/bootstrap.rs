@@ -1,5 +1,7 @@
 //! The circular block bootstrap of a regression.
 
+use std::ops::RangeInclusive;
+
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -25,11 +27,11 @@ pub enum Intervals {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BlockBootstrap {
-    /// How many records to draw; at least 100.
+    /// How many records to draw; 100 to a million.
     pub resamples: usize,
     /// Where its random numbers start.
     pub seed: u64,
-    /// How long a block is, s; a tenth of the record if that is less.
+    /// How long a block is, s; at least 1, a tenth of the record if that is less.
     pub block_s: f64,
 }
 
@@ -42,8 +44,12 @@ impl Default for BlockBootstrap {
 /// A block begins at each quarter of a block.
 const PARTS: usize = 4;
 
-/// Fewer resamples do not tell a standard deviation to a tenth.
-const LEAST_RESAMPLES: usize = 100;
+/// Fewer resamples do not tell a standard deviation to a tenth, more tell it no better than
+/// the record does.
+const RESAMPLES: RangeInclusive<usize> = 100..=1_000_000;
+
+/// The filters alone make residuals go together for so long, s.
+const LEAST_BLOCK_S: f64 = 1.0;
 
 /// What the fits to drawn blocks say.
 pub(crate) struct Resampled {
@@ -62,11 +68,12 @@ impl BlockBootstrap {
     /// An empty regression whose batches are the parts of blocks.
     ///
     /// # Errors
-    /// [`Error::Bootstrap`] for too few resamples or blocks of no length.
+    /// [`Error::Bootstrap`] for too few or many resamples, or too short blocks.
     pub(crate) fn regression(&self, total_s: f64, terms: Terms) -> Result<Regression, Error> {
         let Self { resamples, block_s, .. } = *self;
-        if resamples < LEAST_RESAMPLES || !(block_s > 0.0 && block_s.is_finite()) {
-            return Err(Error::Bootstrap { resamples, block_s, least: LEAST_RESAMPLES });
+        let is_long = block_s >= LEAST_BLOCK_S && block_s.is_finite();
+        if !RESAMPLES.contains(&resamples) || !is_long {
+            return Err(Error::Bootstrap { resamples, block_s });
         }
         let block_s = block_s.min(total_s / BATCHES.0 as f64);
         Ok(Regression::in_batches(block_s / PARTS as f64, terms))
