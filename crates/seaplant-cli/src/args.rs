@@ -1,5 +1,6 @@
 //! What a user may write on the command line.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -108,6 +109,54 @@ fn method() -> impl TypedValueParser<Value = Method> {
     PossibleValuesParser::new(Method::ALL.map(Method::name)).try_map(|name| name.parse::<Method>())
 }
 
+/// A method, or all of them.
+#[derive(Clone, Copy, Debug)]
+pub enum MethodChoice {
+    /// Every method that there is.
+    All,
+    /// One.
+    One(Method),
+}
+
+/// How all methods are asked for.
+const ALL: &str = "all";
+
+impl MethodChoice {
+    /// The methods, each once, in the order in which they were named.
+    pub fn methods(choices: &[Self]) -> Vec<Method> {
+        let mut methods = Vec::new();
+        for choice in choices {
+            let named = match choice {
+                Self::All => Method::ALL.to_vec(),
+                Self::One(method) => vec![*method],
+            };
+            for method in named {
+                if !methods.contains(&method) {
+                    methods.push(method);
+                }
+            }
+        }
+        methods
+    }
+}
+
+impl fmt::Display for MethodChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::All => f.write_str(ALL),
+            Self::One(method) => method.fmt(f),
+        }
+    }
+}
+
+fn methods() -> impl TypedValueParser<Value = MethodChoice> {
+    let names = Method::ALL.map(Method::name).into_iter().chain([ALL]);
+    PossibleValuesParser::new(names).try_map(|name| match name.as_str() {
+        ALL => Ok(MethodChoice::All),
+        one => one.parse::<Method>().map(MethodChoice::One),
+    })
+}
+
 fn dof() -> impl TypedValueParser<Value = Dof> {
     PossibleValuesParser::new(Dof::ALL.map(Dof::name)).try_map(|name| name.parse::<Dof>())
 }
@@ -159,8 +208,8 @@ pub struct Identify {
     #[arg(value_hint = ValueHint::FilePath)]
     pub campaign: PathBuf,
     /// A method. Give it once for each; the first gives the recommended plant.
-    #[arg(long = "method", value_name = "METHOD", value_parser = method())]
-    pub methods: Vec<Method>,
+    #[arg(long = "method", value_name = "METHOD", value_parser = methods())]
+    pub methods: Vec<MethodChoice>,
     /// The terms to fit, in place of the campaign's: force, quadratic, linear, bias.
     #[arg(long, value_name = "LIST")]
     pub terms: Option<Terms>,
@@ -271,9 +320,9 @@ pub struct MonteCarlo {
     /// The degrees of freedom, in place of what the file says. Give it once for each.
     #[arg(long = "dof")]
     pub dofs: Vec<Dof>,
-    /// A method; all if not given. Give it once for each.
-    #[arg(long = "method", value_name = "M")]
-    pub methods: Vec<Method>,
+    /// A method; those that `identify` uses by itself if not given. Give it once for each.
+    #[arg(long = "method", value_name = "METHOD", value_parser = methods())]
+    pub methods: Vec<MethodChoice>,
     /// How many twins to make, with seeds from that of the file upwards.
     #[arg(long, value_name = "N", default_value_t = 15)]
     pub runs: u64,

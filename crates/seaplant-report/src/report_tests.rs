@@ -1,7 +1,6 @@
 //! The whole report, from a fixture.
 
 use std::collections::HashSet;
-use std::time::Instant;
 
 use seaplant::results::{Identification, Parameter};
 
@@ -258,18 +257,4 @@ fn the_thrust_figure_stands_alone() {
     pull.deadband = Some(fixture::parameter(25.0, 2.0, "us"));
     let scene = thrust(&pull).expect("draws");
     assert!(scene.description.contains("deadband 25.0 ± 2.0 us"), "{}", scene.description);
-}
-
-/// s. It takes a third of a second on two idle cores; tests share theirs.
-const LONGEST_RENDER_S: f64 = 3.0;
-
-#[test]
-fn a_campaign_of_24_comparisons_is_rendered_fast() {
-    let mut identification = fixture::identification();
-    let one = identification.figures.comparisons[0].clone();
-    identification.figures.comparisons = vec![one; 24];
-    let start = Instant::now();
-    render(&identification).expect("renders");
-    let taken = start.elapsed();
-    assert!(taken.as_secs_f64() < LONGEST_RENDER_S, "{taken:?}");
 }

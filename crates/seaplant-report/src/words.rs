@@ -10,6 +10,7 @@ use crate::number::chosen;
 pub(crate) fn method(method: Method) -> String {
     match method {
         Method::Paper => "the paper’s method".to_owned(),
+        Method::Sriv => "SRIV".to_owned(),
         other => other.name().replace('-', " "),
     }
 }

@@ -85,6 +85,8 @@ pub enum CaveatCode {
     LagOrDelay,
     /// What the model fails to predict is correlated in time.
     ResidualsNotWhite,
+    /// The equation misses by far more than the noise of the instruments makes it.
+    MoreThanNoise,
     /// Thrust scale cannot be seen in motion.
     ThrustScale,
     /// The log reader dropped or mended something.

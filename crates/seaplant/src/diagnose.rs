@@ -11,7 +11,9 @@ pub(crate) use comparison::{
 pub(crate) use plausible::implausible;
 
 use crate::caveat::spoken;
-use crate::estimate::{DelayedFit, EquationErrorOptions, Fit, Method, fit_best_delay};
+use crate::estimate::{
+    DelayedFit, EquationErrorOptions, Fit, Method, fit_best_delay, fit_equation_error,
+};
 use crate::signal::{LowPass, amplitude_spectrum};
 use crate::{
     AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, Term, ThrustUncertainty, Trial, Vehicle,
@@ -345,12 +347,14 @@ pub(crate) fn lateness(
     axes: &[AxisRecord],
     options: &EquationErrorOptions,
 ) -> Option<Lateness> {
+    // Others weigh residuals differently; to compare delays, those of equation error do.
+    let plain = fit_equation_error(fit.dof, axes, fit.terms, options).ok()?;
     let (from, to, step) = DELAYS_S;
     let steps = ((to - from) / step).round() as usize;
     let delays_s = (0..=steps).map(|k| from + k as f64 * step);
     let DelayedFit { delay_s, fit: best } =
         fit_best_delay(fit.dof, axes, fit.terms, options, delays_s).ok()?;
-    let ratio = fit.effective_samples * 2.0 * (fit.residual_rms / best.residual_rms).ln();
+    let ratio = plain.effective_samples * 2.0 * (plain.residual_rms / best.residual_rms).ln();
     let physical = best.physical();
     (ratio > LIKELIHOOD_RATIO && delay_s.abs() > HARMLESS_S).then_some(Lateness {
         delay_s,

@@ -104,6 +104,16 @@ pub enum Error {
         /// What was asked for.
         found: f64,
     },
+    /// A bootstrap that says nothing.
+    #[error(
+        "a bootstrap of {resamples} resamples in blocks of {block_s} s tells no interval; use 100 to 1000000 resamples and blocks of 1 s or longer"
+    )]
+    Bootstrap {
+        /// How many were asked for.
+        resamples: usize,
+        /// Their length, s.
+        block_s: f64,
+    },
     /// A thruster that cannot be.
     #[error("thruster `{name}`: {reason}")]
     Thruster {

@@ -15,7 +15,7 @@ use crate::estimate::steady::{SteadyOptions, fit_steady};
 use crate::estimate::{
     EquationErrorOptions, FilterErrorOptions, Fit, Method, OutputErrorOptions, PaperOptions,
     Records, first_delays, fit_best_delay, fit_equation_error, fit_filter_error, fit_output_error,
-    fit_paper,
+    fit_paper, fit_sriv, fit_total_least_squares, fit_weighted_least_squares,
 };
 use crate::results::{
     ComparisonFigure, Failure, FigureData, Identification, PlantResult, Score, SpectrumFigure,
@@ -56,7 +56,7 @@ pub struct IdentifyOptions {
 impl Default for IdentifyOptions {
     fn default() -> Self {
         Self {
-            methods: Method::ALL.to_vec(),
+            methods: Method::DEFAULT.to_vec(),
             terms: None,
             terms_of: BTreeMap::new(),
             velocity: None,
@@ -207,36 +207,40 @@ impl Work<'_> {
     }
 
     fn fit(&self, method: Method, terms: Option<Terms>) -> Result<(Fit, Vec<AxisRecord>), Error> {
+        let Self { dof, options, trials, .. } = *self;
         let usual = match method {
             Method::Paper => VelocitySource::Position,
-            Method::EquationError | Method::OutputError | Method::FilterError => {
-                VelocitySource::Measured
-            }
+            _ => VelocitySource::Measured,
         };
-        let source = self.options.velocity.unwrap_or(usual);
-        let axes = self.axes(&self.trials.fit, source)?;
+        let source = options.velocity.unwrap_or(usual);
+        let axes = self.axes(&trials.fit, source)?;
         let chosen = terms.unwrap_or_default();
-        let first = &self.options.equation_error;
+        let first = &options.equation_error;
+        let carried =
+            |fit: &dyn Fn(&[AxisRecord]) -> Result<Fit, Error>| with_thrust_errors(&axes, fit);
         let fit = match method {
-            Method::Paper => with_thrust_errors(&axes, |axes| {
-                fit_paper(self.dof, axes, chosen, &self.options.paper)
-            })?,
-            Method::EquationError => {
-                with_thrust_errors(&axes, |axes| fit_equation_error(self.dof, axes, chosen, first))?
+            Method::Paper => carried(&|axes| fit_paper(dof, axes, chosen, &options.paper)),
+            Method::EquationError => carried(&|axes| fit_equation_error(dof, axes, chosen, first)),
+            Method::WeightedLeastSquares => {
+                carried(&|axes| fit_weighted_least_squares(dof, axes, chosen, first))
             }
-            Method::OutputError => with_thrust_errors(&axes, |axes| {
-                let start = fit_equation_error(self.dof, axes, chosen, first)?.lumped;
-                fit_output_error(self.dof, axes, chosen, &start, &self.options.output_error)
-            })?,
+            Method::TotalLeastSquares => {
+                carried(&|axes| fit_total_least_squares(dof, axes, chosen, first))
+            }
+            Method::Sriv => carried(&|axes| fit_sriv(dof, axes, chosen, first)),
+            Method::OutputError => carried(&|axes| {
+                let start = fit_equation_error(dof, axes, chosen, first)?.lumped;
+                fit_output_error(dof, axes, chosen, &start, &options.output_error)
+            }),
             Method::FilterError => {
-                let hold_out = self.axes(&self.trials.hold_out, source)?;
+                let hold_out = self.axes(&trials.hold_out, source)?;
                 let steady = self.steady_axes(source)?;
-                let start = fit_best_delay(self.dof, &axes, chosen, first, first_delays())?;
+                let start = fit_best_delay(dof, &axes, chosen, first, first_delays())?;
                 let records = Records { fit: &axes, hold_out: &hold_out, steady: &steady };
                 // It carries thrust errors itself, by its own information.
-                fit_filter_error(self.dof, records, terms, &start, &self.options.filter_error)?
+                fit_filter_error(dof, records, terms, &start, &options.filter_error)
             }
-        };
+        }?;
         Ok((fit, axes))
     }
 
@@ -254,7 +258,7 @@ impl Work<'_> {
         };
         let evidence = Evidence { fit, axes, trials: &self.trials.fit, vehicle: self.vehicle };
         let mut doubts = caveats(&evidence)?;
-        if fit.method == Method::EquationError {
+        if fit.method.takes_force_as_logged() {
             let late = lateness(fit, axes, &self.options.equation_error);
             doubts.extend(late.map(|late| lateness_caveat(fit, late)));
         }
@@ -360,7 +364,7 @@ impl Work<'_> {
 /// Fits records, and once more for each thrust curve that may be off, by as much as that.
 fn with_thrust_errors(
     axes: &[AxisRecord],
-    fit: impl Fn(&[AxisRecord]) -> Result<Fit, Error>,
+    fit: &dyn Fn(&[AxisRecord]) -> Result<Fit, Error>,
 ) -> Result<Fit, Error> {
     let found = fit(axes)?;
     let errors = axes.first().map(AxisRecord::thrust_errors).unwrap_or_default();

@@ -1,7 +1,19 @@
 //! Least squares on the columns of the plant model, with rank, conditioning and
 //! a covariance that correlated residuals do not fool.
 
-use nalgebra::{DMatrix, DVector, Matrix4, SVector};
+mod bootstrap;
+mod residuals;
+mod total;
+mod triangle;
+
+use nalgebra::linalg::SVD;
+use nalgebra::{DMatrix, DVector, Dyn, Matrix4, SVector};
+
+pub(crate) use bootstrap::Resampled;
+pub use bootstrap::{BlockBootstrap, Intervals};
+pub(crate) use residuals::Residuals;
+pub(crate) use total::{NoiseShape, TotalLeastSquares};
+use triangle::{BLOCK_ROWS, Batch, Block, ONE, Triangle, V_DOT, WIDTH, place, width};
 
 use crate::terms::Term;
 use crate::{Dof, Error, LumpedParameters, Terms};
@@ -85,7 +97,6 @@ pub fn least_squares(dof: Dof, stretches: &[Columns], terms: Terms) -> Result<Le
     }
     regression.solve(dof)
 }
-
 /// τ, v|v|, v and v̇ of one instant.
 pub(crate) type Row = [f64; 4];
 
@@ -101,11 +112,20 @@ pub(crate) struct Regression {
     block: Block,
 }
 
+/// The time of one batch of stretches that last `total_s` together, s.
+pub(crate) fn batch_s(total_s: f64) -> f64 {
+    let batches = ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1);
+    total_s / batches as f64
+}
+
 impl Regression {
     /// For rows of stretches that last `total_s` together.
     pub(crate) fn of(total_s: f64, terms: Terms) -> Self {
-        let batches = ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1);
-        let batch_s = total_s / batches as f64;
+        Self::in_batches(batch_s(total_s), terms)
+    }
+
+    /// For batches that last `batch_s` each.
+    fn in_batches(batch_s: f64, terms: Terms) -> Self {
         Self { terms, batch_s, batch_rows: 1, batches: Vec::new(), block: Block::default() }
     }
 
@@ -116,16 +136,27 @@ impl Regression {
         self.batches.push(Batch::default());
     }
 
-    pub(crate) fn add(&mut self, mut rows: &[Row]) {
+    pub(crate) fn add(&mut self, rows: &[Row]) {
+        self.add_with(rows, None);
+    }
+
+    /// As [`Regression::add`], for equations that were multiplied or differenced, so that
+    /// the constant is not one; `ones` has what it is, one for each row.
+    pub(crate) fn add_transformed(&mut self, rows: &[Row], ones: &[f64]) {
+        self.add_with(rows, Some(ones));
+    }
+
+    fn add_with(&mut self, mut rows: &[Row], mut ones: Option<&[f64]>) {
         while !rows.is_empty() {
             let in_batch = self.batches.last().map_or(0, |batch| batch.rows) + self.block.rows;
             let room = (BLOCK_ROWS - self.block.rows).min(self.batch_rows - in_batch);
             let (now, later) = rows.split_at(room.min(rows.len()));
-            self.block.push(now);
+            let (ones_now, ones_later) = ones.map(|ones| ones.split_at(now.len())).unzip();
+            self.block.push(now, ones_now);
             if now.len() == room {
                 self.finish_block();
             }
-            rows = later;
+            (rows, ones) = (later, ones_later);
         }
     }
 
@@ -143,7 +174,16 @@ impl Regression {
     ///
     /// # Errors
     /// As [`least_squares`].
-    pub(crate) fn solve(mut self, dof: Dof) -> Result<LeastSquares, Error> {
+    pub(crate) fn solve(self, dof: Dof) -> Result<LeastSquares, Error> {
+        let rows = self.reduce(dof)?;
+        let factored = rows.factored()?;
+        let coefficients = factored.solve(&rows.whole.column(V_DOT));
+        let residuals = rows.residuals(&coefficients);
+        let covariance = sandwich(&factored.inverse, &residuals);
+        Ok(rows.found(&factored, &coefficients, &residuals, &covariance))
+    }
+
+    fn reduce(mut self, dof: Dof) -> Result<Reduced, Error> {
         self.finish_block();
         self.batches.retain(|batch| batch.rows > 0);
         let samples: usize = self.batches.iter().map(|batch| batch.rows).sum();
@@ -151,237 +191,135 @@ impl Regression {
             return Err(Error::NoTrial { dof });
         }
         let fitted = self.terms.fitted();
-        let needed = fitted.len();
         let whole = Triangle::of(&self.batches);
-
         // Newtons (~1e3) sit beside m/s (~1e-1): unscaled, the rank test would
         // judge our choice of units instead of the trial.
-        let scale = DVector::from_iterator(
-            needed,
-            fitted
-                .iter()
-                .map(|&term| 1.0 / whole.column(place(term)).norm().max(f64::MIN_POSITIVE)),
-        );
-        let columns =
-            DMatrix::from_fn(WIDTH, needed, |i, j| whole.column(place(fitted[j]))[i] * scale[j]);
+        let unit = |&term: &Term| 1.0 / whole.column(place(term)).norm().max(f64::MIN_POSITIVE);
+        let scale = DVector::from_iterator(fitted.len(), fitted.iter().map(unit));
+        Ok(Reduced { dof, terms: self.terms, fitted, whole, batches: self.batches, scale, samples })
+    }
+}
+
+/// All rows, reduced.
+struct Reduced {
+    dof: Dof,
+    terms: Terms,
+    fitted: Vec<Term>,
+    batches: Vec<Batch>,
+    whole: Triangle,
+    /// What brings each fitted column to unit length.
+    scale: DVector<f64>,
+    samples: usize,
+}
+
+/// The scaled columns, taken apart.
+struct Factored {
+    svd: SVD<f64, Dyn, Dyn>,
+    /// (FᵀF)⁻¹.
+    inverse: DMatrix<f64>,
+    condition: f64,
+}
+
+impl Factored {
+    /// Scaled coefficients.
+    fn solve(&self, rhs: &SVector<f64, WIDTH>) -> DVector<f64> {
+        let rhs = DVector::from_column_slice(rhs.as_slice());
+        self.svd.solve(&rhs, 0.0).expect("U and Vᵀ were asked for")
+    }
+}
+
+/// `(FᵀF)⁻¹ S (FᵀF)⁻¹` of the scaled columns.
+fn sandwich(inverse: &DMatrix<f64>, residuals: &Residuals) -> DMatrix<f64> {
+    inverse * residuals.meat() * inverse
+}
+
+impl Reduced {
+    /// A fitted column of some rows, scaled.
+    fn column(&self, rows: &Triangle, j: usize) -> SVector<f64, WIDTH> {
+        rows.column(place(self.fitted[j])) * self.scale[j]
+    }
+
+    fn factored(&self) -> Result<Factored, Error> {
+        let needed = self.fitted.len();
+        let columns = DMatrix::from_fn(WIDTH, needed, |i, j| self.column(&self.whole, j)[i]);
         let svd = columns.svd(true, true);
         let largest = svd.singular_values.max();
         let rank = svd.rank(EXCITATION_FLOOR * largest);
         if rank < needed || !largest.is_finite() {
-            return Err(Error::NotExciting { dof, rank, needed });
+            return Err(Error::NotExciting { dof: self.dof, rank, needed });
         }
-        let rhs = whole.column(V_DOT);
-        let scaled = svd.solve(&rhs, 0.0).expect("U and Vᵀ were requested above");
-        let coefficients: Vec<f64> = scaled.component_mul(&scale).iter().copied().collect();
-
         // (FᵀF)⁻¹ = V Σ⁻² Vᵀ of the scaled columns.
-        let v_t = svd.v_t.as_ref().expect("requested above");
+        let v_t = svd.v_t.as_ref().expect("asked for above");
         let inverse = v_t.transpose()
             * DMatrix::from_diagonal(&svd.singular_values.map(|s| 1.0 / (s * s)))
             * v_t;
-        let residual = Residuals::of(&self.batches, &fitted, &coefficients, &scale);
-        let scaled_covariance = &inverse * residual.meat() * &inverse;
+        let condition = largest / svd.singular_values.min();
+        Ok(Factored { svd, inverse, condition })
+    }
 
-        let mut covariance = Matrix4::zeros();
-        for (i, row) in fitted.iter().enumerate() {
-            for (j, column) in fitted.iter().enumerate() {
-                covariance[(*row as usize, *column as usize)] =
-                    scaled_covariance[(i, j)] * scale[i] * scale[j];
-            }
+    /// What scaled coefficients leave of some rows, reduced like them.
+    fn residual(&self, rows: &Triangle, coefficients: &DVector<f64>) -> SVector<f64, WIDTH> {
+        let mut e = rows.column(V_DOT);
+        for (j, coefficient) in coefficients.iter().enumerate() {
+            e -= self.column(rows, j) * *coefficient;
         }
-        Ok(LeastSquares {
-            lumped: self.terms.unpack(&coefficients),
-            covariance,
-            t_freedom: residual.scores.len().saturating_sub(needed).max(1) as f64,
-            condition: largest / svd.singular_values.min(),
-            inflation: inflation(&whole, &fitted, &scale, &inverse),
-            samples,
-            effective_samples: residual.effective_samples(samples),
-            residual_rms: (residual.square_sum / samples as f64).sqrt(),
-        })
-    }
-}
-
-/// The columns of a triangle: `[τ, v|v|, 1, v̇, v]`; the last is seldom fitted, and then
-/// costs nothing.
-const WIDTH: usize = 5;
-const ONE: usize = 2;
-const V_DOT: usize = 3;
-
-fn width(terms: Terms) -> usize {
-    if terms.has(Term::Linear) { WIDTH } else { WIDTH - 1 }
-}
-
-const fn place(term: Term) -> usize {
-    match term {
-        Term::Force => 0,
-        Term::Quadratic => 1,
-        Term::Bias => ONE,
-        Term::Linear => 4,
-    }
-}
-
-/// Rows that are reduced at a time: 512 rows of five numbers stay in the nearest cache.
-const BLOCK_ROWS: usize = 512;
-
-/// Rows on their way into a triangle, column by column.
-struct Block {
-    columns: [[f64; BLOCK_ROWS]; WIDTH],
-    rows: usize,
-}
-
-impl Default for Block {
-    fn default() -> Self {
-        Self { columns: [[0.0; BLOCK_ROWS]; WIDTH], rows: 0 }
-    }
-}
-
-impl Block {
-    fn push(&mut self, rows: &[Row]) {
-        let space = self.rows..self.rows + rows.len();
-        for (term, place) in [
-            (0, place(Term::Force)),
-            (1, place(Term::Quadratic)),
-            (2, place(Term::Linear)),
-            (3, V_DOT),
-        ] {
-            let column = self.columns[place][space.clone()].iter_mut();
-            column.zip(rows).for_each(|(x, row)| *x = row[term]);
-        }
-        self.columns[ONE][space].fill(1.0);
-        self.rows += rows.len();
-    }
-}
-
-/// Rows that follow each other, reduced.
-#[derive(Default)]
-struct Batch {
-    triangle: Triangle,
-    rows: usize,
-}
-
-/// R of a QR decomposition, row by row.
-#[derive(Clone, Copy, Default)]
-struct Triangle([[f64; WIDTH]; WIDTH]);
-
-impl Triangle {
-    fn of(batches: &[Batch]) -> Self {
-        let mut whole = Self::default();
-        for batch in batches {
-            let mut columns: [[f64; WIDTH]; WIDTH] =
-                std::array::from_fn(|j| batch.triangle.column(j).into());
-            whole.absorb(&mut columns, WIDTH, WIDTH);
-        }
-        whole
+        e
     }
 
-    /// R of this triangle with rows of a block below it, by Householder reflections, in
-    /// the first `width` columns; the block is used up.
-    fn absorb<const N: usize>(&mut self, block: &mut [[f64; N]; WIDTH], rows: usize, width: usize) {
-        for j in 0..width {
-            let (done, rest) = block[..width].split_at_mut(j + 1);
-            let mirror = &done[j][..rows];
-            let square = dot(mirror, mirror);
-            if square == 0.0 {
-                continue;
-            }
-            let top = self.0[j][j];
-            let reflected = -(top * top + square).sqrt().copysign(top);
-            let mirror_top = top - reflected;
-            let weight = 2.0 / (mirror_top * mirror_top + square);
-            self.0[j][j] = reflected;
-            for (k, column) in rest.iter_mut().enumerate() {
-                let top = &mut self.0[j][j + 1 + k];
-                let column = &mut column[..rows];
-                let part = weight * (mirror_top * *top + dot(mirror, column));
-                *top -= part * mirror_top;
-                column.iter_mut().zip(mirror).for_each(|(x, mirror)| *x -= part * mirror);
-            }
-        }
-    }
-
-    fn column(&self, j: usize) -> SVector<f64, WIDTH> {
-        SVector::from_fn(|i, _| self.0[i][j])
-    }
-}
-
-/// A scalar product in eight sums side by side: one alone waits for itself.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    let mut sums = [0.0; 8];
-    for (a, b) in a.iter().zip(b) {
-        for lane in 0..8 {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f64>() + rest
-}
-
-/// VIF_j = (FᵀF)⁻¹_jj Σ(x − x̄)², with x̄ = 0 where no bias is fitted.
-fn inflation(
-    whole: &Triangle,
-    fitted: &[Term],
-    scale: &DVector<f64>,
-    inverse: &DMatrix<f64>,
-) -> Vec<(Term, f64)> {
-    let one = whole.column(ONE);
-    let of = |j: usize, term: Term| {
-        let column = whole.column(place(term)) * scale[j];
-        let mean_part =
-            if fitted.contains(&Term::Bias) { one.dot(&column) / one.norm() } else { 0.0 };
-        // Each scaled column has unit length.
-        (inverse[(j, j)] * (1.0 - mean_part * mean_part)).max(1.0)
-    };
-    let but_bias = fitted.iter().enumerate().filter(|(_, term)| **term != Term::Bias);
-    but_bias.map(|(j, &term)| (term, of(j, term))).collect()
-}
-
-/// Sums of the residuals.
-#[derive(Default)]
-pub(crate) struct Residuals {
-    /// Σ xᵀe of each batch, scaled columns.
-    pub(crate) scores: Vec<DVector<f64>>,
-    /// Sum of the residuals of each batch.
-    pub(crate) sums: Vec<f64>,
-    /// Σ e².
-    pub(crate) square_sum: f64,
-}
-
-impl Residuals {
-    fn of(batches: &[Batch], fitted: &[Term], coefficients: &[f64], scale: &DVector<f64>) -> Self {
-        let mut all = Self::default();
-        for Batch { triangle, .. } in batches {
-            let mut e = triangle.column(V_DOT);
-            for (&term, coefficient) in fitted.iter().zip(coefficients) {
-                e -= triangle.column(place(term)) * *coefficient;
-            }
-            let score =
-                |(&term, scale): (&Term, &f64)| triangle.column(place(term)).dot(&e) * scale;
+    fn residuals(&self, coefficients: &DVector<f64>) -> Residuals {
+        let mut all = Residuals::default();
+        let per_one = (self.samples as f64).sqrt() / self.whole.column(ONE).norm();
+        for Batch { triangle, .. } in &self.batches {
+            let e = self.residual(triangle, coefficients);
+            let score = |j: usize| self.column(triangle, j).dot(&e);
             all.scores
-                .push(DVector::from_iterator(fitted.len(), fitted.iter().zip(scale).map(score)));
-            all.sums.push(triangle.column(ONE).dot(&e));
+                .push(DVector::from_iterator(self.fitted.len(), (0..self.fitted.len()).map(score)));
+            all.sums.push(per_one * triangle.column(ONE).dot(&e));
             all.square_sum += e.norm_squared();
         }
         all
     }
 
-    /// S = B/(B − p) Σ sᵦ sᵦᵀ.
-    pub(crate) fn meat(&self) -> DMatrix<f64> {
-        let (batches, terms) = (self.scores.len(), self.scores[0].len());
-        let mut meat = DMatrix::zeros(terms, terms);
-        for score in &self.scores {
-            meat += score * score.transpose();
+    fn found(
+        &self,
+        factored: &Factored,
+        coefficients: &DVector<f64>,
+        residuals: &Residuals,
+        scaled_covariance: &DMatrix<f64>,
+    ) -> LeastSquares {
+        let mut covariance = Matrix4::zeros();
+        for (i, row) in self.fitted.iter().enumerate() {
+            for (j, column) in self.fitted.iter().enumerate() {
+                covariance[(*row as usize, *column as usize)] =
+                    scaled_covariance[(i, j)] * self.scale[i] * self.scale[j];
+            }
         }
-        meat * (batches as f64 / batches.saturating_sub(terms).max(1) as f64)
+        LeastSquares {
+            lumped: self.terms.unpack(coefficients.component_mul(&self.scale).as_slice()),
+            covariance,
+            t_freedom: residuals.freedom(self.fitted.len()),
+            condition: factored.condition,
+            inflation: self.inflation(&factored.inverse),
+            samples: self.samples,
+            effective_samples: residuals.effective_samples(self.samples),
+            residual_rms: (residuals.square_sum / self.samples as f64).sqrt(),
+        }
     }
 
-    /// n σ² / (rows a batch · variance of batch means), never more than n.
-    pub(crate) fn effective_samples(&self, samples: usize) -> f64 {
-        let n = samples as f64;
-        let long_run = self.sums.iter().map(|sum| sum * sum).sum::<f64>() / n;
-        let variance = self.square_sum / n;
-        if long_run > 0.0 { (n * variance / long_run).min(n) } else { n }
+    /// VIF_j = (FᵀF)⁻¹_jj Σ(x − x̄)², with x̄ = 0 where no bias is fitted.
+    fn inflation(&self, inverse: &DMatrix<f64>) -> Vec<(Term, f64)> {
+        let one = self.whole.column(ONE);
+        let of = |j: usize| {
+            let mean_part = if self.terms.has(Term::Bias) {
+                one.dot(&self.column(&self.whole, j)) / one.norm()
+            } else {
+                0.0
+            };
+            // Each scaled column has unit length.
+            (inverse[(j, j)] * (1.0 - mean_part * mean_part)).max(1.0)
+        };
+        let but_bias = self.fitted.iter().enumerate().filter(|(_, term)| **term != Term::Bias);
+        but_bias.map(|(j, &term)| (term, of(j))).collect()
     }
 }
 

@@ -193,7 +193,8 @@ pub struct RegressionResult {
     pub condition: f64,
     /// Variance inflation of each fitted term but the bias.
     pub variance_inflation: BTreeMap<Term, f64>,
-    /// Root mean square equation error, m/s² or rad/s².
+    /// Root mean square of what was minimised: of equation errors, m/s² or rad/s², by SRIV
+    /// m/s or rad/s; of output errors, in the unit of what was measured.
     pub residual_rms: f64,
     /// The filters that were used.
     pub filters: Filters,

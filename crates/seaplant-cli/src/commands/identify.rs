@@ -6,20 +6,14 @@ use seaplant::results::Identification;
 use seaplant_campaign::Campaign;
 use seaplant_report::render;
 
-use crate::args::Identify;
+use crate::args::{Identify, MethodChoice};
 use crate::output::{File, Output, write_folder};
 use crate::summary;
 
 pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
     let mut campaign = Campaign::open(&arguments.campaign)?;
     if !arguments.methods.is_empty() {
-        campaign.options.methods.clone_from(&arguments.methods);
-        let mut seen = Vec::new();
-        campaign.options.methods.retain(|method| {
-            let is_new = !seen.contains(method);
-            seen.push(*method);
-            is_new
-        });
+        campaign.options.methods = MethodChoice::methods(&arguments.methods);
     }
     if let Some(terms) = arguments.terms {
         campaign.options.terms = Some(terms);

@@ -14,7 +14,7 @@ use seaplant_campaign::read_toml;
 use seaplant_report::number::significant;
 use serde::Serialize;
 
-use crate::args::MonteCarlo;
+use crate::args::{MethodChoice, MonteCarlo};
 use crate::output::{Output, write_file};
 use crate::summary::{align, plain_table};
 
@@ -37,7 +37,7 @@ pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
     }
     let mut options = IdentifyOptions::default();
     if !arguments.methods.is_empty() {
-        options.methods.clone_from(&arguments.methods);
+        options.methods = MethodChoice::methods(&arguments.methods);
     }
     let samples = all_samples(&spec, &options, arguments, output)?;
     let table = Table {

@@ -42,10 +42,14 @@ fn every_command_has_help_that_says_how_it_is_called() {
 
 #[test]
 fn help_names_every_method() {
-    for command in ["identify", "simulate", "validate"] {
-        let says = Method::ALL.map(Method::name).join(", ");
-        let says = predicate::str::contains(format!("[possible values: {says}]"));
-        seaplant().args([command, "-h"]).env("COLUMNS", "200").assert().success().stdout(says);
+    let names = Method::ALL.map(Method::name).join(", ");
+    let one = format!("[possible values: {names}]");
+    let several = format!("[possible values: {names}, all]");
+    for (command, says) in
+        [("identify", &several), ("monte-carlo", &several), ("simulate", &one), ("validate", &one)]
+    {
+        let says = predicate::str::contains(says);
+        seaplant().args([command, "-h"]).env("COLUMNS", "300").assert().success().stdout(says);
     }
 }
 

@@ -1,14 +1,14 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Filters, Fit, Method, Stretch, all_stretches, check_trials, least_rows, slowest_source_hz,
-};
-use crate::regression::{Regression, Row};
-use crate::signal::{LowPass, differentiate};
-use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Terms, UniformStretch};
+use super::filtered::Filtered;
+use super::{Fit, Method};
+use crate::regression::{BlockBootstrap, Intervals, Regression, Resampled};
+use crate::signal::LowPass;
+use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Terms};
 
-/// The choices of the equation-error method.
+/// The choices of the equation-error method; its filters are those of the other
+/// regressions that filter every term alike, too.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EquationErrorOptions {
@@ -16,6 +16,10 @@ pub struct EquationErrorOptions {
     pub velocity_filter: LowPass,
     /// The filter on every term alike, v̇ and force included.
     pub term_filter: LowPass,
+    /// Where intervals come from.
+    pub intervals: Intervals,
+    /// How blocks are drawn, if intervals come from them.
+    pub bootstrap: BlockBootstrap,
 }
 
 impl Default for EquationErrorOptions {
@@ -23,12 +27,11 @@ impl Default for EquationErrorOptions {
         Self {
             velocity_filter: LowPass { cutoff_hz: 1.5, order: 2 },
             term_filter: LowPass { cutoff_hz: 0.5, order: 2 },
+            intervals: Intervals::default(),
+            bootstrap: BlockBootstrap::default(),
         }
     }
 }
-
-/// A cut-off above this part of the sampling rate is no filter any more.
-const HIGHEST_CUTOFF_PART: f64 = 0.4;
 
 /// Fits the plant by least squares on the equation of motion, every term filtered alike.
 ///
@@ -39,9 +42,14 @@ const HIGHEST_CUTOFF_PART: f64 = 0.4;
 /// Where motion was sampled too slowly for the filters, their cut-offs are lowered, or
 /// the light one is left out, and a caveat says so.
 ///
+/// Intervals, from batch means or from a block bootstrap, tell how far chance moves the
+/// estimate, residuals being correlated or not. They know nothing of bias: a force that
+/// the equation lacks and that stays for a while (tether, current) moves the vehicle, and
+/// so goes together with v|v|; no resampling of the same record shows by how much.
+///
 /// # Errors
 /// [`Error::NoTrial`] without records, [`Error::TooShort`] for records shorter than the
-/// filter, [`Error::NotExciting`].
+/// filter, [`Error::NotExciting`], [`Error::Bootstrap`].
 ///
 /// # Source
 /// [Morelli2016, ch. 5]: equation error; equal filtering as in \[Young2011\].
@@ -51,67 +59,41 @@ pub fn fit_equation_error(
     terms: Terms,
     options: &EquationErrorOptions,
 ) -> Result<Fit, Error> {
-    check_trials(dof, axes)?;
-    let mut caveats = Vec::new();
-    let filters = filters_for(slowest_source_hz(axes), options, &mut caveats);
-    let least = |rate| filters.every_term.map_or(0, |filter| least_rows(filter, rate));
-    let stretches = all_stretches(axes, least, &mut caveats)?;
-    let mut regression = Regression::of(stretches.iter().map(Stretch::duration_s).sum(), terms);
-    for stretch in &stretches {
-        add_stretch(stretch, &filters, &mut regression)?;
-    }
-    let found = regression.solve(dof)?;
+    let filtered = Filtered::of(dof, axes, options)?;
+    let (found, doubts) = match options.intervals {
+        Intervals::BatchMeans => {
+            let rows = filtered.add_to(Regression::of(filtered.duration_s(), terms))?;
+            (rows.solve(dof)?, Vec::new())
+        }
+        Intervals::BlockBootstrap => {
+            let empty = options.bootstrap.regression(filtered.duration_s(), terms)?;
+            let resampled = filtered.add_to(empty)?.solve_by_blocks(dof, &options.bootstrap)?;
+            let doubts = doubts(dof, &resampled, &options.bootstrap);
+            (resampled.found, doubts)
+        }
+    };
+    let Filtered { filters, mut caveats, .. } = filtered;
+    caveats.extend(doubts);
     Ok(Fit::of_regression(dof, Method::EquationError, terms, found, filters, caveats))
 }
 
-/// Rows that are filtered at a time: with all their columns they stay in the cache.
-const TILE_ROWS: usize = 4096;
-
-/// Filters a stretch tile by tile, each with so much of its neighbours that the filters
-/// have forgotten its edges, to rounding.
-fn add_stretch(
-    stretch: &Stretch<'_>,
-    filters: &Filters,
-    regression: &mut Regression,
-) -> Result<(), Error> {
-    let grid = stretch.ready.grid;
-    let margin = margin_rows(filters, stretch.sample_hz)?.min(grid.len);
-    let tile_rows = TILE_ROWS.max(4 * margin);
-    let mut rows = Vec::new();
-    regression.start_stretch(grid.period_s);
-    for from in (0..grid.len).step_by(tile_rows) {
-        let to = (from + tile_rows).min(grid.len);
-        let seen = from.saturating_sub(margin)..(to + margin).min(grid.len);
-        let tile = stretch.ready.on(grid.part(seen.clone()))?;
-        filter_rows(tile, stretch.sample_hz, filters, &mut rows)?;
-        regression.add(&rows[from - seen.start..to - seen.start]);
-    }
-    Ok(())
-}
-
-fn margin_rows(filters: &Filters, sample_hz: f64) -> Result<usize, Error> {
-    let used = [filters.velocity, filters.every_term].into_iter().flatten();
-    used.map(|filter| filter.settling_rows(sample_hz)).sum()
-}
-
-/// The rows of a tile, in room that is used again and again.
-fn filter_rows(
-    UniformStretch { grid, tau, mut v }: UniformStretch,
-    sample_hz: f64,
-    filters: &Filters,
-    rows: &mut Vec<Row>,
-) -> Result<(), Error> {
-    if let Some(filter) = filters.velocity {
-        filter.zero_phase_in_place(&mut v, sample_hz)?;
-    }
-    let v_dot = differentiate(&v, grid.period_s)?;
-    let terms = tau.iter().zip(&v).zip(v_dot);
-    rows.clear();
-    rows.extend(terms.map(|((&tau, &v), v_dot)| [tau, v * v.abs(), v, v_dot]));
-    match filters.every_term {
-        Some(filter) => filter.zero_phase_rows(rows, sample_hz),
-        None => Ok(()),
-    }
+/// What a bootstrap does not tell by its intervals.
+fn doubts(dof: Dof, resampled: &Resampled, bootstrap: &BlockBootstrap) -> Vec<Caveat> {
+    let Resampled { refused, lasting, .. } = *resampled;
+    let of = bootstrap.resamples;
+    let narrow = (refused > 0).then(|| {
+        let message = format!(
+            "in {refused} of {of} resampled records the {dof} terms cannot be told apart and they are left out, so the intervals are too narrow: a few moments of the trial carry the fit; use a longer one"
+        );
+        Caveat::warning(CaveatCode::FewEffectiveSamples, message)
+    });
+    let biased = lasting.map(|correlation| {
+        let message = format!(
+            "what the {dof} equation leaves lasts for seconds (correlation {correlation:.2} from one quarter of a block to the next), as under a force that wanders, such as a tether's or a current's: it moves the vehicle and so biases mass and drag, which no resampling of the same record shows; compare with filter-error"
+        );
+        Caveat::warning(CaveatCode::ResidualsNotWhite, message)
+    });
+    narrow.into_iter().chain(biased).collect()
 }
 
 /// A fit with thrust moved in time.
@@ -135,13 +117,15 @@ pub fn fit_best_delay(
     options: &EquationErrorOptions,
     delays_s: impl Iterator<Item = f64>,
 ) -> Result<DelayedFit, Error> {
+    // Only values and residuals are looked at.
+    let options = EquationErrorOptions { intervals: Intervals::BatchMeans, ..*options };
     let mut best: Option<DelayedFit> = None;
     let mut refused = Error::NoTrial { dof };
     for delay_s in delays_s {
         let moved =
             |axis: &AxisRecord| AxisRecord { force: axis.force.shifted(delay_s), ..axis.clone() };
         let late: Vec<AxisRecord> = axes.iter().map(moved).collect();
-        match fit_equation_error(dof, &late, terms, options) {
+        match fit_equation_error(dof, &late, terms, &options) {
             Ok(fit) => {
                 if best.as_ref().is_none_or(|best| fit.residual_rms < best.fit.residual_rms) {
                     best = Some(DelayedFit { delay_s, fit });
@@ -151,23 +135,4 @@ pub fn fit_best_delay(
         }
     }
     best.ok_or(refused)
-}
-
-fn filters_for(
-    source_hz: f64,
-    options: &EquationErrorOptions,
-    caveats: &mut Vec<Caveat>,
-) -> Filters {
-    let highest = HIGHEST_CUTOFF_PART * source_hz;
-    let wanted = options.term_filter;
-    let every_term = LowPass { cutoff_hz: wanted.cutoff_hz.min(highest), ..wanted };
-    if every_term.cutoff_hz < wanted.cutoff_hz {
-        let message = format!(
-            "motion was logged at {source_hz:.2} Hz only, so the terms are filtered at {:.2} Hz in place of {:.2} Hz; log faster to see quicker motion",
-            every_term.cutoff_hz, wanted.cutoff_hz
-        );
-        caveats.push(Caveat::note(CaveatCode::SampledSlowly, message));
-    }
-    let velocity = Some(options.velocity_filter).filter(|filter| filter.cutoff_hz <= highest);
-    Filters { velocity, every_term: Some(every_term) }
 }

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use super::IdentifyOptions;
 use crate::diagnose::dominant_force_hz;
 use crate::estimate::steady::SteadyFit;
-use crate::estimate::{Fit, Loss, Nuisances, PhysicalEstimates, SteadyTest};
+use crate::estimate::{
+    EquationErrorOptions, Fit, Intervals, Loss, Method, Nuisances, PhysicalEstimates, SteadyTest,
+};
 use crate::excursion::Excursion;
 use crate::quantity::{Attitude, Axis, World};
 use crate::results::{
@@ -204,7 +206,11 @@ pub(super) fn empty_results(
         vehicle: vehicle.name.clone(),
         dry_mass_kg: vehicle.dry_mass_kg,
         size_m: vehicle.size_m,
-        provenance: Provenance { settings: settings(options), ..Default::default() },
+        provenance: Provenance {
+            settings: settings(options),
+            seed: drawn_seed(options),
+            ..Default::default()
+        },
         plants: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
@@ -217,6 +223,13 @@ pub(super) fn empty_results(
         failures: Vec::new(),
         caveats: Vec::new(),
     }
+}
+
+/// The seed of the bootstrap, if there is one.
+fn drawn_seed(options: &IdentifyOptions) -> Option<u64> {
+    let EquationErrorOptions { intervals, bootstrap, .. } = options.equation_error;
+    let draws = options.methods.contains(&Method::EquationError);
+    (draws && intervals == Intervals::BlockBootstrap).then_some(bootstrap.seed)
 }
 
 fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
@@ -268,6 +281,16 @@ fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
                 ee.term_filter.cutoff_hz,
                 ee.term_filter.order
             ),
+        ),
+        (
+            "equation-error: intervals".to_owned(),
+            match ee.intervals {
+                Intervals::BatchMeans => "batch means".to_owned(),
+                Intervals::BlockBootstrap => format!(
+                    "{} resamples in blocks of {} s, seed {}",
+                    ee.bootstrap.resamples, ee.bootstrap.block_s, ee.bootstrap.seed
+                ),
+            },
         ),
         (
             "steady".to_owned(),

@@ -1,0 +1,86 @@
+//! Methods to compare with: asked for by name, or all together.
+
+use seaplant::Method;
+use serde_json::Value;
+
+use crate::workshop::{SLED, Workshop};
+
+fn found(workshop: &Workshop, words: &[&str]) -> Value {
+    workshop.success(words);
+    serde_json::from_str(&workshop.read("out/results.json")).expect("JSON")
+}
+
+#[test]
+fn all_stands_for_every_method_and_the_recommended_one_is_first() {
+    let workshop = Workshop::new();
+    let words = ["identify", "campaign.toml", "--method", "all", "--out", "out"];
+    let found = found(&workshop, &words);
+    assert_eq!(found["plants"]["surge"]["method"], Method::RECOMMENDED.name());
+    let methods = found["methods"]["surge"].as_object().expect("an object");
+    assert_eq!(methods.len(), Method::ALL.len());
+    let (mass, drag) = SLED;
+    for method in ["weighted-least-squares", "total-least-squares", "sriv"] {
+        let of = |name: &str| {
+            let value = &methods[method]["parameters"][name]["value"];
+            value.as_f64().expect("a number")
+        };
+        assert!((of("mass") / mass - 1.0).abs() < 0.02, "{method}: {}", of("mass"));
+        assert!((of("quadratic_drag") / drag - 1.0).abs() < 0.03, "{method}");
+    }
+    let report = workshop.read("out/report.html");
+    for name in ["Weighted least squares", "Total least squares", "SRIV"] {
+        assert!(report.contains(name), "{name} is not in the report");
+    }
+}
+
+#[test]
+fn methods_to_compare_with_are_not_used_unasked() {
+    let workshop = Workshop::new();
+    let found = found(&workshop, &["identify", "campaign.toml", "--out", "out"]);
+    let methods = found["methods"]["surge"].as_object().expect("an object");
+    assert_eq!(methods.len(), Method::DEFAULT.len());
+    assert!(!methods.contains_key("sriv"));
+}
+
+#[test]
+fn a_method_named_before_all_comes_first_and_once() {
+    let workshop = Workshop::new();
+    let words =
+        ["identify", "campaign.toml", "--method", "sriv", "--method", "all", "--out", "out"];
+    let found = found(&workshop, &words);
+    assert_eq!(found["plants"]["surge"]["method"], "sriv");
+    let settings = found["provenance"]["settings"]["methods"].as_str().expect("text");
+    assert_eq!(settings.split(", ").count(), Method::ALL.len());
+    assert!(settings.starts_with("sriv, "), "{settings}");
+}
+
+#[test]
+fn a_campaign_chooses_the_bootstrap_and_results_tell_its_seed() {
+    let workshop = Workshop::quick();
+    let words = ["identify", "campaign.toml", "--out", "out"];
+    let batches = found(&workshop, &words);
+    assert!(batches["provenance"]["seed"].is_null());
+    let text = workshop.read("campaign.toml")
+        + "\n[equation-error]\nintervals = \"block-bootstrap\"\nbootstrap = { resamples = 500, seed = 9 }\n";
+    workshop.write("campaign.toml", text);
+    let blocks = found(&workshop, &words);
+    assert_eq!(blocks["provenance"]["seed"], 9);
+    let settings = &blocks["provenance"]["settings"]["equation-error: intervals"];
+    assert_eq!(settings, "500 resamples in blocks of 20 s, seed 9");
+    let mass = |found: &Value| found["plants"]["surge"]["parameters"]["mass"].clone();
+    let (batches, blocks) = (mass(&batches), mass(&blocks));
+    let number = |mass: &Value, of: &str| mass[of].as_f64().expect("a number");
+    let moved = number(&batches, "value") / number(&blocks, "value") - 1.0;
+    assert!(moved.abs() < 1e-9, "the estimate itself moved by {moved}");
+    assert_ne!(number(&batches, "std"), number(&blocks, "std"));
+}
+
+#[test]
+fn too_few_resamples_are_refused_with_advice() {
+    let workshop = Workshop::quick();
+    let text = workshop.read("campaign.toml")
+        + "\n[equation-error]\nintervals = \"block-bootstrap\"\nbootstrap = { resamples = 3 }\n";
+    workshop.write("campaign.toml", text);
+    let says = workshop.failure(&["identify", "campaign.toml"]);
+    assert!(says.contains("use 100 to 1000000 resamples"), "{says}");
+}

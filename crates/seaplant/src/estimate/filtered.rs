@@ -1,0 +1,132 @@
+//! The equation of motion with every term filtered alike, row by row.
+
+use super::{Filters, Stretch, all_stretches, check_trials, least_rows, slowest_source_hz};
+use crate::estimate::EquationErrorOptions;
+use crate::regression::{Regression, Row};
+use crate::signal::{LowPass, differentiate};
+use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, UniformStretch};
+
+/// The stretches of some trials, and the filters that suit all of them.
+pub(super) struct Filtered<'a> {
+    pub(super) filters: Filters,
+    pub(super) stretches: Vec<Stretch<'a>>,
+    pub(super) caveats: Vec<Caveat>,
+}
+
+/// A cut-off above this part of the sampling rate is no filter any more.
+const HIGHEST_CUTOFF_PART: f64 = 0.4;
+
+/// Rows that are filtered at a time: with all their columns they stay in the cache.
+const TILE_ROWS: usize = 4096;
+
+impl<'a> Filtered<'a> {
+    /// # Errors
+    /// [`Error::NoTrial`] without records, [`Error::TooShort`] for records shorter than the
+    /// filter.
+    pub(super) fn of(
+        dof: Dof,
+        axes: &'a [AxisRecord],
+        options: &EquationErrorOptions,
+    ) -> Result<Self, Error> {
+        check_trials(dof, axes)?;
+        let mut caveats = Vec::new();
+        let filters = filters_for(slowest_source_hz(axes), options, &mut caveats);
+        let least = |rate| filters.every_term.map_or(0, |filter| least_rows(filter, rate));
+        let stretches = all_stretches(axes, least, &mut caveats)?;
+        Ok(Self { filters, stretches, caveats })
+    }
+
+    pub(super) fn duration_s(&self) -> f64 {
+        self.stretches.iter().map(Stretch::duration_s).sum()
+    }
+
+    /// All rows, tile by tile.
+    ///
+    /// # Errors
+    /// [`Error::Cutoff`].
+    pub(super) fn add_to(&self, mut regression: Regression) -> Result<Regression, Error> {
+        self.stretches.iter().try_for_each(|stretch| {
+            regression.start_stretch(stretch.ready.grid.period_s);
+            self.for_each_tile(stretch, |rows| regression.add(rows))
+        })?;
+        Ok(regression)
+    }
+
+    /// The rows of each stretch.
+    ///
+    /// # Errors
+    /// [`Error::Cutoff`].
+    pub(super) fn rows(&self) -> Result<Vec<Vec<Row>>, Error> {
+        let of = |stretch| {
+            let mut rows = Vec::new();
+            self.for_each_tile(stretch, |tile| rows.extend_from_slice(tile))?;
+            Ok(rows)
+        };
+        self.stretches.iter().map(of).collect()
+    }
+
+    /// Filters a stretch tile by tile, each with so much of its neighbours that the filters
+    /// have forgotten its edges, to rounding.
+    fn for_each_tile(
+        &self,
+        stretch: &Stretch<'_>,
+        mut take: impl FnMut(&[Row]),
+    ) -> Result<(), Error> {
+        let grid = stretch.ready.grid;
+        let margin = margin_rows(&self.filters, stretch.sample_hz)?.min(grid.len);
+        let tile_rows = TILE_ROWS.max(4 * margin);
+        let mut rows = Vec::new();
+        for from in (0..grid.len).step_by(tile_rows) {
+            let to = (from + tile_rows).min(grid.len);
+            let seen = from.saturating_sub(margin)..(to + margin).min(grid.len);
+            let tile = stretch.ready.on(grid.part(seen.clone()))?;
+            filter_rows(tile, stretch.sample_hz, &self.filters, &mut rows)?;
+            take(&rows[from - seen.start..to - seen.start]);
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn margin_rows(filters: &Filters, sample_hz: f64) -> Result<usize, Error> {
+    let used = [filters.velocity, filters.every_term].into_iter().flatten();
+    used.map(|filter| filter.settling_rows(sample_hz)).sum()
+}
+
+/// The rows of a tile, in room that is used again and again.
+pub(super) fn filter_rows(
+    UniformStretch { grid, tau, mut v }: UniformStretch,
+    sample_hz: f64,
+    filters: &Filters,
+    rows: &mut Vec<Row>,
+) -> Result<(), Error> {
+    if let Some(filter) = filters.velocity {
+        filter.zero_phase_in_place(&mut v, sample_hz)?;
+    }
+    let v_dot = differentiate(&v, grid.period_s)?;
+    let terms = tau.iter().zip(&v).zip(v_dot);
+    rows.clear();
+    rows.extend(terms.map(|((&tau, &v), v_dot)| [tau, v * v.abs(), v, v_dot]));
+    match filters.every_term {
+        Some(filter) => filter.zero_phase_rows(rows, sample_hz),
+        None => Ok(()),
+    }
+}
+
+pub(super) fn filters_for(
+    source_hz: f64,
+    options: &EquationErrorOptions,
+    caveats: &mut Vec<Caveat>,
+) -> Filters {
+    let highest = HIGHEST_CUTOFF_PART * source_hz;
+    let wanted = options.term_filter;
+    let every_term = LowPass { cutoff_hz: wanted.cutoff_hz.min(highest), ..wanted };
+    if every_term.cutoff_hz < wanted.cutoff_hz {
+        let message = format!(
+            "motion was logged at {source_hz:.2} Hz only, so the terms are filtered at {:.2} Hz in place of {:.2} Hz; log faster to see quicker motion",
+            every_term.cutoff_hz, wanted.cutoff_hz
+        );
+        caveats.push(Caveat::note(CaveatCode::SampledSlowly, message));
+    }
+    let velocity = Some(options.velocity_filter).filter(|filter| filter.cutoff_hz <= highest);
+    Filters { velocity, every_term: Some(every_term) }
+}

@@ -1,0 +1,211 @@
+//! Total least squares: velocity is noisy on both sides of the equation.
+
+use super::filtered::{Filtered, filter_rows, margin_rows};
+use super::{EquationErrorOptions, Filters, Fit, Method, Stretch};
+use crate::caveat::spoken;
+use crate::navigation::Motion;
+use crate::regression::{NoiseShape, Regression, Row, TotalLeastSquares};
+use crate::signal::differentiate;
+use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Grid, Terms, Timed, UniformStretch};
+
+/// Fits the plant by mixed least squares and total least squares on the equation of motion.
+///
+/// The rows are those of [`fit_equation_error`](super::fit_equation_error), but noise is
+/// looked for in v|v| and v as well as in v̇; force and the constant are exact. With C the
+/// covariance of the noise in a row it minimises `Σ e² / zᵀCz`, `e = v̇ − F Φ`,
+/// `z = [β, μ, −1]`. C follows from where the noise comes from, the samples of velocity or
+/// position, each with an error of its own: a unit impulse in place of the samples, sent
+/// through interpolation, derivative and filters, gives its parts in v and v̇, and v|v| has
+/// 2|v| times that in v. The size of the noise cancels. v̇ has it by an odd kernel and v by
+/// an even one: the two are not correlated.
+///
+/// The size that would explain all residuals is compared with the one that the samples
+/// show, by third and higher differences, in which motion is lost. A residual that is far
+/// larger is no noise of the instruments, and a caveat says so: then least squares is
+/// nearer to the truth.
+///
+/// # Errors
+/// As [`fit_equation_error`](super::fit_equation_error).
+///
+/// # Source
+/// \[VanHuffel1991\]: total least squares, with exact columns by QR; intervals:
+/// \[Fuller1987\], with batch means in place of independent rows.
+pub fn fit_total_least_squares(
+    dof: Dof,
+    axes: &[AxisRecord],
+    terms: Terms,
+    options: &EquationErrorOptions,
+) -> Result<Fit, Error> {
+    let filtered = Filtered::of(dof, axes, options)?;
+    let rows = filtered.add_to(Regression::of(filtered.duration_s(), terms))?;
+    let shape = noise_shape(&filtered)?;
+    let TotalLeastSquares { found, implied_noise } = rows.solve_total(dof, &shape)?;
+    let doubt = measured_noise(axes).and_then(|seen| more_than_noise(axes, implied_noise, seen));
+    let Filtered { filters, mut caveats, .. } = filtered;
+    caveats.extend(doubt);
+    Ok(Fit::of_regression(dof, Method::TotalLeastSquares, terms, found, filters, caveats))
+}
+
+/// What noise of one unit in each sample makes of a row, on average over all rows.
+fn noise_shape(filtered: &Filtered<'_>) -> Result<NoiseShape, Error> {
+    let mut shape = NoiseShape::default();
+    let all = filtered.stretches.iter().map(|stretch| stretch.ready.grid.len).sum::<usize>();
+    for (stretch, rows) in filtered.stretches.iter().zip(filtered.rows()?) {
+        let [of_v, of_v_dot] = gains(stretch, &filtered.filters)?;
+        let per_row = 1.0 / all as f64;
+        for [_, _, v, _] in rows {
+            shape.quadratic += per_row * 4.0 * v * v * of_v;
+            shape.quadratic_linear += per_row * 2.0 * v.abs() * of_v;
+            shape.linear += per_row * of_v;
+            shape.v_dot += per_row * of_v_dot;
+        }
+    }
+    Ok(shape)
+}
+
+/// Impulses that are sent through, one after the other: samples need not be on the grid.
+const IMPULSES: usize = 8;
+
+/// Variances of filtered v and v̇ where every sample has a variance of one.
+fn gains(stretch: &Stretch<'_>, filters: &Filters) -> Result<[f64; 2], Error> {
+    let period_s = stretch.ready.grid.period_s;
+    let source_s = stretch.axis.motion.series().period_s();
+    let per_source = (source_s / period_s).ceil() as usize;
+    let reach = margin_rows(filters, stretch.sample_hz)? + IMPULSES * per_source.max(1);
+    let grid = Grid { start_s: 0.0, period_s, len: 2 * reach + 1 };
+    let source = Grid::spanning(0.0, 2.0 * reach as f64 * period_s, source_s);
+    let mut sums = [0.0; 2];
+    let mut rows: Vec<Row> = Vec::new();
+    for impulse in 0..IMPULSES {
+        let mut samples = vec![0.0; source.len];
+        samples[source.len / 2 + impulse] = 1.0;
+        let series = Timed::on_grid("an impulse", source, samples)?.interpolate(grid);
+        let v = match stretch.axis.motion {
+            Motion::Velocity(_) => series,
+            Motion::Position(_) => differentiate(&series, period_s)?,
+        };
+        let still = UniformStretch { grid, tau: vec![0.0; grid.len], v };
+        filter_rows(still, stretch.sample_hz, filters, &mut rows)?;
+        for [_, _, v, v_dot] in &rows {
+            sums[0] += v * v;
+            sums[1] += v_dot * v_dot;
+        }
+    }
+    // A row sees as many samples as fall into it.
+    let samples_per_row = period_s / source_s;
+    Ok(sums.map(|sum| sum / IMPULSES as f64 * samples_per_row))
+}
+
+/// Standard deviation of a sample's own error, from differences of neighbours: those of
+/// order p have C(2p, p) times its variance. Motion is lost in the higher ones, so that the
+/// least of several is nearest.
+///
+/// `None` for a handful of samples.
+fn measured_noise(axes: &[AxisRecord]) -> Option<f64> {
+    let (mut least, mut pooled) = (f64::INFINITY, 0.0);
+    let mut differences: Vec<Vec<f64>> =
+        axes.iter().map(|axis| axis.motion.series().values().to_vec()).collect();
+    let mut gain = 1.0;
+    for order in 1..=HIGHEST_DIFFERENCE {
+        for series in &mut differences {
+            *series = series.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        }
+        // C(2p, p) = C(2p − 2, p − 1) · 2 (2p − 1) / p.
+        gain *= 2.0 * (2.0 * order as f64 - 1.0) / order as f64;
+        let count = differences.iter().map(Vec::len).sum::<usize>();
+        if count < LEAST_DIFFERENCES {
+            return None;
+        }
+        pooled = differences.iter().flatten().map(|x| x * x).sum::<f64>() / count as f64;
+        if order >= LOWEST_DIFFERENCE {
+            least = least.min(pooled / gain);
+        }
+    }
+    (pooled > 0.0).then(|| least.sqrt())
+}
+
+/// Third differences lose what changes smoothly over four samples …
+const LOWEST_DIFFERENCE: usize = 3;
+/// … and those of this order what changes over seven.
+const HIGHEST_DIFFERENCE: usize = 6;
+
+/// Fewer differences do not tell a deviation to a tenth.
+const LEAST_DIFFERENCES: usize = 50;
+
+/// Residuals that are so many times as large as noise makes them are something else. Rounded
+/// propeller speeds alone make them twice as large in the yaw of a twin without disturbance.
+const MORE_THAN_NOISE: f64 = 2.5;
+
+fn more_than_noise(axes: &[AxisRecord], implied: f64, seen: f64) -> Option<Caveat> {
+    let units = axes[0].dof.units();
+    let (what, unit) = match axes[0].motion {
+        Motion::Velocity(_) => ("velocity", units.velocity),
+        Motion::Position(_) => ("position", units.position),
+    };
+    (implied > MORE_THAN_NOISE * seen).then(|| {
+        let message = format!(
+            "the {} residuals would need noise of {} {unit} in {what} and its samples show {}: something else than noise (a tether, a current, a lag, a wrong thrust curve) moves the vehicle, and total least squares takes it for noise; look at equation-error and filter-error",
+            axes[0].dof,
+            spoken(implied),
+            spoken(seen)
+        );
+        Caveat::warning(CaveatCode::MoreThanNoise, message)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::twin::{TwinSpec, make};
+    use crate::{Role, Trial, TrialSetup, VelocitySource};
+
+    fn of_twin(dof: Dof) -> AxisRecord {
+        let made = make(&TwinSpec { seed: 2, ..TwinSpec::jason2() }).expect("can be made");
+        let trial = made.trials.iter().find(|t| t.dof == dof && t.role == Role::Fit);
+        let trial = trial.expect("one to fit");
+        let setup = TrialSetup { name: trial.name.clone(), dofs: vec![dof], ..Default::default() };
+        let trial = Trial::new(setup, &trial.recording, &made.vehicle).expect("complete");
+        trial.axis(dof, VelocitySource::Measured).expect("measured")
+    }
+
+    /// Part of the truth: 4800 samples tell a deviation to 1 %, and a little motion is left.
+    const NOISE: f64 = 0.06;
+
+    #[test]
+    fn differences_show_the_noise_of_the_twins_instruments() {
+        // Doppler 3 mm/s, heading 0.1°.
+        for (dof, std) in [(Dof::Surge, 0.003), (Dof::Yaw, 0.1_f64.to_radians())] {
+            let found = measured_noise(&[of_twin(dof)]).expect("long enough");
+            assert!((found / std - 1.0).abs() < NOISE, "{dof}: {found} and {std}");
+        }
+    }
+
+    #[test]
+    fn an_impulse_tells_what_filters_make_of_noise() {
+        // Noise alone, through the same filters: its variances are those of its rows.
+        let axis = of_twin(Dof::Surge);
+        let mut rng = ChaCha8Rng::seed_from_u64(6);
+        let errors: Vec<f64> = (0..40_000).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let variance = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
+        let grid = Grid { start_s: 0.0, period_s: 0.1, len: errors.len() };
+        let noise = Timed::on_grid("noise", grid, errors).expect("finite");
+        let force = noise.with_values("no force", vec![0.0; grid.len]).expect("finite");
+        let axis = AxisRecord { motion: Motion::Velocity(noise), force, ..axis };
+        let axes = [axis];
+        let filtered =
+            Filtered::of(Dof::Surge, &axes, &EquationErrorOptions::default()).expect("long");
+        let [of_v, of_v_dot] = gains(&filtered.stretches[0], &filtered.filters).expect("a filter");
+        let rows = &filtered.rows().expect("a filter")[0];
+        let mean =
+            |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>() / rows.len() as f64;
+        // Some 4000 independent rows: 2 %, three times.
+        for (name, found, seen) in
+            [("v", of_v, mean(2) / variance), ("v_dot", of_v_dot, mean(3) / variance)]
+        {
+            assert!((found / seen - 1.0).abs() < 0.07, "{name}: {found} and {seen}");
+        }
+    }
+}

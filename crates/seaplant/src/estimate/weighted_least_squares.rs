@@ -1,0 +1,153 @@
+//! Weighted least squares: each equation counts by how sure it is.
+
+mod noise;
+
+use nalgebra::Vector4;
+
+use super::filtered::Filtered;
+use super::{EquationErrorOptions, Fit, Method};
+use crate::regression::{LeastSquares, Regression, Row};
+use crate::{AxisRecord, Dof, Error, Terms};
+use noise::{Memory, Variance};
+
+/// Fits the plant by feasible generalised least squares on the equation of motion.
+///
+/// The rows are those of [`fit_equation_error`](super::fit_equation_error). Their errors
+/// `e_k = σ_k u_k` are taken to have a variance that speed moves, `σ² = a + c v²` – noise
+/// of velocity makes `(2β v)²` times its own variance of v|v|, a wrong drag or a current
+/// likewise – and a memory: u is an autoregression over instants that are `1 / 2f_c`
+/// apart, f_c the cut-off of the filter, since nearer ones hold nothing new. Each row is
+/// divided by σ_k, what the rows before it foretell is taken off, and least squares on what
+/// is left minimises `Σ (u_k − Σᵢ φᵢ u_{k−iD})²`. a and c follow from a regression of e² on
+/// v², φ from the autocorrelation of u with its order, at most eight, by BIC; fit and
+/// weights are repeated until they agree.
+///
+/// Of a force that wanders slowly (a tether), equation error takes every part that goes
+/// with v|v| for drag; weights discount its slow parts. The first rows of every stretch
+/// serve to foretell the next only. Intervals are from batch means of the weighted rows,
+/// and hold where the weights are wrong, too.
+///
+/// The fit's residual is that of the plain equation, m/s² or rad/s².
+///
+/// # Errors
+/// As [`fit_equation_error`](super::fit_equation_error); [`Error::NotConverged`] if fit and
+/// weights do not settle.
+///
+/// # Source
+/// Weights by the inverse variance: \[Aitken1936\]; a variance linear in known numbers:
+/// \[Amemiya1977\]; repeated autoregression: \[Cochrane1949\], in identification
+/// \[Young2011\].
+pub fn fit_weighted_least_squares(
+    dof: Dof,
+    axes: &[AxisRecord],
+    terms: Terms,
+    options: &EquationErrorOptions,
+) -> Result<Fit, Error> {
+    let filtered = Filtered::of(dof, axes, options)?;
+    let rows = filtered.rows()?;
+    let first = filtered.stretches.iter().zip(&rows).fold(
+        Regression::of(filtered.duration_s(), terms),
+        |mut regression, (stretch, rows)| {
+            regression.start_stretch(stretch.ready.grid.period_s);
+            regression.add(rows);
+            regression
+        },
+    );
+    let equation = Equation { dof, terms, filtered: &filtered, rows };
+    let found = equation.weigh(first.solve(dof)?)?;
+    let Filtered { filters, caveats, .. } = filtered;
+    Ok(Fit::of_regression(dof, Method::WeightedLeastSquares, terms, found, filters, caveats))
+}
+
+/// Fit and weights settle in fewer rounds than this.
+const MOST_ROUNDS: usize = 300;
+
+/// They have settled when no coefficient moves by more than this part of its standard
+/// deviation.
+const SETTLED: f64 = 1e-4;
+
+/// The filtered equation.
+struct Equation<'a> {
+    dof: Dof,
+    terms: Terms,
+    filtered: &'a Filtered<'a>,
+    rows: Vec<Vec<Row>>,
+}
+
+impl Equation<'_> {
+    /// From plain least squares on, until fit and weights agree.
+    fn weigh(&self, plain: LeastSquares) -> Result<LeastSquares, Error> {
+        let mut found = plain;
+        // An order that changes from round to round would never settle.
+        let mut order = None;
+        for _ in 0..MOST_ROUNDS {
+            let errors = self.errors(&found);
+            let variance = Variance::of(&self.rows, &errors);
+            let memory = Memory::of(&self.weighed(&errors, &variance), self.spacing(), order);
+            order = Some(memory.order());
+            let next = self.fit(&variance, &memory)?;
+            let moved = next.lumped.to_vector() - found.lumped.to_vector();
+            let std = next.covariance.diagonal().map(f64::sqrt);
+            found = next;
+            if is_within(&moved, &std) {
+                found.residual_rms = rms(&self.errors(&found));
+                return Ok(found);
+            }
+        }
+        Err(Error::NotConverged { dof: self.dof, iterations: MOST_ROUNDS })
+    }
+
+    /// Rows that lie as far apart as the filter makes them independent.
+    fn spacing(&self) -> usize {
+        let cutoff_hz = self.filtered.filters.every_term.map_or(f64::INFINITY, |f| f.cutoff_hz);
+        let rates = self.filtered.stretches.iter().map(|stretch| stretch.sample_hz);
+        let fastest = rates.fold(0.0, f64::max);
+        ((0.5 * fastest / cutoff_hz).round() as usize).max(1)
+    }
+
+    /// v̇ − F Φ of each row.
+    fn errors(&self, found: &LeastSquares) -> Vec<Vec<f64>> {
+        let plant = found.lumped;
+        let error = |[tau, quadratic, linear, v_dot]: &Row| {
+            let drag = plant.beta * quadratic + plant.mu * linear;
+            v_dot - plant.alpha * tau - drag - plant.bias
+        };
+        self.rows.iter().map(|rows| rows.iter().map(error).collect()).collect()
+    }
+
+    fn weighed(&self, errors: &[Vec<f64>], variance: &Variance) -> Vec<Vec<f64>> {
+        let of = |(rows, errors): (&Vec<Row>, &Vec<f64>)| {
+            let weights = rows.iter().map(|row| variance.weight(row));
+            weights.zip(errors).map(|(weight, e)| weight * e).collect()
+        };
+        self.rows.iter().zip(errors).map(of).collect()
+    }
+
+    fn fit(&self, variance: &Variance, memory: &Memory) -> Result<LeastSquares, Error> {
+        let mut regression = Regression::of(self.filtered.duration_s(), self.terms);
+        for (stretch, rows) in self.filtered.stretches.iter().zip(&self.rows) {
+            let mut ones: Vec<f64> = rows.iter().map(|row| variance.weight(row)).collect();
+            let weighed = rows.iter().zip(&ones).map(|(row, weight)| row.map(|x| weight * x));
+            let mut weighed: Vec<Row> = weighed.collect();
+            memory.forget(&mut weighed, |row, before, part| {
+                row.iter_mut().zip(before).for_each(|(x, before)| *x -= part * before);
+            });
+            memory.forget(&mut ones, |one, before, part| *one -= part * before);
+            regression.start_stretch(stretch.ready.grid.period_s);
+            let known = memory.reach().min(rows.len());
+            regression.add_transformed(&weighed[known..], &ones[known..]);
+        }
+        regression.solve(self.dof)
+    }
+}
+
+/// Whether no coefficient moved by more than [`SETTLED`] standard deviations.
+fn is_within(moved: &Vector4<f64>, std: &Vector4<f64>) -> bool {
+    moved.iter().zip(std).all(|(moved, std)| moved.abs() <= SETTLED * std)
+}
+
+fn rms(errors: &[Vec<f64>]) -> f64 {
+    let (sum, count) =
+        errors.iter().flatten().fold((0.0, 0_usize), |(sum, count), e| (sum + e * e, count + 1));
+    (sum / count.max(1) as f64).sqrt()
+}

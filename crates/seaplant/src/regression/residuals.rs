@@ -1,0 +1,55 @@
+//! What residuals say of how sure an estimate is.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Sums of the residuals.
+#[derive(Default)]
+pub(crate) struct Residuals {
+    /// Σ xᵀe of each batch, scaled columns.
+    pub(crate) scores: Vec<DVector<f64>>,
+    /// Sum of the residuals of each batch, each times what the constant is there.
+    pub(crate) sums: Vec<f64>,
+    /// Σ e².
+    pub(crate) square_sum: f64,
+}
+
+impl Residuals {
+    /// S = B/(B − p) Σ sᵦ sᵦᵀ.
+    pub(crate) fn meat(&self) -> DMatrix<f64> {
+        let (batches, terms) = (self.scores.len(), self.scores[0].len());
+        let mut meat = DMatrix::zeros(terms, terms);
+        for score in &self.scores {
+            meat += score * score.transpose();
+        }
+        meat * (batches as f64 / self.freedom(terms))
+    }
+
+    /// Batches less terms.
+    pub(crate) fn freedom(&self, terms: usize) -> f64 {
+        self.scores.len().saturating_sub(terms).max(1) as f64
+    }
+
+    /// n σ² / (rows a batch · variance of batch means), never more than n.
+    pub(crate) fn effective_samples(&self, samples: usize) -> f64 {
+        let n = samples as f64;
+        let long_run = self.sums.iter().map(|sum| sum * sum).sum::<f64>() / n;
+        let variance = self.square_sum / n;
+        if long_run > 0.0 { (n * variance / long_run).min(n) } else { n }
+    }
+
+    /// How far the sum of a batch foretells that of the next: their correlation.
+    pub(super) fn correlation_of_neighbours(&self) -> f64 {
+        let product: f64 = self.sums.windows(2).map(|pair| pair[0] * pair[1]).sum();
+        let square: f64 = self.sums.iter().map(|sum| sum * sum).sum();
+        if square > 0.0 { product / square } else { 0.0 }
+    }
+
+    /// Every so many neighbouring batches as one.
+    pub(super) fn joined(&self, parts: usize) -> Self {
+        Self {
+            scores: self.scores.chunks(parts).map(|part| part.iter().sum()).collect(),
+            sums: self.sums.chunks(parts).map(|part| part.iter().sum()).collect(),
+            square_sum: self.square_sum,
+        }
+    }
+}
