@@ -47,8 +47,8 @@ pub struct ThrusterEntry {
     pub direction: [f64; 3],
     /// From input to force.
     pub curve: CurveEntry,
-    /// How well its strength is known; carried into mass and drag. Thrusters with one curve
-    /// are off together.
+    /// How well its strength is known; carried into mass and drag. Thrusters of one degree of
+    /// freedom are taken to be off together.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thrust_uncertainty: Option<UncertaintyEntry>,
 }

@@ -20,7 +20,7 @@ pub struct Thruster {
 }
 
 /// Standard deviations of a thruster's strength, each way, as parts of its thrust; zero
-/// where nothing is said. Thrusters with one curve are off together.
+/// where nothing is said. Thrusters of one degree of freedom are off together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ThrustUncertainty {
     /// Of positive thrust.

@@ -285,3 +285,123 @@ fn roles_are_as_the_setup_says() {
     let roles: Vec<Role> = trials(&campaign).iter().map(Trial::role).collect();
     assert_eq!(roles, [Role::Fit, Role::HoldOut]);
 }
+
+fn caveat_of(plant: &PlantResult, code: CaveatCode) -> &str {
+    let caveat = plant.caveats.iter().find(|caveat| caveat.code == code);
+    &caveat.unwrap_or_else(|| panic!("{code:?} in {:?}", plant.caveats)).message
+}
+
+#[test]
+fn drag_that_no_hull_of_that_size_has_is_named() {
+    let recording = driven(300.0, lively);
+    // 400 N/(m/s)² on half a square metre is a coefficient of 1.6, and on 4 cm² of 1950.
+    let sized = |size_m| Vehicle { size_m: Some(size_m), ..simple_vehicle(None) };
+    let fits = plant_of(&sized([2.0, 0.7, 0.7]), &recording, Method::FilterError);
+    assert!(!codes(&fits).contains(&CaveatCode::Implausible));
+    let tiny = plant_of(&sized([2.0, 0.02, 0.02]), &recording, Method::FilterError);
+    assert!(caveat_of(&tiny, CaveatCode::Implausible).contains("drag coefficient of 19"));
+}
+
+#[test]
+fn more_added_mass_along_the_slender_axis_is_out_of_order() {
+    let campaign = make(&TwinSpec { dofs: [Dof::Surge, Dof::Heave].into(), ..TwinSpec::jason2() })
+        .expect("a valid twin");
+    let of = |size_m| {
+        let vehicle = Vehicle { size_m: Some(size_m), ..campaign.vehicle.clone() };
+        let options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
+        identify(&vehicle, &trials(&campaign), &options).results
+    };
+    // Heave carries more water than surge: right for a raft, wrong for a tower.
+    let raft = of([3.4, 2.2, 1.0]);
+    assert!(raft.plants.values().all(|plant| !codes(plant).contains(&CaveatCode::Implausible)));
+    let tower = of([2.0, 2.0, 6.0]);
+    let message = caveat_of(&tower.plants[&Dof::Heave], CaveatCode::Implausible);
+    assert!(message.contains("4.00 m² towards it") && message.contains("12.0 m²"), "{message}");
+}
+
+#[test]
+fn a_thruster_log_that_is_too_slow_for_its_motion_is_doubted() {
+    let mut recording = driven(300.0, lively);
+    let speed = Quantity::Thruster { name: "main".into(), input: ThrusterInput::Speed };
+    let slow: Vec<f64> = (0..600).map(|k| 0.5 * f64::from(k)).collect();
+    let n: Vec<f64> = slow.iter().map(|&t| lively(t)).collect();
+    recording.insert(speed.clone(), Timed::new("n", slow.clone(), n).expect("valid"));
+    let plant = plant_of(&simple_vehicle(None), &recording, Method::FilterError);
+    let message = caveat_of(&plant, CaveatCode::ThrustBetweenSamples);
+    assert!(message.contains("every 0.50 s"), "{message}");
+
+    // Commands that are held for ten seconds are no such signal, however slow their log.
+    let n: Vec<f64> = slow.iter().map(|&t: &f64| lively(10.0 * (0.1 * t).floor())).collect();
+    recording.insert(speed, Timed::new("n", slow, n).expect("valid"));
+    let plant = plant_of(&simple_vehicle(None), &recording, Method::FilterError);
+    assert!(!codes(&plant).contains(&CaveatCode::ThrustBetweenSamples));
+}
+
+#[test]
+fn depth_in_feet_beside_velocity_in_metres_is_told() {
+    let campaign = twin(Dof::Heave, "none");
+    let log = campaign.trials.iter().find(|log| log.role == Role::Fit).expect("there");
+    let mut recording = log.recording.clone();
+    let feet = recording[&Quantity::Depth].map(|depth| depth / 0.3048);
+    recording.insert(Quantity::Depth, feet);
+    let setup = TrialSetup { name: "t".into(), dofs: vec![Dof::Heave], ..TrialSetup::default() };
+    let trial = Trial::new(setup, &recording, &campaign.vehicle).expect("complete");
+    let options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
+    let found = identify(&campaign.vehicle, &[trial], &options).results;
+    let plant = &found.plants[&Dof::Heave];
+    let message = caveat_of(plant, CaveatCode::InstrumentsDisagree);
+    assert!(message.contains("moves 3.2"), "{message}");
+    // The velocity alone still gives the plant.
+    let truth = TwinSpec::jason2().plants[&Dof::Heave];
+    assert!((plant.parameters.mass.value / truth.mass - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn a_thruster_beyond_its_curve_is_named_with_the_part_of_the_log() {
+    let points = (-8..=8).map(|k| 10.0 * f64::from(k)).map(|n| (n, 0.04 * n * n.abs())).collect();
+    let table = seaplant::ThrustTable::new(None, points).expect("rises");
+    let curve = ThrustCurve::tables(ThrusterInput::Speed, vec![table]).expect("one table");
+    let thruster = Thruster::new("main", [0.0; 3], [1.0, 0.0, 0.0], curve).expect("valid");
+    let vehicle = Vehicle { thrusters: vec![thruster], ..simple_vehicle(None) };
+    let plant = plant_of(&vehicle, &driven(300.0, lively), Method::EquationError);
+    assert!(caveat_of(&plant, CaveatCode::ThrusterSaturated).contains("`main` is driven beyond"));
+}
+
+#[test]
+fn one_tone_cannot_tell_linear_from_quadratic_drag() {
+    let terms = "force,quadratic,linear,bias".parse().expect("known");
+    let options = IdentifyOptions {
+        methods: vec![Method::EquationError],
+        terms: Some(terms),
+        ..IdentifyOptions::default()
+    };
+    let vehicle = simple_vehicle(None);
+    let setup = TrialSetup { name: "t".into(), dofs: vec![Dof::Surge], ..TrialSetup::default() };
+    let recording = driven(300.0, |t| 60.0 * (0.4 * t).sin());
+    let trial = Trial::new(setup, &recording, &vehicle).expect("complete");
+    let found = identify(&vehicle, &[trial], &options).results;
+    let message = caveat_of(&found.plants[&Dof::Surge], CaveatCode::Collinear);
+    assert!(message.contains("variance inflation"), "{message}");
+}
+
+#[test]
+fn steady_pairs_with_different_ballast_contradict_each_other() {
+    let mut campaign = twin(Dof::Heave, "none");
+    // A diver hangs 600 N on the vehicle for the runs at full thrust.
+    let heavier = make(&TwinSpec {
+        dofs: [Dof::Heave].into(),
+        steady: seaplant::twin::SteadyRuns { bias_force: -600.0, ..TwinSpec::jason2().steady },
+        ..TwinSpec::jason2()
+    })
+    .expect("a valid twin");
+    for (log, other) in campaign.trials.iter_mut().zip(&heavier.trials) {
+        if log.role == Role::Steady && log.name.contains("100") {
+            log.recording = other.recording.clone();
+        }
+    }
+    let steady = &results(&campaign).steady[&Dof::Heave];
+    let contradicts = |c: &seaplant::Caveat| c.code == CaveatCode::SteadyPairsContradict;
+    assert!(steady.caveats.iter().any(contradicts), "{:?}", steady.caveats);
+    let clean = &results(&twin(Dof::Heave, "none")).steady[&Dof::Heave];
+    assert!(!clean.caveats.iter().any(contradicts), "{:?}", clean.caveats);
+}

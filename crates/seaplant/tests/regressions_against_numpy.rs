@@ -43,6 +43,7 @@ fn axis(velocity: &[f64]) -> AxisRecord {
         thrusters: Vec::new(),
         motion: Motion::Velocity(measured),
         lever_rates: None,
+        turning: None,
         position: None,
     }
 }

@@ -7,6 +7,7 @@ mod minimise;
 mod parameters;
 mod problem;
 mod schedule;
+mod strength;
 mod structure;
 mod together;
 

@@ -27,60 +27,48 @@ pub struct ThrusterTrack {
     pub forward: f64,
     /// k for negative n.
     pub reverse: f64,
-    /// Which curve it has: thrusters with one curve are off together.
-    pub curve: usize,
     /// How well its strength is known.
     pub uncertainty: ThrustUncertainty,
 }
 
-/// A strength that may be off: of one curve, one way.
+/// A strength that may be off, one way: thrusters of one degree of freedom are off together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ThrustError {
-    curve: usize,
     is_reverse: bool,
     /// Standard deviation, as a part of thrust.
-    pub(crate) std: f64,
-}
-
-impl ThrustError {
-    /// Every strength of some tracks that is not known for sure.
-    pub(crate) fn all_of(tracks: &[ThrusterTrack]) -> Vec<Self> {
-        let mut errors: Vec<Self> = Vec::new();
-        for track in tracks {
-            let ThrustUncertainty { forward, reverse } = track.uncertainty;
-            for (is_reverse, std) in [(false, forward), (true, reverse)] {
-                let error = Self { curve: track.curve, is_reverse, std };
-                if std > 0.0 && !errors.contains(&error) {
-                    errors.push(error);
-                }
-            }
-        }
-        errors
-    }
-
-    fn on(self, track: &ThrusterTrack) -> ThrusterTrack {
-        let mut track = track.clone();
-        if track.curve == self.curve {
-            let strength = if self.is_reverse { &mut track.reverse } else { &mut track.forward };
-            *strength *= 1.0 + self.std;
-        }
-        track
-    }
+    std: f64,
 }
 
 impl AxisRecord {
-    /// Every strength of its thrusters that is not known for sure.
-    pub(crate) fn thrust_errors(&self) -> Vec<ThrustError> {
-        ThrustError::all_of(&self.thrusters)
+    /// How well the strength of its thrusters is known: the least of them.
+    pub(crate) fn thrust_uncertainty(&self) -> ThrustUncertainty {
+        let all = self.thrusters.iter().map(|track| track.uncertainty);
+        all.fold(ThrustUncertainty::default(), |all, one| ThrustUncertainty {
+            forward: all.forward.max(one.forward),
+            reverse: all.reverse.max(one.reverse),
+        })
     }
 
-    /// The record as it is if a strength is off by one standard deviation.
+    /// Every strength of its thrusters that is not known for sure.
+    pub(crate) fn thrust_errors(&self) -> Vec<ThrustError> {
+        let ThrustUncertainty { forward, reverse } = self.thrust_uncertainty();
+        let both = [(false, forward), (true, reverse)].into_iter();
+        let errors = both.map(|(is_reverse, std)| ThrustError { is_reverse, std });
+        errors.filter(|error| error.std > 0.0).collect()
+    }
+
+    /// The record as it is if a strength is off by a standard deviation.
     ///
     /// # Errors
     /// Those of [`Timed::new`], which held for the record as it was.
     pub(crate) fn with_thrust_off(&self, error: ThrustError) -> Result<Self, Error> {
-        let thrusters: Vec<ThrusterTrack> =
-            self.thrusters.iter().map(|track| error.on(track)).collect();
+        let off = |track: &ThrusterTrack| {
+            let mut track = track.clone();
+            let strength = if error.is_reverse { &mut track.reverse } else { &mut track.forward };
+            *strength *= 1.0 + error.std;
+            track
+        };
+        let thrusters: Vec<ThrusterTrack> = self.thrusters.iter().map(off).collect();
         Ok(Self { force: total_force(&thrusters)?, thrusters, ..self.clone() })
     }
 }
@@ -90,7 +78,7 @@ impl ThrusterTrack {
     pub fn of_force(lever: f64, force: &Timed) -> Self {
         let speed = force.map(|force| force.abs().sqrt().copysign(force));
         let uncertainty = ThrustUncertainty::default();
-        Self { lever, speed, forward: 1.0, reverse: 1.0, curve: 0, uncertainty }
+        Self { lever, speed, forward: 1.0, reverse: 1.0, uncertainty }
     }
 
     pub(super) fn window(&self, from_s: f64, to_s: f64) -> Option<Self> {
@@ -118,11 +106,9 @@ pub(super) fn tracks_along(
     let mut tracks = Vec::new();
     for thruster in vehicle.thrusters.iter().filter(|thruster| Vehicle::acts_on(thruster, dof)) {
         let lever = thruster.unit_wrench()[dof.index()];
-        let is_same = |other: &Thruster| other.curve == thruster.curve;
-        let curve = vehicle.thrusters.iter().position(is_same).unwrap_or_default();
         let uncertainty = thruster.uncertainty;
         let known = track(trial, lever, thruster, recording, saturated)?;
-        tracks.push(ThrusterTrack { curve, uncertainty, ..known });
+        tracks.push(ThrusterTrack { uncertainty, ..known });
     }
     if tracks.is_empty() {
         return Err(Error::MissingChannel {

@@ -5,19 +5,20 @@ use super::schedule::{HeldIntegral, Stop};
 use crate::{ThrusterTrack, Timed};
 
 /// The unknowns that shape thrust, in the order of [`Drive`]'s derivatives.
-pub(crate) const SHAPING: [Unknown; 3] = [Unknown::Lag, Unknown::Delay, Unknown::LogReverseRatio];
+pub(crate) const SHAPING: [Unknown; 4] =
+    [Unknown::Lag, Unknown::Delay, Unknown::LogReverseRatio, Unknown::LogForwardRatio];
 
 /// Thrust over one step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Push {
     /// Mean force τ*, N or N m.
     pub(crate) tau: f64,
-    /// Its derivatives by lag, delay and ln κ.
-    pub(crate) tau_by: [f64; 3],
+    /// Its derivatives by lag, delay, ln κ and the logarithm of positive thrust.
+    pub(crate) tau_by: [f64; 4],
     /// γ = Σ lever² |n| of the inflow term.
     pub(crate) gamma: f64,
-    /// Its derivatives by lag and delay; ln κ does not change it.
-    pub(crate) gamma_by: [f64; 3],
+    /// Its derivatives by lag and delay; strengths do not change it.
+    pub(crate) gamma_by: [f64; 4],
     /// What turning does to the velocity of a rigid body, m/s².
     pub(crate) turning: f64,
 }
@@ -142,7 +143,7 @@ impl Push {
         self.tau += thrust.x;
         self.tau_by[0] += thrust.by_lag;
         self.tau_by[1] += thrust.by_delay;
-        self.tau_by[2] += if reversed { thrust.x } else { 0.0 };
+        self.tau_by[if reversed { 2 } else { 3 }] += thrust.x;
         let path = part(approach.integral(to), approach.integral(from));
         let area = path.times(sign * track.lever * track.lever);
         self.gamma += area.x;

@@ -10,6 +10,7 @@ use super::minimise::{Optimum, limits, scaled_inverse, unit_diagonal};
 use super::parameters::{UNKNOWNS, Unknown, Values};
 use super::problem::{Kind, Prior, Problem, Record};
 use super::schedule::Measurements;
+use super::strength::covariance_with_thrust;
 use super::structure::{Candidate, Decision, Fitted, Search, Usual};
 use super::together::TwoPlants;
 use crate::estimate::{DelayedFit, Estimate, Fit, Method, Nuisances, check_trials};
@@ -286,8 +287,9 @@ fn into_fit(
     let Fitted { problem, optimum } = fitted;
     let stuck = || Error::NotConverged { dof, iterations: optimum.iterations };
     let of_logs = scaled_inverse(&optimum.information).ok_or_else(stuck)?;
-    let of_thrust = thrust_covariance(fitted, &of_logs, axes)?;
-    let all = &of_logs + &of_thrust;
+    let with_thrust = covariance_with_thrust(problem, &optimum.theta, axes);
+    let all = with_thrust.unwrap_or_else(|| of_logs.clone());
+    let of_thrust = &all - of_logs;
     let samples = problem.samples();
     let freedom = freedom(problem);
     let innovations: Vec<Vec<f64>> =
@@ -314,35 +316,6 @@ fn into_fit(
     };
     fit.caveats = caveats(&fit, &innovations);
     Ok(fit)
-}
-
-/// What uncertain thrust curves add to the covariance of all numbers.
-///
-/// A curve that is off by one standard deviation moves the optimum by `−I⁻¹ Δg`, with Δg
-/// what it does to the gradient there; errors of different curves are independent.
-fn thrust_covariance(
-    fitted: &Fitted<'_>,
-    inverse: &DMatrix<f64>,
-    axes: &[AxisRecord],
-) -> Result<DMatrix<f64>, Error> {
-    let Fitted { problem, optimum } = fitted;
-    let mut covariance = DMatrix::zeros(problem.len(), problem.len());
-    let errors = axes.first().map(AxisRecord::thrust_errors).unwrap_or_default();
-    if errors.is_empty() {
-        return Ok(covariance);
-    }
-    let (_, gradient, _) = problem.evaluate(&optimum.theta);
-    for error in errors {
-        let off = |(axis, record): (&AxisRecord, &Record)| {
-            Ok(Record::of(&axis.with_thrust_off(error)?, record.kind))
-        };
-        let pairs = axes.iter().zip(problem.records);
-        let records: Vec<Record> = pairs.map(off).collect::<Result<_, Error>>()?;
-        let (_, there, _) = problem.on(&records).evaluate(&optimum.theta);
-        let shift = inverse * (there - &gradient);
-        covariance += &shift * shift.transpose();
-    }
-    Ok(covariance)
 }
 
 /// Covariance of `[α, β, μ, bias]` of one record's kind.

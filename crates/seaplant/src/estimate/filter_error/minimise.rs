@@ -191,7 +191,7 @@ pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
         Unknown::Alpha => (f64::MIN_POSITIVE, f64::INFINITY),
         Unknown::Lag => (0.0, 3.0),
         Unknown::Delay => (-1.0, 3.0),
-        Unknown::LogReverseRatio => (-1.5, 1.5),
+        Unknown::LogReverseRatio | Unknown::LogForwardRatio => (-1.5, 1.5),
         // A disturbance that forgets within a second is noise, one of an hour a bias.
         Unknown::LogCorrelation => (0.0, 8.0),
         Unknown::LogDisturbance | Unknown::LogVelocityNoise | Unknown::LogPositionNoise => {

@@ -19,6 +19,9 @@ pub(crate) enum Unknown {
     Delay,
     /// Logarithm of the reverse-thrust ratio κ.
     LogReverseRatio,
+    /// Logarithm of positive thrust over what its curve says; cannot be fitted, but its doubt
+    /// carries over.
+    LogForwardRatio,
     /// Thrust lost to inflow, k_in.
     Inflow,
     /// Lever arm of the velocity sensor that navigation did not know, first axis, m.
@@ -47,7 +50,7 @@ impl Unknown {
 }
 
 /// How many unknowns there are.
-pub(crate) const UNKNOWNS: usize = 17;
+pub(crate) const UNKNOWNS: usize = 18;
 
 /// Values of all unknowns for one trial; those that are not fitted keep theirs.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -136,13 +136,13 @@ impl<'a> Problem<'a> {
         Self { records, active, places, numbers, priors, fixed }
     }
 
-    /// The same numbers, asked of other records of the same trials.
-    pub(crate) fn on<'b>(&self, records: &'b [Record]) -> Problem<'b>
-    where
-        'a: 'b,
-    {
-        let Self { active, places, numbers, priors, fixed, .. } = self.clone();
-        Problem { records, active, places, numbers, priors, fixed }
+    /// The same problem with one more number, the last, that all trials share.
+    pub(crate) fn with_shared(&self, unknown: Unknown) -> Self {
+        let mut wider = self.clone();
+        wider.active = Active::new(&[&self.active.unknowns[..], &[unknown]].concat());
+        wider.places.iter_mut().for_each(|places| places.push(self.numbers.len()));
+        wider.numbers.push(unknown);
+        wider
     }
 
     /// How many numbers are fitted.
