@@ -66,6 +66,21 @@ def main() -> None:
             f"{rows[(dof, 'filter-error', name)]['coverage_percent']:.0f}" for name in names
         )
         print(f"| {case} | " + " | ".join(of(dof) for dof in DOFS) + " |")
+    print("\n## Linear drag: false alarms and detections\n")
+    linear = {truth: load(folder / f"linear-{truth}.json") for truth in ("zero", "half")}
+    print(
+        "Part of the filter error method's fits that took linear drag into the model, in %,"
+        f" {linear['zero']['runs']} seeds, with a tether: where there is none, and where it is half of"
+        " the quadratic drag at the root mean square speed (scripts/linear-drag-half.toml).\n"
+    )
+    print("| true linear drag | " + " | ".join(DOFS) + " |\n|---|" + "---|" * len(DOFS))
+    for truth, table in linear.items():
+        rates = {
+            part["dof"]: part["admitted_percent"]
+            for part in table["admissions"]
+            if part["candidate"] == "linear-drag"
+        }
+        print(f"| {truth} | " + " | ".join(f"{rates[dof]:.0f}" for dof in DOFS) + " |")
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::estimate::{Candidate, Decision};
 use crate::identify::fit_of_trials;
 use crate::series::median;
 use crate::twin::{TwinSpec, TwinTrial, make};
@@ -33,6 +34,8 @@ pub struct Sample {
     pub method: Method,
     /// What it found, or why it did not.
     pub found: Result<Vec<Found>, Error>,
+    /// Which parts it took into its model, and which not.
+    pub structure: Vec<Decision>,
 }
 
 /// One parameter, found and true.
@@ -44,6 +47,21 @@ pub struct Found {
     pub estimate: Estimate,
     /// As it is.
     pub truth: f64,
+}
+
+/// How often a part was taken into the model: a false alarm, or a detection.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Admission {
+    /// Which degree of freedom.
+    pub dof: Dof,
+    /// Which method.
+    pub method: Method,
+    /// Which part.
+    pub candidate: Candidate,
+    /// Fits that have it, in %.
+    pub admitted_percent: f64,
+    /// Fits that decided.
+    pub fits: usize,
 }
 
 /// Errors and coverage over all seeds.
@@ -82,9 +100,10 @@ pub fn sample(spec: &TwinSpec, options: &IdentifyOptions) -> Result<Vec<Sample>,
         };
         let (fit, hold_out) = (of(Role::Fit)?, of(Role::HoldOut)?);
         for &method in &options.methods {
-            let found = fit_of_trials(dof, &twin.vehicle, &fit, &hold_out, method, options)
-                .map(|fit| compare(spec, dof, &fit));
-            samples.push(Sample { seed: spec.seed, dof, method, found });
+            let fitted = fit_of_trials(dof, &twin.vehicle, &fit, &hold_out, method, options);
+            let structure = fitted.as_ref().map_or(Vec::new(), |fit| fit.structure.clone());
+            let found = fitted.map(|fit| compare(spec, dof, &fit));
+            samples.push(Sample { seed: spec.seed, dof, method, found, structure });
         }
     }
     Ok(samples)
@@ -133,6 +152,30 @@ pub fn summarise(samples: &[Sample]) -> Vec<Row> {
     rows
 }
 
+/// How often each part was taken into the model.
+pub fn admissions(samples: &[Sample]) -> Vec<Admission> {
+    let mut all = Vec::new();
+    for dof in Dof::ALL {
+        for method in Method::ALL {
+            for candidate in Candidate::ALL {
+                let of = samples.iter().filter(|s| s.dof == dof && s.method == method);
+                let decisions = of.flat_map(|sample| &sample.structure);
+                let decided: Vec<bool> = decisions
+                    .filter(|decision| decision.candidate == candidate)
+                    .map(|decision| decision.admitted)
+                    .collect();
+                let fits = decided.len();
+                if fits > 0 {
+                    let admitted = decided.iter().filter(|admitted| **admitted).count();
+                    let admitted_percent = 100.0 * admitted as f64 / fits as f64;
+                    all.push(Admission { dof, method, candidate, admitted_percent, fits });
+                }
+            }
+        }
+    }
+    all
+}
+
 fn row(
     dof: Dof,
     method: Method,
@@ -163,7 +206,15 @@ mod tests {
     fn sample_of(error: f64, std: f64) -> Sample {
         let estimate = Estimate::new(100.0 * (1.0 + error), std, 1e6);
         let found = Found { name: ParameterName::Mass, estimate, truth: 100.0 };
-        Sample { seed: 1, dof: Dof::Surge, method: Method::Paper, found: Ok(vec![found]) }
+        let structure = vec![Decision {
+            candidate: Candidate::LinearDrag,
+            likelihood_ratio: 1.0,
+            needed: 8.5,
+            size: None,
+            hold_out_ratio: None,
+            admitted: error > 0.0,
+        }];
+        Sample { seed: 1, dof: Dof::Surge, method: Method::Paper, found: Ok(vec![found]), structure }
     }
 
     #[test]
@@ -177,6 +228,15 @@ mod tests {
         assert!((rows[0].median_error_percent - 1.0).abs() < 1e-9);
         assert!((rows[0].coverage_percent - 200.0 / 3.0).abs() < 1e-9);
         assert_eq!((rows[0].answers, rows[0].failures), (3, 1));
+    }
+
+    #[test]
+    fn counts_how_often_a_part_was_taken_in() {
+        let samples = [sample_of(0.01, 1.0), sample_of(-0.03, 1.0), sample_of(0.05, 10.0)];
+        let found = admissions(&samples);
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].candidate, found[0].fits), (Candidate::LinearDrag, 3));
+        assert!((found[0].admitted_percent - 200.0 / 3.0).abs() < 1e-9);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::thread;
 use anyhow::{Context, Result, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use schemars::JsonSchema;
-use seaplant::monte_carlo::{ParameterName, Row, Sample, sample, summarise};
+use seaplant::monte_carlo::{Admission, ParameterName, Row, Sample, admissions, sample, summarise};
 use seaplant::twin::{Disturbance, TwinSpec};
 use seaplant::{Error, IdentifyOptions};
 use seaplant_campaign::read_toml;
@@ -28,6 +28,7 @@ struct Table {
     runs: u64,
     spec: TwinSpec,
     rows: Vec<Row>,
+    admissions: Vec<Admission>,
 }
 
 pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
@@ -44,6 +45,7 @@ pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
         version: env!("CARGO_PKG_VERSION"),
         runs: arguments.runs,
         rows: summarise(&samples),
+        admissions: admissions(&samples),
         spec,
     };
     if let Some(path) = &arguments.out {
@@ -133,7 +135,13 @@ fn words(table: &Table) -> String {
         text.add_row([empty(), empty(), "covered".to_owned(), mass, drag, bias, empty()]);
     }
     align(&mut text, 3..6);
-    format!("{} twins, 95 % intervals\n{text}", table.runs)
+    let mut all = format!("{} twins, 95 % intervals\n{text}", table.runs);
+    for part in table.admissions.iter().filter(|part| part.admitted_percent > 0.0) {
+        let Admission { dof, method, candidate, admitted_percent, fits } = part;
+        let name = candidate.name();
+        all += &format!("\n{dof}, {method}: {name} in {admitted_percent:.0} % of {fits} fits");
+    }
+    all
 }
 
 /// One cell for each parameter, a dash where it was not fitted.
