@@ -248,11 +248,7 @@ fn one_way_bias(evidence: &Evidence<'_>) -> Option<Caveat> {
 
 /// Whether mean headings of two trials differ by more than 120°.
 fn headings_are_reversed(trials: &[&Trial]) -> bool {
-    let means: Vec<f64> = trials
-        .iter()
-        .filter_map(|trial| trial.navigated().position.get(&Dof::Yaw))
-        .map(|heading| heading.values().iter().sum::<f64>() / heading.len() as f64)
-        .collect();
+    let means: Vec<f64> = trials.iter().filter_map(|trial| trial.mean_heading_rad()).collect();
     means.iter().any(|a| means.iter().any(|b| (a - b).cos() < -0.5))
 }
 

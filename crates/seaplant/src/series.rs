@@ -152,7 +152,7 @@ impl Timed {
     /// # Errors
     /// As [`Timed::new`].
     pub fn on_grid(name: &str, grid: Grid, values: Vec<f64>) -> Result<Self, Error> {
-        Self::new(name, grid.times().collect::<Vec<_>>(), values)
+        Self::new(name, grid.times().collect::<Arc<[f64]>>(), values)
     }
 
     /// The times, s, shape (n,).
@@ -202,26 +202,62 @@ impl Timed {
     /// Other values at the same times, one for each, finite.
     ///
     /// # Errors
-    /// As [`Timed::new`].
+    /// [`Error::Length`] if there is not one value per time, [`Error::NotFinite`].
     pub fn with_values(&self, name: &str, values: Vec<f64>) -> Result<Self, Error> {
-        Self::new(name, Arc::clone(&self.time_s), values)
+        let name = || name.to_owned();
+        if values.len() != self.len() {
+            let (found, expected) = (values.len(), self.len());
+            return Err(Error::Length { name: name(), found, expected });
+        }
+        if let Some(index) = values.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NotFinite { name: name(), index });
+        }
+        Ok(Self { time_s: Arc::clone(&self.time_s), values: values.into(), steps: self.steps })
+    }
+
+    /// Whether two series are sampled at the same times.
+    pub fn is_sampled_with(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.time_s, &other.time_s) || self.time_s == other.time_s
     }
 
     /// The samples from `from_s` to `to_s`, both included; `None` if there are none.
     pub fn window(&self, from_s: f64, to_s: f64) -> Option<Self> {
-        let from = self.time_s.partition_point(|&t| t < from_s);
-        let to = self.time_s.partition_point(|&t| t <= to_s);
-        if (from, to) == (0, self.len()) {
-            return Some(self.clone());
-        }
-        (from < to)
-            .then(|| Self::checked(self.time_s[from..to].into(), self.values[from..to].into()))
+        self.part(self.rows(from_s, to_s), &mut Vec::new())
     }
 
     /// As [`Timed::window`] for a held signal: the sample in force at `from_s` is kept too.
     pub fn window_held(&self, from_s: f64, to_s: f64) -> Option<Self> {
+        self.part(self.rows_held(from_s, to_s), &mut Vec::new())
+    }
+
+    fn rows(&self, from_s: f64, to_s: f64) -> Range<usize> {
+        let from = self.time_s.partition_point(|&t| t < from_s);
+        from..self.time_s.partition_point(|&t| t <= to_s)
+    }
+
+    fn rows_held(&self, from_s: f64, to_s: f64) -> Range<usize> {
         let held = self.time_s.partition_point(|&t| t <= from_s);
-        self.window(self.time_s[held.max(1) - 1].min(from_s), to_s)
+        self.rows(self.time_s[held.max(1) - 1].min(from_s), to_s)
+    }
+
+    /// Some of the samples; their times are one of `known` where that is a part of the same
+    /// time base, else become one.
+    fn part(&self, rows: Range<usize>, known: &mut Vec<PartOfBase>) -> Option<Self> {
+        if rows == (0..self.len()) {
+            return Some(self.clone());
+        }
+        if rows.is_empty() {
+            return None;
+        }
+        let values = self.values[rows.clone()].into();
+        let same = |part: &&PartOfBase| Arc::ptr_eq(&part.base, &self.time_s) && part.rows == rows;
+        if let Some(PartOfBase { time_s, steps, .. }) = known.iter().find(same) {
+            return Some(Self { time_s: Arc::clone(time_s), values, steps: *steps });
+        }
+        let part = Self::checked(self.time_s[rows.clone()].into(), values);
+        let (base, time_s) = (Arc::clone(&self.time_s), Arc::clone(&part.time_s));
+        known.push(PartOfBase { base, rows, time_s, steps: part.steps });
+        Some(part)
     }
 
     /// Moves every time by `offset_s`.
@@ -232,7 +268,16 @@ impl Timed {
 
     /// The value at `t_s` by linear interpolation; the end values beyond the ends.
     pub fn at(&self, t_s: f64) -> f64 {
-        let after = self.time_s.partition_point(|&t| t <= t_s);
+        self.before(self.time_s.partition_point(|&t| t <= t_s), t_s)
+    }
+
+    /// Reads the series at times that never decrease.
+    pub(crate) fn reader(&self) -> Reader<'_> {
+        Reader { series: self, after: 0 }
+    }
+
+    /// The value at `t_s`, which lies between sample `after` and the one before it.
+    fn before(&self, after: usize, t_s: f64) -> f64 {
         if after == 0 {
             return self.values[0];
         }
@@ -267,23 +312,9 @@ impl Timed {
         if let Some(rows) = self.samples_on(grid) {
             return self.values[rows].to_vec();
         }
-        let mut after = self.time_s.partition_point(|&t| t <= grid.start_s);
-        let last = self.len() - 1;
-        let at = |t: f64| {
-            while after <= last && self.time_s[after] <= t {
-                after += 1;
-            }
-            if after == 0 {
-                return self.values[0];
-            }
-            if after > last {
-                return self.values[last];
-            }
-            let (t0, t1) = (self.time_s[after - 1], self.time_s[after]);
-            let (x0, x1) = (self.values[after - 1], self.values[after]);
-            x0 + (t - t0) / (t1 - t0) * (x1 - x0)
-        };
-        grid.times().map(at).collect()
+        let after = self.time_s.partition_point(|&t| t <= grid.start_s);
+        let mut reader = Reader { series: self, after };
+        grid.times().map(|t| reader.at(t)).collect()
     }
 
     /// The samples that are at the instants of a grid, one for each, if there are such.
@@ -324,6 +355,70 @@ impl Timed {
                 mean
             })
             .collect()
+    }
+}
+
+/// A part of a time base that some series share.
+struct PartOfBase {
+    base: Arc<[f64]>,
+    rows: Range<usize>,
+    time_s: Arc<[f64]>,
+    steps: Steps,
+}
+
+/// Cuts series to windows; those that shared their times share them still.
+#[derive(Default)]
+pub(crate) struct Cutter(Vec<PartOfBase>);
+
+impl Cutter {
+    /// As [`Timed::window`].
+    pub(crate) fn window(&mut self, series: &Timed, (from_s, to_s): (f64, f64)) -> Option<Timed> {
+        series.part(series.rows(from_s, to_s), &mut self.0)
+    }
+
+    /// As [`Timed::window_held`].
+    pub(crate) fn window_held(
+        &mut self,
+        series: &Timed,
+        (from_s, to_s): (f64, f64),
+    ) -> Option<Timed> {
+        series.part(series.rows_held(from_s, to_s), &mut self.0)
+    }
+
+    /// As much of a series as [`Timed::at`] needs inside of the window.
+    pub(crate) fn around(&mut self, series: &Timed, (from_s, to_s): (f64, f64)) -> Timed {
+        let from = series.time_s.partition_point(|&t| t <= from_s).saturating_sub(1);
+        let to = series.time_s.partition_point(|&t| t < to_s) + 1;
+        // There is at least the sample at or before the window, or the first.
+        let part = series.part(from..to.min(series.len()), &mut self.0);
+        part.unwrap_or_else(|| series.clone())
+    }
+}
+
+/// Reads a series as [`Timed::at`] does, without searching, at times that never decrease.
+#[derive(Clone, Debug)]
+pub(crate) struct Reader<'a> {
+    series: &'a Timed,
+    /// The first sample after the last time asked for.
+    after: usize,
+}
+
+impl Reader<'_> {
+    pub(crate) fn at(&mut self, t_s: f64) -> f64 {
+        self.pass(t_s);
+        self.series.before(self.after, t_s)
+    }
+
+    /// As [`Timed::held_at`].
+    pub(crate) fn held_at(&mut self, t_s: f64) -> f64 {
+        self.pass(t_s);
+        self.series.values[self.after.max(1) - 1]
+    }
+
+    fn pass(&mut self, t_s: f64) {
+        while self.series.time_s.get(self.after).is_some_and(|t| *t <= t_s) {
+            self.after += 1;
+        }
     }
 }
 

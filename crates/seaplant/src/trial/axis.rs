@@ -34,6 +34,11 @@ pub const fn lever_axes(dof: Dof) -> Option<[char; 2]> {
     }
 }
 
+/// Only an instrument that moves with the hull is misled by its turning.
+pub(super) const fn is_moved_by_turning(motion: &Motion) -> bool {
+    matches!(motion, Motion::Velocity(_))
+}
+
 /// The angular velocities that a lever arm along those axes is multiplied with.
 pub(super) fn lever_rates(dof: Dof, rates: &[Timed; 3]) -> Option<[Timed; 2]> {
     let [p, q, r] = rates;

@@ -12,9 +12,8 @@ const VELOCITY_OUTLIERS: Hampel = Hampel { half_width: 5, threshold: 8.0, floor:
 const VELOCITY_NOISE_FLOOR: f64 = 0.02;
 
 /// Removes implausible samples of measured velocity, and says so.
-pub(super) fn masked(recording: &Recording, caveats: &mut Vec<Caveat>) -> Recording {
-    let mut clean = recording.clone();
-    for (quantity, series) in &mut clean {
+pub(super) fn mask(recording: &mut Recording, caveats: &mut Vec<Caveat>) {
+    for (quantity, series) in recording {
         if !matches!(quantity, Quantity::DvlVelocity(_) | Quantity::Velocity(_)) {
             continue;
         }
@@ -28,7 +27,6 @@ pub(super) fn masked(recording: &Recording, caveats: &mut Vec<Caveat>) -> Record
             *series = masked.series;
         }
     }
-    clean
 }
 
 /// Values that no vehicle has in the unit that was stated.
