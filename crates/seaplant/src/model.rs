@@ -90,8 +90,8 @@ impl Model {
         if self.thrust == ThrustModel::default() {
             return simulate(axis.dof, &self.lumped, &axis.force, start, times_s);
         }
-        let mut response = Response::default();
-        let Some(&first) = times_s.first() else { return Ok(response) };
+        let Some(&first) = times_s.first() else { return Ok(Response::default()) };
+        let mut response = Response::with_capacity(times_s.len());
         let (schedule_s, drive) = drive_over(&axis.tracks(), times_s, &self.thrust);
         let current = self.thrust.current_of(&axis.trial);
         let mut next = times_s.iter().peekable();

@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-pub use attitude::unwrap;
 use attitude::AttitudeRecord;
+pub use attitude::unwrap;
 use track::Track;
 
 use crate::quantity::{Axis, World};
@@ -121,9 +121,7 @@ impl Voyage {
     /// The way travelled, as positioned or by dead reckoning; `None` if neither can be had.
     fn track(&self) -> Option<Track<'_>> {
         match &self.positioned {
-            Some([north, east]) => {
-                Some(Track::positioned(north, east, self.lever, &self.attitude))
-            }
+            Some([north, east]) => Some(Track::positioned(north, east, self.lever, &self.attitude)),
             None => Track::reckoned(&self.nav.measured, &self.attitude),
         }
     }

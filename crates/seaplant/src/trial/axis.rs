@@ -106,12 +106,32 @@ impl ReadyStretch {
     /// # Errors
     /// [`Error::TooShort`] for one instant, if velocity is derived from position.
     pub fn on(&self, grid: Grid) -> Result<UniformStretch, Error> {
+        let v = self.velocity(grid)?;
+        Ok(UniformStretch { grid, tau: self.force(grid), v })
+    }
+
+    /// Force around each instant of a part of the grid.
+    pub fn force(&self, grid: Grid) -> Vec<f64> {
+        self.force.held_means(grid)
+    }
+
+    /// Velocity at each instant of a part of the grid.
+    ///
+    /// # Errors
+    /// As [`ReadyStretch::on`].
+    pub fn velocity(&self, grid: Grid) -> Result<Vec<f64>, Error> {
         let values = self.motion.series().interpolate(grid);
-        let v = match self.motion {
-            Motion::Velocity(_) => values,
-            Motion::Position(_) => differentiate(&values, grid.period_s)?,
-        };
-        Ok(UniformStretch { grid, tau: self.force.held_means(grid), v })
+        match self.motion {
+            Motion::Velocity(_) => Ok(values),
+            Motion::Position(_) => differentiate(&values, grid.period_s),
+        }
+    }
+}
+
+impl ReadyAxis {
+    /// The stretch with most instants.
+    pub fn longest(&self) -> Option<&ReadyStretch> {
+        self.stretches.iter().max_by_key(|stretch| stretch.grid.len)
     }
 }
 
