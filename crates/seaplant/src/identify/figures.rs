@@ -1,10 +1,11 @@
 //! The series behind figures, made when they are drawn: of long logs, too many to keep.
 
 use super::TrialsOf;
+use crate::diagnose::force_spectrum;
 use crate::results::{
     ComparisonFigure, FittedModel, Identification, Series, SpectrumFigure, SteadyFigure,
 };
-use crate::signal::amplitude_spectrum;
+use crate::signal::{Spectrum, amplitude_spectrum};
 use crate::{Dof, Error, Trial, VelocitySource, evaluate};
 
 impl Identification {
@@ -41,17 +42,12 @@ fn comparisons<'a>(
 
 fn spectrum_figure(dof: Dof, trial: &Trial) -> Result<Series, Error> {
     let ready = trial.axis(dof, VelocitySource::Measured)?.ready(0)?;
-    let (mut force, mut velocity) = (Vec::new(), Vec::new());
-    if let Some(longest) = ready.longest() {
-        force = longest.force(longest.grid);
-        velocity = longest.velocity(longest.grid)?;
-    }
-    Ok(Series::Spectrum(SpectrumFigure {
-        dof,
-        trial: trial.name().to_owned(),
-        force: amplitude_spectrum(&force, ready.sample_hz),
-        velocity: amplitude_spectrum(&velocity, ready.sample_hz),
-    }))
+    let velocity = match ready.longest() {
+        Some(longest) => amplitude_spectrum(&longest.velocity(longest.grid)?, ready.sample_hz),
+        None => Spectrum::default(),
+    };
+    let (trial, force) = (trial.name().to_owned(), force_spectrum(&ready));
+    Ok(Series::Spectrum(SpectrumFigure { dof, trial, force, velocity }))
 }
 
 fn steady_figure(dof: Dof, trial: &Trial) -> Result<Series, Error> {
