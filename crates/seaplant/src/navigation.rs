@@ -15,6 +15,7 @@ pub use attitude::unwrap;
 use track::Track;
 
 use crate::quantity::{Axis, World};
+use crate::series::Reader;
 use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Sensors, Timed};
 
 /// What one trial's instruments and thrusters said, in SI units and radians.
@@ -176,7 +177,7 @@ fn dvl_at_origin(
     sensors: &Sensors,
     nav: &mut Navigated,
 ) -> Result<(), Error> {
-    let beams = AXES.map(|axis| recording.remove(&Quantity::DvlVelocity(axis)));
+    let mut beams = AXES.map(|axis| recording.remove(&Quantity::DvlVelocity(axis)));
     if beams.iter().all(Option::is_none) {
         return Ok(());
     }
@@ -186,9 +187,9 @@ fn dvl_at_origin(
         let message = "the DVL has a lever arm but the log has neither attitude nor rates: the vehicle's turning is taken as zero and leaks into its velocity; map attitude.heading or rate.yaw";
         nav.caveats.push(Caveat::warning(CaveatCode::Navigation, message));
     }
+    let needs = |row: usize, column: usize| r_bs[(row, column)].abs() > 1e-9;
     for (row, dof) in TRANSLATIONS.into_iter().enumerate() {
-        let needs = |column: usize| r_bs[(row, column)].abs() > 1e-9;
-        let needed: Vec<usize> = (0..3).filter(|&column| needs(column)).collect();
+        let needed: Vec<usize> = (0..3).filter(|&column| needs(row, column)).collect();
         if beams[row].is_none() && needed == [row] {
             continue;
         }
@@ -205,42 +206,50 @@ fn dvl_at_origin(
             };
             parts.push((r_bs[(row, column)], beam));
         }
-        let mut velocity = weighted_sum(&parts)?;
-        if lever.norm() > 0.0 {
-            velocity = without_turning(&velocity, nav.rates.as_ref(), lever, row)?;
+        let turning = Turning::of(nav.rates.as_ref(), lever, row);
+        nav.measured.insert(dof, weighted_sum(&parts, turning)?);
+        for (column, beam) in beams.iter_mut().enumerate() {
+            if !(row + 1..3).any(|later| needs(later, column)) {
+                *beam = None;
+            }
         }
-        nav.measured.insert(dof, velocity);
     }
     Ok(())
 }
 
-/// An instrument's velocity less (ω × r) along one axis.
-fn without_turning(
-    velocity: &Timed,
-    rates: Option<&[Timed; 3]>,
+/// (ω × r) along one body axis.
+struct Turning<'a> {
+    rates: Option<[Reader<'a>; 3]>,
     lever: Vector3<f64>,
     row: usize,
-) -> Result<Timed, Error> {
-    let mut rates = rates.map(|rates| rates.each_ref().map(Timed::reader));
-    let mut turning = |t: f64| {
-        let omega = rates.as_mut().map_or_else(Vector3::zeros, |rates| {
-            Vector3::from_iterator(rates.iter_mut().map(|rate| rate.at(t)))
-        });
-        omega.cross(&lever)[row]
-    };
-    let samples = velocity.time_s().iter().zip(velocity.values());
-    let at_origin = samples.map(|(&t, v)| v - turning(t)).collect();
-    velocity.with_values("DVL velocity", at_origin)
 }
 
-/// Σ weight · series, at the times that all have; where they share none, at the
+impl<'a> Turning<'a> {
+    fn of(rates: Option<&'a [Timed; 3]>, lever: Vector3<f64>, row: usize) -> Self {
+        let moved = rates.filter(|_| lever.norm() > 0.0);
+        Self { rates: moved.map(|rates| rates.each_ref().map(Timed::reader)), lever, row }
+    }
+
+    /// At times that never decrease.
+    fn at(&mut self, t_s: f64) -> f64 {
+        let Some(rates) = &mut self.rates else { return 0.0 };
+        let omega = Vector3::from_iterator(rates.iter_mut().map(|rate| rate.at(t_s)));
+        omega.cross(&self.lever)[self.row]
+    }
+}
+
+/// Σ weight · series − turning, at the times that all have; where they share none, at the
 /// first one's times with the others interpolated.
-fn weighted_sum(parts: &[(f64, &Timed)]) -> Result<Timed, Error> {
+fn weighted_sum(parts: &[(f64, &Timed)], mut turning: Turning<'_>) -> Result<Timed, Error> {
     const NAME: &str = "DVL velocity";
     let first = parts[0].1;
     if parts.iter().all(|(_, x)| x.is_sampled_with(first)) {
-        let sum = |k: usize| parts.iter().map(|(w, x)| w * x.values()[k]).sum();
-        return first.with_values(NAME, (0..first.len()).map(sum).collect());
+        let time_s = first.time_s();
+        let at = |k: usize| {
+            let sum: f64 = parts.iter().map(|(w, x)| w * x.values()[k]).sum();
+            sum - turning.at(time_s[k])
+        };
+        return first.with_shared_values(NAME, (0..first.len()).map(at).collect());
     }
     let shared: Vec<f64> = first
         .time_s()
@@ -251,8 +260,12 @@ fn weighted_sum(parts: &[(f64, &Timed)]) -> Result<Timed, Error> {
         })
         .collect();
     let times = if shared.is_empty() { first.time_s().to_vec() } else { shared };
-    let values = times.iter().map(|&t| parts.iter().map(|(w, x)| w * x.at(t)).sum());
-    let values: Vec<f64> = values.collect();
+    let mut parts: Vec<(f64, Reader<'_>)> = parts.iter().map(|(w, x)| (*w, x.reader())).collect();
+    let mut at = |&t: &f64| {
+        let sum: f64 = parts.iter_mut().map(|(w, x)| *w * x.at(t)).sum();
+        sum - turning.at(t)
+    };
+    let values: Vec<f64> = times.iter().map(&mut at).collect();
     Timed::new(NAME, times, values)
 }
 

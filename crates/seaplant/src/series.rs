@@ -1,7 +1,15 @@
 //! Samples at their own times, and the grids they are brought to.
 
+mod cutter;
+mod reader;
+
 use std::ops::Range;
 use std::sync::Arc;
+
+pub(crate) use cutter::Cutter;
+use cutter::PartOfBase;
+use reader::HeldIntegral;
+pub(crate) use reader::Reader;
 
 use crate::Error;
 
@@ -204,6 +212,11 @@ impl Timed {
     /// # Errors
     /// [`Error::Length`] if there is not one value per time, [`Error::NotFinite`].
     pub fn with_values(&self, name: &str, values: Vec<f64>) -> Result<Self, Error> {
+        self.with_shared_values(name, values.into())
+    }
+
+    /// As [`Timed::with_values`], of values that need not be copied.
+    pub(crate) fn with_shared_values(&self, name: &str, values: Arc<[f64]>) -> Result<Self, Error> {
         let name = || name.to_owned();
         if values.len() != self.len() {
             let (found, expected) = (values.len(), self.len());
@@ -212,7 +225,7 @@ impl Timed {
         if let Some(index) = values.iter().position(|x| !x.is_finite()) {
             return Err(Error::NotFinite { name: name(), index });
         }
-        Ok(Self { time_s: Arc::clone(&self.time_s), values: values.into(), steps: self.steps })
+        Ok(Self { time_s: Arc::clone(&self.time_s), values, steps: self.steps })
     }
 
     /// Whether two series are sampled at the same times.
@@ -273,7 +286,7 @@ impl Timed {
 
     /// Reads the series at times that never decrease.
     pub(crate) fn reader(&self) -> Reader<'_> {
-        Reader { series: self, after: 0 }
+        Reader::from(self, 0)
     }
 
     /// The value at `t_s`, which lies between sample `after` and the one before it.
@@ -313,7 +326,7 @@ impl Timed {
             return self.values[rows].to_vec();
         }
         let after = self.time_s.partition_point(|&t| t <= grid.start_s);
-        let mut reader = Reader { series: self, after };
+        let mut reader = Reader::from(self, after);
         grid.times().map(|t| reader.at(t)).collect()
     }
 
@@ -355,94 +368,6 @@ impl Timed {
                 mean
             })
             .collect()
-    }
-}
-
-/// A part of a time base that some series share.
-struct PartOfBase {
-    base: Arc<[f64]>,
-    rows: Range<usize>,
-    time_s: Arc<[f64]>,
-    steps: Steps,
-}
-
-/// Cuts series to windows; those that shared their times share them still.
-#[derive(Default)]
-pub(crate) struct Cutter(Vec<PartOfBase>);
-
-impl Cutter {
-    /// As [`Timed::window`].
-    pub(crate) fn window(&mut self, series: &Timed, (from_s, to_s): (f64, f64)) -> Option<Timed> {
-        series.part(series.rows(from_s, to_s), &mut self.0)
-    }
-
-    /// As [`Timed::window_held`].
-    pub(crate) fn window_held(
-        &mut self,
-        series: &Timed,
-        (from_s, to_s): (f64, f64),
-    ) -> Option<Timed> {
-        series.part(series.rows_held(from_s, to_s), &mut self.0)
-    }
-
-    /// As much of a series as [`Timed::at`] needs inside of the window.
-    pub(crate) fn around(&mut self, series: &Timed, (from_s, to_s): (f64, f64)) -> Timed {
-        let from = series.time_s.partition_point(|&t| t <= from_s).saturating_sub(1);
-        let to = series.time_s.partition_point(|&t| t < to_s) + 1;
-        // There is at least the sample at or before the window, or the first.
-        let part = series.part(from..to.min(series.len()), &mut self.0);
-        part.unwrap_or_else(|| series.clone())
-    }
-}
-
-/// Reads a series as [`Timed::at`] does, without searching, at times that never decrease.
-#[derive(Clone, Debug)]
-pub(crate) struct Reader<'a> {
-    series: &'a Timed,
-    /// The first sample after the last time asked for.
-    after: usize,
-}
-
-impl Reader<'_> {
-    pub(crate) fn at(&mut self, t_s: f64) -> f64 {
-        self.pass(t_s);
-        self.series.before(self.after, t_s)
-    }
-
-    /// As [`Timed::held_at`].
-    pub(crate) fn held_at(&mut self, t_s: f64) -> f64 {
-        self.pass(t_s);
-        self.series.values[self.after.max(1) - 1]
-    }
-
-    fn pass(&mut self, t_s: f64) {
-        while self.series.time_s.get(self.after).is_some_and(|t| *t <= t_s) {
-            self.after += 1;
-        }
-    }
-}
-
-/// ∫ x dt of a held signal from the sample in force at some time, for times that never
-/// decrease.
-struct HeldIntegral<'a> {
-    series: &'a Timed,
-    held: usize,
-    to_held: f64,
-}
-
-impl<'a> HeldIntegral<'a> {
-    fn from(series: &'a Timed, t_s: f64) -> Self {
-        let held = series.time_s().partition_point(|&t| t <= t_s).max(1) - 1;
-        Self { series, held, to_held: 0.0 }
-    }
-
-    fn up_to(&mut self, t_s: f64) -> f64 {
-        let (time_s, values) = (self.series.time_s(), self.series.values());
-        while self.held + 1 < values.len() && time_s[self.held + 1] <= t_s {
-            self.to_held += values[self.held] * (time_s[self.held + 1] - time_s[self.held]);
-            self.held += 1;
-        }
-        self.to_held + values[self.held] * (t_s - time_s[self.held])
     }
 }
 

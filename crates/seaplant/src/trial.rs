@@ -112,12 +112,13 @@ impl Trial {
         let mut caveats = suspicious_units(&recording);
         mask(&mut recording, &mut caveats);
         let rates_hz = recording.iter().map(|(what, x)| (what.clone(), rate_hz(x))).collect();
-        let mut thrusts = Thrusts::new(&setup.name, &recording, vehicle);
+        let (of_thrust, recording) =
+            recording.into_iter().partition(|(quantity, _)| quantity.is_of_thrust());
+        let mut thrusts = Thrusts::new(&setup, of_thrust, vehicle);
         let along = |&dof: &Dof| Ok((dof, thrusts.along(dof)?));
         let thrust = setup.dofs.iter().map(along).collect::<Result<Vec<_>, Error>>()?;
-        let saturated = thrusts.saturated;
+        let saturated = thrusts.into_saturated();
 
-        recording.retain(|quantity, _| !quantity.is_of_thrust());
         // Heading tells whether trials were driven both ways.
         let wanted: Vec<Dof> = setup.dofs.iter().copied().chain([Dof::Yaw]).collect();
         let mut navigated = navigate_along(&setup.name, recording, &vehicle.sensors, &wanted)?;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::TrialSetup;
 use crate::navigation::Recording;
 use crate::series::{Cutter, Reader};
 use crate::{Dof, Error, Quantity, ThrustCurve, Thruster, ThrusterInput, Timed, Vehicle};
@@ -58,16 +59,35 @@ pub(super) struct Thrust {
 /// The thrust of one trial, degree of freedom by degree of freedom.
 pub(super) struct Thrusts<'a> {
     trial: &'a str,
-    recording: &'a Recording,
+    recording: Recording,
     vehicle: &'a Vehicle,
     /// Thrusters that were read already, by name, each with a lever of 1.
     known: BTreeMap<&'a str, ThrusterTrack>,
-    pub(super) saturated: Vec<Saturation>,
+    saturated: Vec<Saturation>,
 }
 
 impl<'a> Thrusts<'a> {
-    pub(super) fn new(trial: &'a str, recording: &'a Recording, vehicle: &'a Vehicle) -> Self {
-        Self { trial, recording, vehicle, known: BTreeMap::new(), saturated: Vec::new() }
+    /// Of a recording, what does not act in the trial's degrees of freedom is freed.
+    pub(super) fn new(
+        setup: &'a TrialSetup,
+        mut recording: Recording,
+        vehicle: &'a Vehicle,
+    ) -> Self {
+        let acts = |name: &str| {
+            let mut named = vehicle.thrusters.iter().filter(|thruster| thruster.name == name);
+            named.any(|thruster| setup.dofs.iter().any(|dof| Vehicle::acts_on(thruster, *dof)))
+        };
+        recording.retain(|quantity, _| match quantity {
+            Quantity::Thruster { name, .. } => acts(name),
+            _ => true,
+        });
+        let (known, saturated) = (BTreeMap::new(), Vec::new());
+        Self { trial: &setup.name, recording, vehicle, known, saturated }
+    }
+
+    /// Which thrusters were driven beyond their curves.
+    pub(super) fn into_saturated(self) -> Vec<Saturation> {
+        self.saturated
     }
 
     /// Force along `dof`.
@@ -88,7 +108,7 @@ impl<'a> Thrusts<'a> {
                 Some(track) => track.clone(),
                 None => {
                     let saturated = &mut self.saturated;
-                    let track = track(self.trial, thruster, self.recording, saturated)?;
+                    let track = track(self.trial, thruster, &self.recording, saturated)?;
                     self.known.insert(&thruster.name, track.clone());
                     track
                 }
@@ -179,7 +199,7 @@ fn total_force(tracks: &[ThrusterTrack]) -> Result<Timed, Error> {
         let at = |k: usize| {
             tracks.iter().map(|track| track.lever * track.thrust(track.speed.values()[k])).sum()
         };
-        return first.with_values("force", (0..first.len()).map(at).collect());
+        return first.with_shared_values("force", (0..first.len()).map(at).collect());
     }
     let times = all_times(tracks);
     let mut speeds: Vec<Reader<'_>> = tracks.iter().map(|track| track.speed.reader()).collect();
