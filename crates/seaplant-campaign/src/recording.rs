@@ -95,8 +95,7 @@ fn recording(
     for (k, &(place, quantity, wanted)) in mapped.iter().enumerate() {
         let is_last = mapped[k + 1..].iter().all(|(other, _, _)| *other != place);
         let channel = if is_last { left[place].take() } else { left[place].clone() };
-        // Only its last use takes a channel away.
-        let Some(channel) = channel else { continue };
+        let channel = channel.expect("only its last use takes a channel away");
         let series = to_si(entry, quantity, wanted, channel, &mut clock, caveats)?;
         recording.insert(quantity.clone(), series);
     }
@@ -107,7 +106,7 @@ fn recording(
 struct Clock {
     start_s: f64,
     /// Times in the log's clock, and the same in this one.
-    moved: Vec<(Arc<[f64]>, Arc<[f64]>)>,
+    moved: Vec<[Arc<[f64]>; 2]>,
 }
 
 impl Clock {
@@ -116,11 +115,11 @@ impl Clock {
         if self.start_s == 0.0 {
             return time_s;
         }
-        if let Some((_, moved)) = self.moved.iter().find(|(known, _)| Arc::ptr_eq(known, &time_s)) {
+        if let Some([_, moved]) = self.moved.iter().find(|[known, _]| Arc::ptr_eq(known, &time_s)) {
             return Arc::clone(moved);
         }
         let moved: Arc<[f64]> = time_s.iter().map(|t| t - self.start_s).collect();
-        self.moved.push((time_s, Arc::clone(&moved)));
+        self.moved.push([time_s, Arc::clone(&moved)]);
         moved
     }
 }
