@@ -430,4 +430,41 @@ mod tests {
         let single: Vec<f64> = grid.times().map(|t| x.at(t)).collect();
         assert_eq!(x.interpolate(grid), single);
     }
+
+    #[test]
+    fn a_reader_says_what_a_search_finds() {
+        let x = series(&[0.0, 0.3, 1.1, 1.2], &[1.0, 4.0, -2.0, 7.0]);
+        let (mut reader, mut held) = (x.reader(), x.reader());
+        for t in [-1.0, 0.0, 0.0, 0.1, 0.3, 1.15, 1.2, 5.0] {
+            assert_eq!(reader.at(t), x.at(t), "{t}");
+            assert_eq!(held.held_at(t), x.held_at(t), "{t}");
+        }
+    }
+
+    #[test]
+    fn windows_share_times_where_the_series_did() {
+        let time_s: Arc<[f64]> = (0..9).map(f64::from).collect();
+        let of = |x: f64| Timed::new("test", Arc::clone(&time_s), vec![x; 9]).expect("valid");
+        let mut cutter = Cutter::default();
+        let mut window = |x: &Timed| cutter.window(x, (1.5, 6.0)).expect("five samples");
+        let (a, b) = (window(&of(1.0)), window(&of(2.0)));
+        assert_eq!(a.time_s(), [2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert!(Arc::ptr_eq(&a.time_s, &b.time_s) && b.values() == [2.0; 5]);
+        // Other times are other times, and the sample in force is one more.
+        let held = cutter.window_held(&of(3.0), (1.5, 6.0)).expect("six samples");
+        assert_eq!(held.time_s()[0], 1.0);
+        assert_eq!(held, of(3.0).window_held(1.5, 6.0).expect("six samples"));
+    }
+
+    #[test]
+    fn what_is_around_a_window_interpolates_as_the_whole() {
+        let x = series(&[0.0, 1.0, 2.0, 3.0, 4.0], &[1.0, 4.0, -2.0, 7.0, 3.0]);
+        for window in [(1.2, 2.7), (1.0, 3.0), (-5.0, 0.5), (3.5, 9.0), (5.0, 9.0), (-9.0, -5.0)] {
+            let part = Cutter::default().around(&x, window);
+            let within = |part_of: f64| window.0 + part_of * (window.1 - window.0);
+            for t in [0.0, 0.3, 0.5, 1.0].map(within) {
+                assert_eq!(part.at(t), x.at(t), "{window:?}, {t}");
+            }
+        }
+    }
 }

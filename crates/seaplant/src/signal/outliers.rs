@@ -87,3 +87,25 @@ fn without(x: &[f64], removed: &[usize]) -> Vec<f64> {
     let kept = x.iter().enumerate().filter(|(k, _)| removed.next_if_eq(k).is_none());
     kept.map(|(_, x)| *x).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outliers_are_removed_wherever_they_stand() {
+        const FILTER: Hampel = Hampel { half_width: 5, threshold: 8.0, floor: 0.01 };
+        let t: Vec<f64> = (0..60).map(f64::from).collect();
+        let plain: Vec<f64> = t.iter().map(|t| 0.3 * (0.2 * t).sin()).collect();
+        let mut spiked = plain.clone();
+        for k in [0, 20, 21, 59] {
+            spiked[k] += 5.0;
+        }
+        let masked = FILTER.mask(&Timed::new("v", t.clone(), spiked).expect("valid"));
+        assert_eq!(masked.removed_s, [0.0, 20.0, 21.0, 59.0]);
+        let kept = (1..59).filter(|k| ![20, 21].contains(k));
+        assert!(masked.series.values().iter().eq(kept.map(|k| &plain[k])));
+        let masked = FILTER.mask(&Timed::new("v", t, plain).expect("valid"));
+        assert_eq!((masked.series.len(), masked.removed_s.len()), (60, 0));
+    }
+}

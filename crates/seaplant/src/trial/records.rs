@@ -156,3 +156,35 @@ fn motion_advice(dof: Dof) -> &'static str {
         Dof::Yaw => "map attitude.heading or rate.yaw",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Trial;
+    use crate::twin::{TwinSpec, make};
+
+    #[test]
+    fn a_window_holds_what_the_whole_trial_says_there() {
+        let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 60.0, ..TwinSpec::jason2() };
+        let twin = make(&spec).expect("valid");
+        let log = &twin.trials[0];
+        let trial = |from_s, to_s| {
+            let setup = TrialSetup { dofs: vec![Dof::Surge], from_s, to_s, ..Default::default() };
+            Trial::new(setup, &log.recording, &twin.vehicle).expect("complete")
+        };
+        let (whole, part) = (trial(None, None), trial(Some(20.03), Some(40.0)));
+        for source in [VelocitySource::Measured, VelocitySource::Position] {
+            let record = |trial: &Trial| trial.axis(Dof::Surge, source).expect("there");
+            let (whole, part) = (record(&whole), record(&part));
+            let motion = part.motion.series();
+            assert_eq!(*motion, whole.motion.series().window(20.03, 40.0).expect("samples"));
+            assert_eq!(part.force, whole.force.window_held(20.03, 40.0).expect("samples"));
+            let (whole, part) =
+                (whole.lever_rates.expect("turns"), part.lever_rates.expect("turns"));
+            for (whole, part) in whole.iter().zip(&part) {
+                assert!(part.len() < whole.len() / 2);
+                assert!(motion.time_s().iter().all(|&t| part.at(t) == whole.at(t)));
+            }
+        }
+    }
+}
