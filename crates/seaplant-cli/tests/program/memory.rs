@@ -33,7 +33,7 @@ fn peak_bytes(seconds: u32) -> f64 {
     let spec = format!("duration_s = {seconds}\nhold_out_s = 120\ndofs = [\"surge\"]\n");
     workshop.write("spec.toml", spec);
     workshop.success(&["twin", "spec.toml", "--out", "log", "--quiet"]);
-    // Without the filter error method it is quick, and no method needs more than the figures.
+    // The filter error method takes minutes on such logs.
     let methods = ["--method", "equation-error", "--method", "paper", "--method", "output-error"];
     let mut program = Command::new(env!("CARGO_BIN_EXE_seaplant"))
         .current_dir(workshop.path())

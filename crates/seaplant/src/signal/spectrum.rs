@@ -66,8 +66,8 @@ pub fn amplitude_spectrum(x: &[f64], sample_hz: f64) -> Spectrum {
 /// Samples from which on the transform's memory matters: two hours at 10 Hz.
 const LONG: usize = 72_000;
 
-/// Twice the length; of a long series the next even number that has no factor above 5, which
-/// transforms without room for a convolution four times as long.
+/// Twice the length; of a long series the next even number that has no factor above 5: other
+/// factors are transformed by way of convolutions, which need several times the room.
 fn padded_length(n: usize) -> usize {
     let is_smooth = |k: &usize| {
         let mut rest = *k;
