@@ -100,7 +100,7 @@ impl Campaign {
                 self.inputs.push(input);
             }
         }
-        let trial = Trial::new(read.setup, &read.recording, &self.vehicle)
+        let trial = Trial::using_up(read.setup, read.recording, &self.vehicle)
             .map_err(Error::model(&self.path))?;
         self.trials.push(trial.with_caveats(read.caveats));
         Ok(())
@@ -145,7 +145,7 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, E
     check_thrusters(campaign, &channels, &vehicle)?;
     let read = read_trial(campaign, logs, file.time.as_ref(), &entry, &channels)?;
     let trial =
-        Trial::new(read.setup, &read.recording, &vehicle).map_err(Error::model(campaign))?;
+        Trial::using_up(read.setup, read.recording, &vehicle).map_err(Error::model(campaign))?;
     Ok(trial.with_caveats(read.caveats))
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use seaplant::results::InputFile;
 use seaplant::{Caveat, CaveatCode, Quantity, Recording, Timed, TrialSetup};
@@ -44,33 +45,20 @@ pub(crate) fn read_trial(
         .iter()
         .filter_map(|channel| channel.time_s().first().copied())
         .fold(f64::INFINITY, f64::min);
-    let mut recording = Recording::new();
-    for (quantity, mapped) in channels {
-        let is_thrust = matches!(quantity, Quantity::Thruster { .. } | Quantity::Wrench(_));
-        if mapped.between == Between::Linear && !is_thrust {
-            let key = format!("channels.\"{quantity}\".between");
-            let reason = "is for thrusters and wrenches; leave it out for what is measured";
-            return Err(Error::value(path, key, reason));
-        }
-        let channel = match log.channel(&mapped.column) {
-            Ok(channel) => channel,
-            Err(_) if mapped.optional => continue,
-            Err(source) => {
-                return Err(Error::Channel {
-                    trial: entry.name.clone(),
-                    quantity: quantity.to_string(),
-                    source: Box::new(source),
-                });
-            }
-        };
-        let series = to_si(entry, quantity, mapped, channel, start_s, &mut caveats)?;
-        recording.insert(quantity.clone(), series);
+    let mut inputs = Vec::new();
+    for source in log.sources() {
+        let (path, sha256) = (source.path.display().to_string(), source.sha256.clone());
+        inputs.push(InputFile { path, bytes: source.bytes, sha256 });
     }
-    let inputs = log.sources().iter().map(|source| InputFile {
-        path: source.path.display().to_string(),
-        bytes: source.bytes,
-        sha256: source.sha256.clone(),
-    });
+    let misplaced = |(quantity, mapped): &(&Quantity, &ChannelEntry)| {
+        mapped.between == Between::Linear && !quantity.is_of_thrust()
+    };
+    if let Some((quantity, _)) = channels.iter().find(misplaced) {
+        let key = format!("channels.\"{quantity}\".between");
+        let reason = "is for thrusters and wrenches; leave it out for what is measured";
+        return Err(Error::value(path, key, reason));
+    }
+    let recording = recording(log, entry, channels, start_s, &mut caveats)?;
     let setup = TrialSetup {
         name: entry.name.clone(),
         role: entry.role,
@@ -79,7 +67,69 @@ pub(crate) fn read_trial(
         to_s: entry.to_s,
         segments_s: entry.segments_s.clone(),
     };
-    Ok(TrialRead { setup, recording, inputs: inputs.collect(), caveats })
+    Ok(TrialRead { setup, recording, inputs, caveats })
+}
+
+/// The mapped columns of a log in SI units; what is not mapped is freed first, and each
+/// column as soon as it is converted.
+fn recording(
+    log: Log,
+    entry: &TrialEntry,
+    channels: &ChannelMap,
+    start_s: f64,
+    caveats: &mut Vec<Caveat>,
+) -> Result<Recording, Error> {
+    let mut mapped = Vec::new();
+    for (quantity, wanted) in channels {
+        match log.place(&wanted.column) {
+            Ok(place) => mapped.push((place, quantity, wanted)),
+            Err(_) if wanted.optional => {}
+            Err(source) => {
+                return Err(Error::Channel {
+                    trial: entry.name.clone(),
+                    quantity: quantity.to_string(),
+                    source: Box::new(source),
+                });
+            }
+        }
+    }
+    let mut left: Vec<Option<Channel>> = log.into_channels().into_iter().map(Some).collect();
+    let is_mapped = |place: usize| mapped.iter().any(|(mapped, _, _)| *mapped == place);
+    let unmapped = left.iter_mut().enumerate().filter(|(place, _)| !is_mapped(*place));
+    unmapped.for_each(|(_, channel)| *channel = None);
+
+    let mut clock = Clock { start_s, moved: Vec::new() };
+    let mut recording = Recording::new();
+    for (k, &(place, quantity, wanted)) in mapped.iter().enumerate() {
+        let is_last = mapped[k + 1..].iter().all(|(other, _, _)| *other != place);
+        let channel = if is_last { left[place].take() } else { left[place].clone() };
+        let channel = channel.expect("only its last use takes a channel away");
+        let series = to_si(entry, quantity, wanted, channel, &mut clock, caveats)?;
+        recording.insert(quantity.clone(), series);
+    }
+    Ok(recording)
+}
+
+/// The trial's clock, which starts with its first sample.
+struct Clock {
+    start_s: f64,
+    /// Times in the log's clock, and the same in this one.
+    moved: Vec<[Arc<[f64]>; 2]>,
+}
+
+impl Clock {
+    /// Times on this clock, shared where they were.
+    fn times(&mut self, time_s: Arc<[f64]>) -> Arc<[f64]> {
+        if self.start_s == 0.0 {
+            return time_s;
+        }
+        if let Some([_, moved]) = self.moved.iter().find(|[known, _]| Arc::ptr_eq(known, &time_s)) {
+            return Arc::clone(moved);
+        }
+        let moved: Arc<[f64]> = time_s.iter().map(|t| t - self.start_s).collect();
+        self.moved.push([time_s, Arc::clone(&moved)]);
+        moved
+    }
 }
 
 fn read_options(
@@ -114,15 +164,15 @@ fn to_si(
     entry: &TrialEntry,
     quantity: &Quantity,
     mapped: &ChannelEntry,
-    channel: &Channel,
-    start_s: f64,
+    channel: Channel,
+    clock: &mut Clock,
     caveats: &mut Vec<Caveat>,
 ) -> Result<Timed, Error> {
-    let unit = unit_of(entry, quantity, mapped, channel, caveats)?;
+    let unit = unit_of(entry, quantity, mapped, &channel, caveats)?;
     let sign = if mapped.negate { -1.0 } else { 1.0 };
-    let time_s: Vec<f64> = channel.time_s().iter().map(|t| t - start_s).collect();
-    let values: Vec<f64> = channel.values().iter().map(|x| sign * unit.to_si(*x)).collect();
-    let series = Timed::new(&quantity.to_string(), time_s, values)
+    let (time_s, mut values) = channel.into_samples();
+    values.iter_mut().for_each(|x| *x = sign * unit.to_si(*x));
+    let series = Timed::new(&quantity.to_string(), clock.times(time_s), values)
         .map_err(Error::model(Path::new(&mapped.column)))?;
     Ok(match mapped.between {
         Between::Held => series,

@@ -1,13 +1,14 @@
 //! What is printed and what is written: nothing half-written stays behind.
 
 use std::fs;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anstyle::{AnsiColor, Style};
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use serde_json::json;
+use tempfile::TempDir;
 
 /// How much a command says, and in what form.
 #[derive(Clone, Copy, Debug)]
@@ -87,13 +88,20 @@ pub struct File {
     pub bytes: Vec<u8>,
 }
 
+/// [`fill_folder`], from files in memory.
+pub fn write_folder(folder: &Path, files: &[File]) -> Result<()> {
+    fill_folder(folder, |aside| {
+        files.iter().try_for_each(|file| aside.write(&file.path, |out| out.write_all(&file.bytes)))
+    })
+}
+
 /// Writes files into a folder, all or none: they are written aside first and moved into
 /// place when every one is complete; if one cannot be moved, all that were are taken back.
 ///
 /// Other files in the folder stay as they are.
-pub fn write_folder(folder: &Path, files: &[File]) -> Result<()> {
+pub fn fill_folder(folder: &Path, fill: impl FnOnce(&mut Aside) -> Result<()>) -> Result<()> {
     let mut made = Vec::new();
-    let written = write_into(folder, files, &mut made);
+    let written = fill_into(folder, fill, &mut made);
     if written.is_err() {
         // Only an empty folder can be removed, so nothing of value is lost.
         made.iter().rev().for_each(|folder| _ = fs::remove_dir(folder));
@@ -105,25 +113,51 @@ pub fn write_folder(folder: &Path, files: &[File]) -> Result<()> {
 /// Names of what is not complete begin so.
 const ASIDE: &str = ".seaplant-";
 
-fn write_into(folder: &Path, files: &[File], made: &mut Vec<PathBuf>) -> Result<()> {
+fn fill_into(
+    folder: &Path,
+    fill: impl FnOnce(&mut Aside) -> Result<()>,
+    made: &mut Vec<PathBuf>,
+) -> Result<()> {
     make_folder(folder, made)?;
     let aside = tempfile::Builder::new().prefix(ASIDE).tempdir_in(folder)?;
-    let new = |k: usize| aside.path().join(format!("{k}.new"));
-    for (k, file) in files.iter().enumerate() {
-        write_whole(&new(k), &file.bytes)?;
-    }
+    let mut aside = Aside { aside, paths: Vec::new() };
+    fill(&mut aside)?;
     let mut placed = Vec::new();
-    let moved = files.iter().enumerate().try_for_each(|(k, file)| {
-        let target = folder.join(&file.path);
+    let moved = aside.paths.iter().enumerate().try_for_each(|(k, path)| {
+        let target = folder.join(path);
         make_folder(target.parent().unwrap_or(folder), made)?;
-        let old = aside.path().join(format!("{k}.old"));
-        placed.push(Placed::put(&new(k), target, old)?);
+        let old = aside.aside.path().join(format!("{k}.old"));
+        placed.push(Placed::put(&aside.new_file(k), target, old)?);
         anyhow::Ok(())
     });
     if moved.is_err() {
         placed.iter().rev().for_each(Placed::take_back);
     }
     moved
+}
+
+/// Files that are complete and not yet in place.
+pub struct Aside {
+    aside: TempDir,
+    /// Where they go, relative to the folder.
+    paths: Vec<String>,
+}
+
+impl Aside {
+    /// Writes a file that will go to a path relative to the folder.
+    pub fn write(
+        &mut self,
+        path: &str,
+        content: impl FnOnce(&mut fs::File) -> io::Result<()>,
+    ) -> Result<()> {
+        write_whole(&self.new_file(self.paths.len()), content)?;
+        self.paths.push(path.to_owned());
+        Ok(())
+    }
+
+    fn new_file(&self, k: usize) -> PathBuf {
+        self.aside.path().join(format!("{k}.new"))
+    }
 }
 
 /// Makes a folder and those that it lies in; the new ones are added to `made`.
@@ -176,7 +210,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     let cannot = || format!("cannot write {}; it was not changed", path.display());
     let is_special = fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
     if is_special {
-        return write_whole(path, bytes);
+        return write_whole(path, |out| out.write_all(bytes));
     }
     let folder = match path.parent() {
         Some(parent) if parent != Path::new("") => parent,
@@ -189,16 +223,16 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
         // In a folder of its own, a file gets the permissions that files get here.
         let aside = tempfile::Builder::new().prefix(ASIDE).tempdir_in(folder)?;
         let new = aside.path().join("new");
-        write_whole(&new, bytes)?;
+        write_whole(&new, |out| out.write_all(bytes))?;
         fs::rename(new, path)?;
         Ok(())
     };
     write().with_context(cannot)
 }
 
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+fn write_whole(path: &Path, content: impl FnOnce(&mut fs::File) -> io::Result<()>) -> Result<()> {
     let mut file = fs::File::create(path)?;
-    file.write_all(bytes)
+    content(&mut file)
         .and_then(|()| file.flush())
         .with_context(|| format!("cannot write {}", path.display()))
 }

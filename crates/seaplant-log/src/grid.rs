@@ -172,6 +172,9 @@ fn tell_apart(mut headings: Vec<Heading>, path: &Path, notes: &mut Vec<Note>) ->
     headings
 }
 
+/// So many rows tell how long rows are.
+const SAMPLED_ROWS: usize = 1024;
+
 /// The state of reading row after row.
 struct Rows<'a> {
     path: &'a Path,
@@ -265,6 +268,9 @@ impl<'a> Rows<'a> {
                     self.irregular.run_on.get_or_insert((0, line)).0 += 1;
                 }
                 self.take(&record, line, layout);
+                if self.row == SAMPLED_ROWS {
+                    self.make_room(reader.position().byte());
+                }
             }
         }
         if let Some(line) = open_quote {
@@ -275,6 +281,18 @@ impl<'a> Rows<'a> {
             format.push_str(", decimal comma");
         }
         Ok(reader.get_ref().source(format))
+    }
+
+    /// Makes room for all rows at once, as many as the file seems to have: columns that grow
+    /// side by side leave the memory between them in pieces.
+    fn make_room(&mut self, bytes_read: u64) {
+        let Ok(file) = std::fs::metadata(self.path) else { return };
+        let rows = self.row as f64 * file.len() as f64 / bytes_read.max(1) as f64;
+        for Samples { values, .. } in self.columns.iter_mut().map(|column| &mut column.samples) {
+            let more = (rows as usize).saturating_sub(values.len());
+            // Without that room the columns grow as they are filled.
+            let _ = if values.is_empty() { Ok(()) } else { values.try_reserve_exact(more) };
+        }
     }
 
     fn failed(&self, error: csv::Error) -> Error {

@@ -96,12 +96,17 @@ impl Log {
         Ok(log)
     }
 
-    /// Puts the channels of two logs side by side, those of `other` last.
+    /// Puts the channels of two logs side by side, those of `other` last; equal times of both
+    /// are kept once.
     #[must_use]
     pub fn merge(mut self, mut other: Self) -> Self {
         let shift = self.sources.len();
+        let bases = self.time_bases();
         for channel in &mut other.channels {
             channel.source += shift;
+            if let Some(base) = bases.iter().find(|base| **base == channel.time_s) {
+                channel.time_s = Arc::clone(base);
+            }
         }
         for left_out in &mut other.left_out {
             left_out.source += shift;
@@ -113,9 +118,25 @@ impl Log {
         self
     }
 
+    /// Every allocation of times, once.
+    fn time_bases(&self) -> Vec<Arc<[f64]>> {
+        let mut bases: Vec<Arc<[f64]>> = Vec::new();
+        for Channel { time_s, .. } in &self.channels {
+            if !bases.iter().any(|base| Arc::ptr_eq(base, time_s)) {
+                bases.push(Arc::clone(time_s));
+            }
+        }
+        bases
+    }
+
     /// All channels, in the order of the files and of their columns.
     pub fn channels(&self) -> &[Channel] {
         &self.channels
+    }
+
+    /// All channels, to be used up one by one.
+    pub fn into_channels(self) -> Vec<Channel> {
+        self.channels
     }
 
     /// The files that the channels came from.
@@ -138,6 +159,14 @@ impl Log {
     /// [`Error::NoChannel`], [`Error::Ambiguous`]; [`Error::AllMissing`] and [`Error::AllText`]
     /// where the column is in the file without a number in it.
     pub fn channel(&self, name: &str) -> Result<&Channel, Error> {
+        Ok(&self.channels[self.place(name)?])
+    }
+
+    /// Where among [`Log::channels`] the channel of that name is.
+    ///
+    /// # Errors
+    /// As [`Log::channel`].
+    pub fn place(&self, name: &str) -> Result<usize, Error> {
         let path = |source: usize| self.sources[source].path.as_path();
         let filled = self.channels.iter().map(|c| Candidate {
             column: &c.column,
@@ -153,10 +182,10 @@ impl Log {
         });
         let candidates: Vec<Candidate<'_>> = filled.chain(left_out).collect();
         let found = lookup::find(name, &candidates)?;
-        self.channels.get(found).ok_or_else(|| {
-            let left_out = &self.left_out[found - self.channels.len()];
-            left_out.error(path(left_out.source))
-        })
+        match found.checked_sub(self.channels.len()).map(|place| &self.left_out[place]) {
+            Some(left_out) => Err(left_out.error(path(left_out.source))),
+            None => Ok(found),
+        }
     }
 }
 
@@ -169,6 +198,11 @@ impl Channel {
     /// The values of the samples, in the channel's unit.
     pub fn values(&self) -> &[f64] {
         &self.values
+    }
+
+    /// The times, which other channels may share, and the values.
+    pub fn into_samples(self) -> (Arc<[f64]>, Vec<f64>) {
+        (self.time_s, self.values)
     }
 
     /// The number of samples.

@@ -132,7 +132,7 @@ impl<'a> Assembly<'a> {
         for time in &mut samples.values {
             *time = *time * scale + options.offset_s;
         }
-        let (times, period_s) = order(&samples, &mut grid, path)?;
+        let (times, period_s) = order(samples, &mut grid, path)?;
         if !chosen.others.is_empty() {
             let (column, others) = (chosen.column.clone(), chosen.others);
             grid.notes.push(Note::TimeChosen { path: path.to_owned(), column, others });
@@ -233,7 +233,15 @@ fn enough(rows: usize, path: &Path) -> Result<(), Error> {
 
 /// Judges the times of the rows: what is late, repeated or absent is noted. Gives the median
 /// period too, s.
-fn order(samples: &Samples, grid: &mut Grid, path: &Path) -> Result<(Times, f64), Error> {
+fn order(samples: Samples, grid: &mut Grid, path: &Path) -> Result<(Times, f64), Error> {
+    let is_clean = samples.rows.is_none()
+        && samples.values.iter().all(|time| time.is_finite())
+        && samples.values.windows(2).all(|w| w[0] < w[1]);
+    if is_clean {
+        enough(grid.rows, path)?;
+        let period_s = median_period(&samples.values).expect("there are two times at least");
+        return Ok((Times::Clean(samples.values.into()), period_s));
+    }
     let timed: Vec<(usize, f64)> = samples.iter().filter(|(_, time)| time.is_finite()).collect();
     let notes = grid.notes.len();
     let missing = grid.rows - timed.len();

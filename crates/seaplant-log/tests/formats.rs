@@ -293,3 +293,38 @@ fn a_table_keeps_its_rows_and_lines() {
     assert!((unit.to_si(1.0) - 9.80665).abs() < 1e-12);
     assert_eq!(table.notes(), []);
 }
+
+#[test]
+fn rows_of_growing_length_are_all_read() {
+    // The first thousand rows are short, so that the file seems to have more than it has; then
+    // the other way round.
+    let short = |k: usize| format!("{k},1\n");
+    let long = |k: usize| format!("{k}.{:040},1.{:0200}\n", 0, 0);
+    let (early, late) = (0..2000, 2000..5000);
+    let growing = early.clone().map(short).chain(late.clone().map(long)).collect::<String>();
+    let shrinking = early.map(long).chain(late.map(short)).collect::<String>();
+    for rows in [growing, shrinking] {
+        let log = read_text(format!("time [s],u\n{rows}")).unwrap();
+        let u = log.channel("u").unwrap();
+        assert_eq!((u.len(), u.missing, u.span_s()), (5000, 0, 4999.0));
+        assert!(u.values().iter().all(|u| *u == 1.0));
+    }
+}
+
+#[test]
+fn files_of_equal_times_keep_them_once() {
+    let file = |name: &str, unit: &str| {
+        Sample::new(&format!("{name}.csv"), format!("time [s],{name} [{unit}]\n0,1\n0.5,2\n1,3\n"))
+    };
+    let (u, v) = (file("u", "m/s"), file("v", "m/s"));
+    let w = Sample::new("w.csv", "time [s],w\n0,1\n0.5,2\n2,3\n");
+    let files = [&u, &v, &w].map(|file| (file.path().to_owned(), ReadOptions::default()));
+    let log = Log::open(&files).unwrap();
+    let channel = |name| log.channel(name).unwrap();
+    assert!(channel("u").shares_time_with(channel("v")));
+    assert!(!channel("u").shares_time_with(channel("w")));
+    assert_eq!(log.place("v").unwrap(), 1);
+    let channels = log.into_channels();
+    let (time_s, values) = channels.into_iter().nth(2).unwrap().into_samples();
+    assert_eq!((&time_s[..], values), (&[0.0, 0.5, 2.0][..], vec![1.0, 2.0, 3.0]));
+}

@@ -1,6 +1,8 @@
 //! Tables and series as CSV, at full precision.
 
-use seaplant::results::{ComparisonFigure, FigureData, Parameter, PlantResult, Results};
+use std::io::{self, Write};
+
+use seaplant::results::{ComparisonFigure, Parameter, PlantResult, Results};
 use seaplant::{Dof, Method};
 
 use crate::paths::Paths;
@@ -9,37 +11,37 @@ use crate::{Artifact, Error};
 type Writer = csv::Writer<Vec<u8>>;
 
 /// Tables 5 and 6; the second only where steady trials were made.
-pub(crate) fn tables(results: &Results) -> Result<Vec<Artifact>, Error> {
-    let mut tables = vec![artifact("tables/table-5.csv".to_owned(), table_5(results)?)?];
+pub(crate) fn tables(results: &Results) -> Result<Vec<Artifact<'static>>, Error> {
+    let mut tables = vec![artifact("tables/table-5.csv", table_5(results)?)?];
     if !results.steady.is_empty() {
-        tables.push(artifact("tables/table-6.csv".to_owned(), table_6(results)?)?);
+        tables.push(artifact("tables/table-6.csv", table_6(results)?)?);
     }
     Ok(tables)
 }
 
-/// `series/TRIAL.DOF.METHOD.csv` of every comparison.
-pub(crate) fn series(figures: &FigureData) -> Result<Vec<Artifact>, Error> {
-    let mut paths = Paths::default();
-    figures
-        .comparisons
-        .iter()
-        .map(|figure| {
-            let comparison = &figure.comparison;
-            let parts = [&comparison.trial, comparison.dof.name(), figure.method.name()];
-            artifact(format!("series/{}.csv", paths.unique(&parts)), one_series(figure)?)
-        })
-        .collect()
-}
-
-fn artifact(path: String, writer: Writer) -> Result<Artifact, Error> {
+fn artifact(path: &str, writer: Writer) -> Result<Artifact<'static>, Error> {
     let bytes = writer.into_inner().map_err(|cause| csv::Error::from(cause.into_error()))?;
-    Ok(Artifact { path, bytes })
+    Ok(Artifact::of_bytes(path, bytes))
 }
 
-fn one_series(figure: &ComparisonFigure) -> Result<Writer, Error> {
+/// The names of the files of series.
+#[derive(Default)]
+pub(crate) struct Names(Paths);
+
+impl Names {
+    /// `series/TRIAL.DOF.METHOD.csv`.
+    pub(crate) fn of(&mut self, figure: &ComparisonFigure) -> String {
+        let comparison = &figure.comparison;
+        let parts = [&comparison.trial, comparison.dof.name(), figure.method.name()];
+        format!("series/{}.csv", self.0.unique(&parts))
+    }
+}
+
+/// Writes every sample of a comparison.
+pub(crate) fn write_series(figure: &ComparisonFigure, out: impl Write) -> io::Result<()> {
     let comparison = &figure.comparison;
     let units = comparison.dof.units();
-    let mut writer = csv::Writer::from_writer(Vec::with_capacity(64 * comparison.time_s.len()));
+    let mut writer = csv::Writer::from_writer(out);
     writer.write_record([
         "time_s".to_owned(),
         format!("force [{}]", units.force),
@@ -53,7 +55,7 @@ fn one_series(figure: &ComparisonFigure) -> Result<Writer, Error> {
     {
         writer.serialize([*time, *force, *measured, *simulated, simulated - measured])?;
     }
-    Ok(writer)
+    writer.flush()
 }
 
 fn table_5(results: &Results) -> Result<Writer, Error> {

@@ -12,7 +12,7 @@ mod steady;
 mod svg_writer;
 mod thrust;
 
-use seaplant::results::{FigureData, Results};
+use seaplant::results::{ComparisonFigure, Results, Series};
 use seaplant::{Dof, Method, Role};
 
 use crate::Error;
@@ -76,9 +76,64 @@ struct Draft {
     scene: Scene,
 }
 
-/// Every figure of a report.
-pub(crate) fn plates(results: &Results, figures: &FigureData) -> Result<Vec<Plate>, Error> {
-    let drafts = drafts(results, figures)?;
+/// The figures of a report, drawn one by one and painted together.
+#[derive(Default)]
+pub(crate) struct Album {
+    paths: Paths,
+    drafts: Vec<Draft>,
+}
+
+impl Album {
+    /// Draws a figure; the series is not needed any more then.
+    pub(crate) fn draw(&mut self, series: &Series, results: &Results) -> Result<(), Error> {
+        let draft = match series {
+            Series::Comparison(figure) => self.comparison(figure)?,
+            Series::Spectrum(figure) => Draft {
+                subject: Subject::Spectrum,
+                dof: Some(figure.dof),
+                trial: figure.trial.clone(),
+                stem: self.paths.unique(&[&figure.trial, figure.dof.name(), "spectrum"]),
+                scene: spectrum::scene(figure, results)?,
+            },
+            Series::Steady(figure) => Draft {
+                subject: Subject::Steady,
+                dof: Some(figure.dof),
+                trial: figure.trial.clone(),
+                stem: self.paths.unique(&[&figure.trial, figure.dof.name(), "steady"]),
+                scene: steady::scene(figure, results)?,
+            },
+        };
+        self.drafts.push(draft);
+        Ok(())
+    }
+
+    fn comparison(&mut self, figure: &ComparisonFigure) -> Result<Draft, Error> {
+        let (dof, trial) = (figure.comparison.dof, &figure.comparison.trial);
+        Ok(Draft {
+            subject: Subject::Comparison { method: figure.method, role: figure.role },
+            dof: Some(dof),
+            trial: trial.clone(),
+            stem: self.paths.unique(&[trial, dof.name(), figure.method.name()]),
+            scene: comparison::scene(figure)?,
+        })
+    }
+
+    /// Every figure, with that of bollard pull where there is one, painted.
+    pub(crate) fn plates(mut self, results: &Results) -> Result<Vec<Plate>, Error> {
+        if let Some(bollard_pull) = &results.bollard_pull {
+            self.drafts.push(Draft {
+                subject: Subject::Thrust,
+                dof: None,
+                trial: String::new(),
+                stem: self.paths.unique(&["thrust"]),
+                scene: thrust(bollard_pull)?,
+            });
+        }
+        painted(self.drafts)
+    }
+}
+
+fn painted(drafts: Vec<Draft>) -> Result<Vec<Plate>, Error> {
     let workers = std::thread::available_parallelism().map_or(1, usize::from).min(drafts.len());
     if workers < 2 {
         return drafts.into_iter().map(Draft::paint).collect();
@@ -127,47 +182,4 @@ impl Draft {
             caption: self.scene.description,
         })
     }
-}
-
-fn drafts(results: &Results, figures: &FigureData) -> Result<Vec<Draft>, Error> {
-    let mut paths = Paths::default();
-    let mut drafts = Vec::new();
-    for figure in &figures.comparisons {
-        let (dof, trial) = (figure.comparison.dof, &figure.comparison.trial);
-        drafts.push(Draft {
-            subject: Subject::Comparison { method: figure.method, role: figure.role },
-            dof: Some(dof),
-            trial: trial.clone(),
-            stem: paths.unique(&[trial, dof.name(), figure.method.name()]),
-            scene: comparison::scene(figure)?,
-        });
-    }
-    for figure in &figures.spectra {
-        drafts.push(Draft {
-            subject: Subject::Spectrum,
-            dof: Some(figure.dof),
-            trial: figure.trial.clone(),
-            stem: paths.unique(&[&figure.trial, figure.dof.name(), "spectrum"]),
-            scene: spectrum::scene(figure, results)?,
-        });
-    }
-    for figure in &figures.steady {
-        drafts.push(Draft {
-            subject: Subject::Steady,
-            dof: Some(figure.dof),
-            trial: figure.trial.clone(),
-            stem: paths.unique(&[&figure.trial, figure.dof.name(), "steady"]),
-            scene: steady::scene(figure, results)?,
-        });
-    }
-    if let Some(bollard_pull) = &results.bollard_pull {
-        drafts.push(Draft {
-            subject: Subject::Thrust,
-            dof: None,
-            trial: String::new(),
-            stem: paths.unique(&["thrust"]),
-            scene: thrust(bollard_pull)?,
-        });
-    }
-    Ok(drafts)
 }

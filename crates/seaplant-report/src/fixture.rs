@@ -158,24 +158,22 @@ pub(crate) fn comparison(trial: &str, method: Method, role: Role) -> ComparisonF
     ComparisonFigure { method, role, comparison }
 }
 
-fn figures() -> FigureData {
+fn series() -> Vec<Series> {
     let force: Vec<f64> = (0..3000).map(|k| 1800.0 * (0.0785 * f64::from(k)).sin()).collect();
     let velocity: Vec<f64> = force.iter().map(|f| f / 6000.0).collect();
     let time_s: Vec<f64> = (0..1000).map(|k| 0.1 * f64::from(k)).collect();
-    FigureData {
-        comparisons: vec![
-            comparison(HOSTILE, Method::RECOMMENDED, Role::Fit),
-            comparison("held & out", Method::RECOMMENDED, Role::HoldOut),
-            comparison("held / out", Method::RECOMMENDED, Role::HoldOut),
-            comparison(HOSTILE, Method::Paper, Role::Fit),
-        ],
-        spectra: vec![SpectrumFigure {
+    vec![
+        Series::Comparison(comparison(HOSTILE, Method::RECOMMENDED, Role::Fit)),
+        Series::Comparison(comparison("held & out", Method::RECOMMENDED, Role::HoldOut)),
+        Series::Comparison(comparison("held / out", Method::RECOMMENDED, Role::HoldOut)),
+        Series::Comparison(comparison(HOSTILE, Method::Paper, Role::Fit)),
+        Series::Spectrum(SpectrumFigure {
             dof: Dof::Surge,
             trial: HOSTILE.to_owned(),
             force: amplitude_spectrum(&force, 10.0),
             velocity: amplitude_spectrum(&velocity, 10.0),
-        }],
-        steady: vec![SteadyFigure {
+        }),
+        Series::Steady(SteadyFigure {
             dof: Dof::Heave,
             trial: "down <30> %".to_owned(),
             velocity: time_s.iter().map(|t| 0.4 * (t / 20.0).tanh()).collect(),
@@ -183,12 +181,18 @@ fn figures() -> FigureData {
             position_time_s: time_s.iter().step_by(17).copied().collect(),
             position: time_s.iter().step_by(17).map(|t| 0.4 * t).collect(),
             time_s,
-        }],
-    }
+        }),
+    ]
+}
+
+/// What a report is made of.
+pub(crate) struct Found {
+    pub(crate) results: Results,
+    pub(crate) series: Vec<Series>,
 }
 
 /// Everything that results can hold, under names that want to break out.
-pub(crate) fn identification() -> Identification {
+pub(crate) fn identification() -> Found {
     let surge = BTreeMap::from([(Method::RECOMMENDED, plant()), (Method::Paper, paper_plant())]);
     let results = Results {
         schema: SCHEMA.to_owned(),
@@ -252,7 +256,7 @@ pub(crate) fn identification() -> Identification {
         }],
         caveats: vec![Caveat::note(CaveatCode::Log, format!("dropped a line of {HOSTILE}"))],
     };
-    Identification { results, figures: figures() }
+    Found { results, series: series() }
 }
 
 pub(crate) fn bollard_pull() -> BollardPullResult {
@@ -274,8 +278,8 @@ pub(crate) fn bollard_pull() -> BollardPullResult {
 }
 
 /// Nothing could be done.
-pub(crate) fn empty() -> Identification {
-    let Identification { results, .. } = identification();
+pub(crate) fn empty() -> Found {
+    let Found { results, .. } = identification();
     let results = Results {
         dry_mass_kg: None,
         size_m: None,
@@ -292,5 +296,5 @@ pub(crate) fn empty() -> Identification {
         caveats: Vec::new(),
         ..results
     };
-    Identification { results, figures: FigureData::default() }
+    Found { results, series: Vec::new() }
 }

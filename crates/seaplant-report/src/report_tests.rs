@@ -2,17 +2,32 @@
 
 use std::collections::HashSet;
 
-use seaplant::results::{Identification, Parameter};
+use seaplant::results::{Parameter, Series};
 
 use crate::figure::thrust;
+use crate::fixture::Found;
 use crate::number::Rounded;
-use crate::{Artifact, Error, fixture, parse_results, render, results_schema, thrust_figure};
+use crate::{Error, fixture, parse_results, render, results_schema, thrust_figure};
 
-fn artifacts(identification: &Identification) -> Vec<Artifact> {
-    render(identification).expect("the fixture renders")
+/// A file as it is written.
+struct File {
+    path: String,
+    bytes: Vec<u8>,
 }
 
-fn text<'a>(artifacts: &'a [Artifact], path: &str) -> &'a str {
+fn artifacts(found: &Found) -> Vec<File> {
+    let mut files = Vec::new();
+    let put = |artifact: &crate::Artifact<'_>| {
+        let mut bytes = Vec::new();
+        artifact.write_to(&mut bytes).expect("memory takes it");
+        files.push(File { path: artifact.path.clone(), bytes });
+        Ok::<(), Error>(())
+    };
+    render(&found.results, found.series.iter().cloned(), put).expect("the fixture renders");
+    files
+}
+
+fn text<'a>(artifacts: &'a [File], path: &str) -> &'a str {
     let found = artifacts.iter().find(|artifact| artifact.path == path);
     let found = found.unwrap_or_else(|| panic!("no {path}"));
     std::str::from_utf8(&found.bytes).expect("text")
@@ -181,7 +196,7 @@ fn other_schemas_are_refused_by_name() {
 #[test]
 fn series_have_a_head_and_every_sample() {
     let all = artifacts(&fixture::identification());
-    let series: Vec<&Artifact> = all.iter().filter(|a| a.path.starts_with("series/")).collect();
+    let series: Vec<&File> = all.iter().filter(|a| a.path.starts_with("series/")).collect();
     assert_eq!(series.len(), 4);
     for artifact in series {
         let mut reader = csv::Reader::from_reader(&artifact.bytes[..]);
@@ -209,8 +224,7 @@ fn a_campaign_of_steady_trials_alone_points_to_table_6() {
     let mut identification = fixture::identification();
     identification.results.plants.clear();
     identification.results.methods.clear();
-    identification.figures.comparisons.clear();
-    identification.figures.spectra.clear();
+    identification.series.retain(|series| matches!(series, Series::Steady(_)));
     let all = artifacts(&identification);
     let html = text(&all, "report.html");
     assert!(html.contains("Drag from steady trials is in <a href=\"#paper\">Table 6</a>"));
@@ -227,19 +241,29 @@ fn paths_are_unique() {
 #[test]
 fn degenerate_series_make_figures() {
     let mut identification = fixture::identification();
-    let comparison = &mut identification.figures.comparisons[0].comparison;
-    comparison.measured.fill(0.0);
-    comparison.simulated.fill(0.0);
-    let comparison = &mut identification.figures.comparisons[1].comparison;
-    comparison.time_s.clear();
-    comparison.force.clear();
-    comparison.measured.clear();
-    comparison.simulated.clear();
-    let spectrum = &mut identification.figures.spectra[0];
-    spectrum.force = Default::default();
-    spectrum.velocity.amplitude.fill(0.0);
-    identification.figures.steady[0].position.clear();
-    identification.figures.steady[0].position_time_s.clear();
+    for (k, series) in identification.series.iter_mut().enumerate() {
+        match series {
+            Series::Comparison(figure) if k == 0 => {
+                figure.comparison.measured.fill(0.0);
+                figure.comparison.simulated.fill(0.0);
+            }
+            Series::Comparison(figure) if k == 1 => {
+                figure.comparison.time_s.clear();
+                figure.comparison.force.clear();
+                figure.comparison.measured.clear();
+                figure.comparison.simulated.clear();
+            }
+            Series::Comparison(_) => {}
+            Series::Spectrum(spectrum) => {
+                spectrum.force = Default::default();
+                spectrum.velocity.amplitude.fill(0.0);
+            }
+            Series::Steady(steady) => {
+                steady.position.clear();
+                steady.position_time_s.clear();
+            }
+        }
+    }
     let pull = identification.results.bollard_pull.as_mut().expect("fixture has one");
     pull.points.clear();
     let all = artifacts(&identification);

@@ -14,7 +14,8 @@ use crate::caveat::spoken;
 use crate::estimate::{
     DelayedFit, EquationErrorOptions, Fit, Method, fit_best_delay, fit_equation_error,
 };
-use crate::signal::{LowPass, amplitude_spectrum};
+use crate::signal::{LowPass, Spectrum, amplitude_spectrum};
+use crate::trial::ReadyAxis;
 use crate::{
     AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, Term, ThrustUncertainty, Trial, Vehicle,
 };
@@ -195,7 +196,8 @@ fn drive(evidence: &Evidence<'_>) -> Result<Drive, Error> {
     let plant = evidence.fit.lumped;
     let mut all = Drive::default();
     for axis in evidence.axes {
-        for stretch in axis.uniform(0)?.stretches {
+        for ready in axis.ready(0)?.stretches {
+            let stretch = ready.on(ready.grid)?;
             for (&tau, &v) in stretch.tau.iter().zip(&stretch.v) {
                 all.rows += 1;
                 all.positive += usize::from(tau > 0.0);
@@ -205,7 +207,11 @@ fn drive(evidence: &Evidence<'_>) -> Result<Drive, Error> {
                 all.thrust += (plant.alpha * tau).abs();
                 all.drag += ((plant.beta * v.abs() + plant.mu) * v).abs();
             }
-            all.forces.extend(stretch.tau);
+            if all.forces.is_empty() {
+                all.forces = stretch.tau;
+            } else {
+                all.forces.extend(stretch.tau);
+            }
         }
     }
     Ok(all)
@@ -244,12 +250,12 @@ fn excitation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
 
 /// Whether 95 % of the forces lie within 2 % of the range of one of two levels.
 fn is_two_level(forces: &mut [f64]) -> bool {
-    forces.sort_by(f64::total_cmp);
     let n = forces.len();
     if n < 8 {
         return false;
     }
-    let (low, high) = (forces[n / 20], forces[n - 1 - n / 20]);
+    let mut in_order = |k: usize| *forces.select_nth_unstable_by(k, f64::total_cmp).1;
+    let (low, high) = (in_order(n / 20), in_order(n - 1 - n / 20));
     let near = 0.02 * (high - low);
     let off = forces.iter().filter(|f| **f > low + near && **f < high - near).count();
     high > low && off < n / 20
@@ -272,11 +278,7 @@ fn one_way_bias(evidence: &Evidence<'_>) -> Option<Caveat> {
 
 /// Whether mean headings of two trials differ by more than 120°.
 fn headings_are_reversed(trials: &[&Trial]) -> bool {
-    let means: Vec<f64> = trials
-        .iter()
-        .filter_map(|trial| trial.navigated().position.get(&Dof::Yaw))
-        .map(|heading| heading.values().iter().sum::<f64>() / heading.len() as f64)
-        .collect();
+    let means: Vec<f64> = trials.iter().filter_map(|trial| trial.mean_heading_rad()).collect();
     means.iter().any(|a| means.iter().any(|b| (a - b).cos() < -0.5))
 }
 
@@ -312,11 +314,14 @@ fn attenuation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
 }
 
 /// The frequency at which a record's force is greatest, Hz.
-pub(crate) fn dominant_force_hz(axis: &AxisRecord) -> Result<Option<f64>, Error> {
-    let uniform = axis.uniform(0)?;
-    let longest = uniform.stretches.iter().max_by_key(|stretch| stretch.tau.len());
-    Ok(longest
-        .and_then(|stretch| amplitude_spectrum(&stretch.tau, uniform.sample_hz).dominant_hz()))
+fn dominant_force_hz(axis: &AxisRecord) -> Result<Option<f64>, Error> {
+    Ok(force_spectrum(&axis.ready(0)?).dominant_hz())
+}
+
+/// The spectrum of force in the longest stretch of a record.
+pub(crate) fn force_spectrum(ready: &ReadyAxis) -> Spectrum {
+    let tau = ready.longest().map(|stretch| stretch.force(stretch.grid));
+    amplitude_spectrum(&tau.unwrap_or_default(), ready.sample_hz)
 }
 
 /// Thrust that acts later than it was logged.

@@ -32,13 +32,13 @@ pub use weighted_least_squares::fit_weighted_least_squares;
 
 pub use crate::regression::{BlockBootstrap, Intervals};
 
-use crate::regression::{Columns, LeastSquares};
+use crate::regression::LeastSquares;
 use crate::signal::LowPass;
 use crate::terms::Term;
 use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{
     AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Model, PhysicalParameters, Terms,
-    ThrustModel, UniformStretch,
+    ThrustModel,
 };
 
 /// How a plant was found.
@@ -379,24 +379,6 @@ impl Stretch<'_> {
     fn duration_s(&self) -> f64 {
         self.ready.grid.len as f64 * self.ready.grid.period_s
     }
-}
-
-/// v|v| of each velocity.
-fn signed_square(v: &[f64]) -> Vec<f64> {
-    v.iter().map(|v| v * v.abs()).collect()
-}
-
-/// The columns of every stretch of every trial, as [`all_stretches`] finds them.
-fn all_columns(
-    axes: &[AxisRecord],
-    least: impl Fn(f64) -> usize,
-    columns: impl Fn(&AxisRecord, UniformStretch, f64) -> Result<Columns, Error>,
-    caveats: &mut Vec<Caveat>,
-) -> Result<Vec<Columns>, Error> {
-    let stretches = all_stretches(axes, least, caveats)?.into_iter();
-    stretches
-        .map(|found| columns(found.axis, found.ready.on(found.ready.grid)?, found.sample_hz))
-        .collect()
 }
 
 /// Every stretch of every trial that is long enough, with its trial's record and rate.

@@ -2,7 +2,7 @@
 
 use crate::navigation::Motion;
 use crate::signal::LowPass;
-use crate::{AxisRecord, Dof, Error, Grid, Model, State, Timed, Trial, VelocitySource};
+use crate::{AxisRecord, Dof, Error, Grid, Model, Response, State, Timed, Trial, VelocitySource};
 
 /// Simulated against measured motion of one trial.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,13 +61,18 @@ const START_S: f64 = 30.0;
 impl Agreement {
     /// Scores a model; `rest` is what a model that never moves says.
     pub fn of(measured: &[f64], simulated: &[f64], rest: f64) -> Self {
-        let n = measured.len();
+        Self::over(measured.iter().copied().zip(simulated.iter().copied()), rest)
+    }
+
+    /// [`Agreement::of`], of pairs measured and simulated.
+    pub(crate) fn over(pairs: impl Iterator<Item = (f64, f64)> + Clone, rest: f64) -> Self {
+        let n = pairs.clone().count();
         let of_n = |sum: f64| if n == 0 { 0.0 } else { sum / n as f64 };
-        let mean = of_n(measured.iter().sum());
-        let error: f64 = measured.iter().zip(simulated).map(|(y, s)| (s - y).abs()).sum();
-        let null: f64 = measured.iter().map(|y| (y - rest).abs()).sum();
-        let residual: f64 = measured.iter().zip(simulated).map(|(y, s)| (s - y).powi(2)).sum();
-        let variation: f64 = measured.iter().map(|y| (y - mean).powi(2)).sum();
+        let mean = of_n(pairs.clone().map(|(y, _)| y).sum());
+        let error: f64 = pairs.clone().map(|(y, s)| (s - y).abs()).sum();
+        let null: f64 = pairs.clone().map(|(y, _)| (y - rest).abs()).sum();
+        let residual: f64 = pairs.clone().map(|(y, s)| (s - y).powi(2)).sum();
+        let variation: f64 = pairs.map(|(y, _)| (y - mean).powi(2)).sum();
         Self {
             mean_abs_error: of_n(error),
             null_error: of_n(null),
@@ -101,14 +106,14 @@ pub(crate) fn compare_record(model: &Model, axis: &AxisRecord) -> Result<Compari
         let Some(part) = velocity.window(from_s, to_s) else { continue };
         let start_velocity = starting_velocity(axis, &part)?;
         let start = State { position: 0.0, velocity: start_velocity };
-        let moved = model.respond(axis, start, part.time_s())?;
+        let Response { position: path, velocity: simulated } =
+            model.respond(axis, start, part.time_s())?;
         if let Some(seen) =
             position.and_then(|position| position.window(part.first_s(), part.last_s()))
         {
-            let path = Timed::new("the simulated position", part.time_s(), moved.position.clone())?;
-            all.add_position(&seen, &path);
+            all.add_position(&seen, &part.with_values("the simulated position", path)?);
         }
-        all.add_velocity(&part, &moved.velocity, &axis.force);
+        all.add_velocity(&part, simulated, &axis.force);
     }
     Ok(all.into_comparison(axis.dof, &axis.trial))
 }
@@ -125,16 +130,22 @@ struct Parts {
 }
 
 impl Parts {
-    fn add_velocity(&mut self, measured: &Timed, simulated: &[f64], force: &Timed) {
+    fn add_velocity(&mut self, measured: &Timed, simulated: Vec<f64>, force: &Timed) {
+        let mut force = force.reader();
         self.time_s.extend_from_slice(measured.time_s());
         self.force.extend(measured.time_s().iter().map(|&t| force.held_at(t)));
         self.measured.extend_from_slice(measured.values());
-        self.simulated.extend_from_slice(simulated);
+        if self.simulated.is_empty() {
+            self.simulated = simulated;
+        } else {
+            self.simulated.extend(simulated);
+        }
     }
 
     /// The simulated path is laid on the measured one at its start.
     fn add_position(&mut self, seen: &Timed, path: &Timed) {
         let offset = seen.values()[0] - path.at(seen.first_s());
+        let mut path = path.reader();
         self.position_time_s.extend_from_slice(seen.time_s());
         self.position_measured.extend_from_slice(seen.values());
         self.position_simulated.extend(seen.time_s().iter().map(|&t| path.at(t) + offset));

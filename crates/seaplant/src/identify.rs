@@ -1,10 +1,11 @@
 //! The whole identification: trials in, every plant with its doubts out.
 
 mod convert;
+mod figures;
 
 use std::collections::BTreeMap;
 
-use convert::{empty_results, plant_result, steady_figure, steady_result};
+use convert::{empty_results, plant_result, steady_result};
 
 use crate::diagnose::{
     Evidence, Strokes, better_elsewhere, caveats, disagreement, implausible, lateness,
@@ -18,10 +19,8 @@ use crate::estimate::{
     fit_paper, fit_sriv, fit_total_least_squares, fit_weighted_least_squares,
 };
 use crate::results::{
-    ComparisonFigure, Failure, FigureData, Identification, PlantResult, Score, SpectrumFigure,
-    SubsetResult, TrialScore,
+    Failure, FittedModel, Identification, PlantResult, Score, SubsetResult, TrialScore,
 };
-use crate::signal::amplitude_spectrum;
 use crate::trial::ThrustError;
 use crate::{
     Agreement, AxisRecord, Comparison, Dof, Error, LumpedParameters, Model, Role, Terms, Trial,
@@ -82,10 +81,8 @@ impl IdentifyOptions {
 /// What cannot be done in one degree of freedom or by one method is listed among the
 /// results' failures; it does not stop the others.
 pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) -> Identification {
-    let mut found = Identification {
-        results: empty_results(vehicle, trials, options),
-        figures: FigureData::default(),
-    };
+    let mut found =
+        Identification { results: empty_results(vehicle, trials, options), models: Vec::new() };
     for dof in Dof::ALL {
         let work = Work { dof, vehicle, options, trials: &TrialsOf::new(dof, trials) };
         let recommended = work.unsteady(&mut found);
@@ -160,8 +157,10 @@ impl Work<'_> {
         }
         let recommended = fits.first().map(|(fit, _)| fit.clone());
         for (fit, axes) in &fits {
-            match self.plant(fit, axes, recommended.as_ref(), found) {
+            match self.plant(fit, axes, recommended.as_ref()) {
                 Ok(plant) => {
+                    let (dof, method, model) = (self.dof, fit.method, fit.model());
+                    found.models.push(FittedModel { dof, method, model });
                     if recommended.as_ref().is_some_and(|first| first.method == fit.method) {
                         found.results.plants.insert(self.dof, plant.clone());
                     }
@@ -178,9 +177,6 @@ impl Work<'_> {
         }
         if let Some(fit) = &recommended {
             found.results.subsets.insert(self.dof, self.subsets(fit));
-        }
-        if let Ok(spectra) = self.spectra() {
-            found.figures.spectra.extend(spectra);
         }
         recommended
     }
@@ -249,12 +245,11 @@ impl Work<'_> {
         fit: &Fit,
         axes: &[AxisRecord],
         recommended: Option<&Fit>,
-        found: &mut Identification,
     ) -> Result<PlantResult, Error> {
-        let fit_score = self.score(fit, &self.trials.fit, found)?;
+        let fit_score = score_plant(self.dof, &fit.model(), &self.trials.fit)?;
         let hold_out = match self.trials.hold_out.as_slice() {
             [] => None,
-            trials => Some(self.score(fit, trials, found)?),
+            trials => Some(score_plant(self.dof, &fit.model(), trials)?),
         };
         let evidence = Evidence { fit, axes, trials: &self.trials.fit, vehicle: self.vehicle };
         let mut doubts = caveats(&evidence)?;
@@ -271,26 +266,6 @@ impl Work<'_> {
         doubts.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
         doubts.dedup();
         Ok(plant_result(fit, fit_score, hold_out, doubts))
-    }
-
-    fn score(
-        &self,
-        fit: &Fit,
-        trials: &[&Trial],
-        found: &mut Identification,
-    ) -> Result<Score, Error> {
-        let comparisons = compare(self.dof, &fit.model(), trials)?;
-        let score = total_score(&comparisons);
-        for (trial, comparison) in trials.iter().zip(comparisons) {
-            if let Outcome::Compared(comparison) = comparison {
-                found.figures.comparisons.push(ComparisonFigure {
-                    method: fit.method,
-                    role: trial.role(),
-                    comparison: *comparison,
-                });
-            }
-        }
-        Ok(score)
     }
 
     /// The recommended method with every choice of terms, beside the same nuisances.
@@ -321,23 +296,6 @@ impl Work<'_> {
         Terms::subsets().into_iter().filter_map(of).collect()
     }
 
-    fn spectra(&self) -> Result<Vec<SpectrumFigure>, Error> {
-        let mut spectra = Vec::new();
-        for axis in self.axes(&self.trials.fit, VelocitySource::Measured)? {
-            let uniform = axis.uniform(0)?;
-            let longest = uniform.stretches.iter().max_by_key(|stretch| stretch.v.len());
-            if let Some(stretch) = longest {
-                spectra.push(SpectrumFigure {
-                    dof: self.dof,
-                    trial: axis.trial.clone(),
-                    force: amplitude_spectrum(&stretch.tau, uniform.sample_hz),
-                    velocity: amplitude_spectrum(&stretch.v, uniform.sample_hz),
-                });
-            }
-        }
-        Ok(spectra)
-    }
-
     fn steady(&self, recommended: Option<&Fit>, found: &mut Identification) {
         if self.trials.steady.is_empty() {
             return;
@@ -352,11 +310,6 @@ impl Work<'_> {
                 found.results.steady.insert(self.dof, steady_result(&fit));
             }
             Err(error) => found.results.failures.push(self.failure("steady", &error)),
-        }
-        for trial in &self.trials.steady {
-            if let Ok(figure) = steady_figure(self.dof, trial) {
-                found.figures.steady.push(figure);
-            }
         }
     }
 }
@@ -408,17 +361,18 @@ fn compare(dof: Dof, model: &Model, trials: &[&Trial]) -> Result<Vec<Outcome>, E
 }
 
 fn total_score(outcomes: &[Outcome]) -> Score {
-    let (mut measured, mut simulated) = (Vec::new(), Vec::new());
+    let compared = outcomes.iter().filter_map(|outcome| match outcome {
+        Outcome::Compared(comparison) => Some(comparison),
+        Outcome::Diverged { .. } => None,
+    });
+    let pairs = compared.flat_map(|c| c.measured.iter().copied().zip(c.simulated.iter().copied()));
+    let all = Agreement::over(pairs, 0.0);
     let mut diverged = false;
     let mut null = (0.0, 0);
     let mut trials = Vec::new();
     for outcome in outcomes {
         let score = match outcome {
-            Outcome::Compared(comparison) => {
-                measured.extend_from_slice(&comparison.measured);
-                simulated.extend_from_slice(&comparison.simulated);
-                trial_score(comparison)
-            }
+            Outcome::Compared(comparison) => trial_score(comparison),
             Outcome::Diverged { trial, null_error, samples } => {
                 diverged = true;
                 TrialScore {
@@ -436,7 +390,6 @@ fn total_score(outcomes: &[Outcome]) -> Score {
         null.1 += score.samples;
         trials.push(score);
     }
-    let all = Agreement::of(&measured, &simulated, 0.0);
     Score {
         mean_abs_error: (!diverged).then_some(all.mean_abs_error),
         null_error: if null.1 == 0 { 0.0 } else { null.0 / null.1 as f64 },

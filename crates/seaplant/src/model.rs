@@ -100,8 +100,8 @@ impl Model {
         if self.thrust == ThrustModel::default() {
             return simulate(axis.dof, &self.lumped, &axis.force, start, times_s);
         }
-        let mut response = Response::default();
-        let Some(&first) = times_s.first() else { return Ok(response) };
+        let Some(&first) = times_s.first() else { return Ok(Response::default()) };
+        let mut response = Response::with_capacity(times_s.len());
         let current = self.thrust.current_of(&axis.trial);
         let tracks = axis.tracks();
         let mut next = times_s.iter().peekable();

@@ -214,7 +214,13 @@ mod tests {
             hold_out_ratio: None,
             admitted: error > 0.0,
         }];
-        Sample { seed: 1, dof: Dof::Surge, method: Method::Paper, found: Ok(vec![found]), structure }
+        Sample {
+            seed: 1,
+            dof: Dof::Surge,
+            method: Method::Paper,
+            found: Ok(vec![found]),
+            structure,
+        }
     }
 
     #[test]

@@ -3,13 +3,20 @@
 //! Frames: north-east-down in the world, forward-starboard-down on the body.
 //! An attitude turns body vectors into world ones: `R = R_z(heading) R_y(pitch) R_x(roll)`.
 
+mod attitude;
+mod track;
+
 use std::collections::BTreeMap;
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 
-use crate::quantity::{Attitude, Axis, World};
-use crate::signal::{LowPass, differentiate, differentiate_timed, resample};
-use crate::{Caveat, CaveatCode, Dof, Error, Grid, Quantity, Sensors, Timed};
+use attitude::AttitudeRecord;
+pub use attitude::unwrap;
+use track::Track;
+
+use crate::quantity::{Axis, World};
+use crate::series::Reader;
+use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Sensors, Timed};
 
 /// What one trial's instruments and thrusters said, in SI units and radians.
 pub type Recording = BTreeMap<Quantity, Timed>;
@@ -35,132 +42,13 @@ pub struct Navigated {
     pub position: BTreeMap<Dof, Timed>,
     /// Angular velocity `[p, q, r]` of the body, rad/s, where rates or attitude were logged.
     pub rates: Option<[Timed; 3]>,
+    /// What turning does to the velocity of a rigid body along each translation, `−(ω × v)`,
+    /// m/s²; of those whose log has turning and another velocity.
+    pub turning: BTreeMap<Dof, Timed>,
     /// World-fixed displacement `[north, east, down]` since the start, m.
     pub displacement_ned: Option<[Timed; 3]>,
     /// What navigation had to do without.
     pub caveats: Vec<Caveat>,
-}
-
-/// Angular rates for the lever arm are read off the attitude below this frequency:
-/// above it they are mostly the attitude sensor's noise.
-const RATE_FILTER: LowPass = LowPass { cutoff_hz: 1.0, order: 2 };
-
-/// Attitude as it varies with time; an angle that was not logged is zero.
-struct AttitudeRecord {
-    roll: Option<Timed>,
-    pitch: Option<Timed>,
-    heading: Option<Timed>,
-    sensor_to_body: Rotation3<f64>,
-}
-
-impl AttitudeRecord {
-    fn of(recording: &Recording, sensors: &Sensors) -> Self {
-        let angle = |which| recording.get(&Quantity::Attitude(which)).map(unwrap);
-        Self {
-            roll: angle(Attitude::Roll),
-            pitch: angle(Attitude::Pitch),
-            heading: angle(Attitude::Heading),
-            sensor_to_body: sensors.attitude.to_body(),
-        }
-    }
-
-    fn parts(&self) -> [&Option<Timed>; 3] {
-        [&self.roll, &self.pitch, &self.heading]
-    }
-
-    fn is_empty(&self) -> bool {
-        self.parts().iter().all(|part| part.is_none())
-    }
-
-    /// Body to world.
-    fn at(&self, t_s: f64) -> Rotation3<f64> {
-        let [roll, pitch, heading] =
-            self.parts().map(|angle| angle.as_ref().map_or(0.0, |angle| angle.at(t_s)));
-        Rotation3::from_euler_angles(roll, pitch, heading) * self.sensor_to_body.inverse()
-    }
-
-    /// Angular velocity of the body in body axes, rad/s, on the times of the
-    /// attitude channel with most samples; `None` without attitude.
-    fn body_rates(&self) -> Result<Option<[Timed; 3]>, Error> {
-        let longest = self.parts().into_iter().flatten().max_by_key(|angle| angle.len());
-        let Some(longest) = longest.filter(|angle| angle.len() > 2) else { return Ok(None) };
-        let grid = Grid::spanning(longest.first_s(), longest.last_s(), longest.period_s());
-        let mut angles: [Vec<f64>; 3] = Default::default();
-        let mut slopes: [Vec<f64>; 3] = Default::default();
-        for (k, angle) in self.parts().into_iter().enumerate() {
-            let x = match angle {
-                Some(angle) => smooth_if_possible(resample(angle, grid)?, grid.period_s),
-                None => vec![0.0; grid.len],
-            };
-            let believed = believed_part(angle.as_ref(), &x, grid.period_s)?;
-            slopes[k] =
-                differentiate(&x, grid.period_s)?.iter().map(|slope| believed * slope).collect();
-            angles[k] = x;
-        }
-        let mut rates: [Vec<f64>; 3] = Default::default();
-        for k in 0..grid.len {
-            let (roll, pitch) = (angles[0][k], angles[1][k]);
-            let (roll_slope, pitch_slope, heading_slope) =
-                (slopes[0][k], slopes[1][k], slopes[2][k]);
-            let sensor = Vector3::new(
-                roll_slope - heading_slope * pitch.sin(),
-                pitch_slope * roll.cos() + heading_slope * pitch.cos() * roll.sin(),
-                -pitch_slope * roll.sin() + heading_slope * pitch.cos() * roll.cos(),
-            );
-            let body = self.sensor_to_body * sensor;
-            rates.iter_mut().zip(body.iter()).for_each(|(rate, x)| rate.push(*x));
-        }
-        let [p, q, r] = rates.map(|rate| Timed::on_grid("angular rate", grid, rate));
-        Ok(Some([p?, q?, r?]))
-    }
-}
-
-/// The part of a smoothed angle's slope that is motion and not the sensor's noise:
-/// `1 − (noise / slope)²` of root mean squares, Wiener's gain.
-///
-/// A vehicle that hardly turns would else be given the attitude sensor's noise times its
-/// lever arm as velocity. Noise of one sample is read off third differences, whose
-/// variance is 20 σ²; smoothed and differentiated it is
-/// `2π σ f_c^{3/2} √(2 h ∫ x²/(1+x⁴)² dx)`, with the integral π√2/16.
-fn believed_part(angle: Option<&Timed>, smooth: &[f64], period_s: f64) -> Result<f64, Error> {
-    use std::f64::consts::{PI, SQRT_2};
-    let Some(angle) = angle else { return Ok(0.0) };
-    let mean_square = |x: &mut dyn Iterator<Item = f64>| {
-        let (sum, n) = x.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
-        sum / n.max(1) as f64
-    };
-    let thirds = angle.values().windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]);
-    let sample = mean_square(&mut { thirds }) / 20.0;
-    let passed = 2.0 * PI * RATE_FILTER.cutoff_hz.powf(1.5);
-    let noise = sample * passed * passed * 2.0 * period_s * PI * SQRT_2 / 16.0;
-    let slope = mean_square(&mut differentiate(smooth, period_s)?.into_iter());
-    Ok(if slope > noise { 1.0 - noise / slope } else { 0.0 })
-}
-
-fn smooth_if_possible(x: Vec<f64>, period_s: f64) -> Vec<f64> {
-    RATE_FILTER.zero_phase(&x, 1.0 / period_s).unwrap_or(x)
-}
-
-/// Removes the jumps of whole turns from an angle, rad.
-///
-/// ```
-/// use seaplant::{Timed, navigation::unwrap};
-/// let heading = Timed::new("heading", vec![0.0, 1.0, 2.0], vec![6.2, 0.1, 0.3])?;
-/// assert!((unwrap(&heading).values()[1] - (0.1 + 2.0 * std::f64::consts::PI)).abs() < 1e-12);
-/// # Ok::<(), seaplant::Error>(())
-/// ```
-pub fn unwrap(angle: &Timed) -> Timed {
-    use std::f64::consts::TAU;
-    let mut turns = 0.0;
-    let mut before = angle.values()[0];
-    let unwrapped = angle.values().iter().map(|&x| {
-        turns -= ((x - before) / TAU).round();
-        before = x;
-        x + turns * TAU
-    });
-    let unwrapped = unwrapped.collect();
-    // Finite angles stay finite, and the times are the same.
-    angle.with_values("angle", unwrapped).unwrap_or_else(|_| angle.clone())
 }
 
 /// Finds how the vehicle's origin moved.
@@ -178,29 +66,114 @@ pub fn unwrap(angle: &Timed) -> Timed {
 /// # Source
 /// [Jason2, §3]; \[Kinsey2004\]: Doppler navigation in six degrees of freedom.
 pub fn navigate(trial: &str, recording: &Recording, sensors: &Sensors) -> Result<Navigated, Error> {
-    let mut nav = Navigated::default();
-    let attitude = AttitudeRecord::of(recording, sensors);
-    let rates = rates(recording, &attitude)?;
+    let voyage = Voyage::of(trial, recording.clone(), sensors)?;
+    let displacement_ned = voyage.track().map(|track| track.displacement()).transpose()?;
+    Ok(Navigated { displacement_ned, ..voyage.along(&Dof::ALL)? })
+}
 
-    for (dof, angle) in [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().zip(attitude.parts()) {
-        if let Some(angle) = angle {
-            nav.position.insert(dof, angle.clone());
-            nav.by_position.insert(dof, Motion::Position(angle.clone()));
+/// [`navigate`] for some degrees of freedom only, without displacement; the recording is
+/// used up, so that no reading outlives its use.
+pub(crate) fn navigate_along(
+    trial: &str,
+    recording: Recording,
+    sensors: &Sensors,
+    dofs: &[Dof],
+) -> Result<Navigated, Error> {
+    Voyage::of(trial, recording, sensors)?.along(dofs)
+}
+
+/// Navigation but for what follows from the way travelled.
+struct Voyage {
+    attitude: AttitudeRecord,
+    /// North and east of the sensor that measures position, where there is one.
+    positioned: Option<[Timed; 2]>,
+    /// Where that sits.
+    lever: Vector3<f64>,
+    nav: Navigated,
+}
+
+impl Voyage {
+    fn of(trial: &str, mut recording: Recording, sensors: &Sensors) -> Result<Self, Error> {
+        let mut nav = Navigated::default();
+        let attitude = AttitudeRecord::take(&mut recording, sensors);
+        nav.rates = rates(&recording, &attitude)?;
+        for (dof, angle) in [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().zip(attitude.parts()) {
+            if let Some(angle) = angle {
+                nav.position.insert(dof, angle.clone());
+                nav.by_position.insert(dof, Motion::Position(angle.clone()));
+            }
+            if let Some(rate) = recording.remove(&Quantity::Rate(axis_of(dof))) {
+                nav.measured.insert(dof, rate);
+            }
         }
-        if let Some(rate) = recording.get(&Quantity::Rate(axis_of(dof))) {
-            nav.measured.insert(dof, rate.clone());
+        dvl_at_origin(trial, &mut recording, sensors, &mut nav)?;
+        for dof in Dof::ALL {
+            if let Some(velocity) = recording.remove(&Quantity::Velocity(dof)) {
+                nav.measured.insert(dof, velocity);
+            }
+        }
+        depth_of_origin(&recording, sensors, &attitude, &mut nav);
+        let mut position = |way| recording.remove(&Quantity::Position(way));
+        let positioned = position(World::North).zip(position(World::East)).map(<[Timed; 2]>::from);
+        if positioned.is_some() && attitude.heading.is_none() {
+            let message = "position is logged without heading: north is taken as forward; map attitude.heading";
+            nav.caveats.push(Caveat::warning(CaveatCode::Navigation, message));
+        }
+        Ok(Self { attitude, positioned, lever: sensors.position.position_body, nav })
+    }
+
+    /// The way travelled, as positioned or by dead reckoning; `None` if neither can be had.
+    fn track(&self) -> Option<Track<'_>> {
+        match &self.positioned {
+            Some([north, east]) => Some(Track::positioned(north, east, self.lever, &self.attitude)),
+            None => Track::reckoned(&self.nav.measured, &self.attitude),
         }
     }
-    dvl_at_origin(trial, recording, sensors, rates.as_ref(), &mut nav)?;
-    for dof in Dof::ALL {
-        if let Some(velocity) = recording.get(&Quantity::Velocity(dof)) {
-            nav.measured.insert(dof, velocity.clone());
+
+    /// Adds velocity by way of position, and keeps no more than some degrees of freedom.
+    fn along(self, dofs: &[Dof]) -> Result<Navigated, Error> {
+        let lacks = |&(_, dof): &(usize, Dof)| {
+            let known = self.positioned.is_some() && dof != Dof::Heave
+                || self.nav.measured.contains_key(&dof);
+            known && dofs.contains(&dof) && !self.nav.by_position.contains_key(&dof)
+        };
+        let rows = TRANSLATIONS.into_iter().enumerate().filter(lacks).collect::<Vec<_>>();
+        let mut velocities = Vec::new();
+        if let Some(track) = self.track().filter(|_| !rows.is_empty()) {
+            let numbers: Vec<usize> = rows.iter().map(|(row, _)| *row).collect();
+            velocities = track.body_velocity(&numbers)?;
         }
+        let mut nav = self.nav;
+        let found = rows.into_iter().zip(velocities);
+        nav.by_position.extend(found.map(|((_, dof), v)| (dof, Motion::Velocity(v))));
+        for &dof in dofs {
+            if let Some(turning) = turning_along(dof, &nav) {
+                nav.turning.insert(dof, turning);
+            }
+        }
+        nav.measured.retain(|dof, _| dofs.contains(dof));
+        nav.by_position.retain(|dof, _| dofs.contains(dof));
+        nav.position.retain(|dof, _| dofs.contains(dof));
+        Ok(nav)
     }
-    depth_of_origin(recording, sensors, &attitude, &mut nav);
-    world_position(recording, sensors, &attitude, &mut nav)?;
-    nav.rates = rates;
-    Ok(nav)
+}
+
+/// `−(ω × v)` along a translation, at the times of one of the other velocities.
+fn turning_along(dof: Dof, nav: &Navigated) -> Option<Timed> {
+    let [p, q, r] = nav.rates.as_ref()?;
+    let [u, v, w] = TRANSLATIONS.map(|dof| nav.measured.get(&dof));
+    let (plus, minus) = match dof {
+        Dof::Surge => ((r, v), (q, w)),
+        Dof::Sway => ((p, w), (r, u)),
+        Dof::Heave => ((q, u), (p, v)),
+        Dof::Roll | Dof::Pitch | Dof::Yaw => return None,
+    };
+    let base = plus.1.or(minus.1)?;
+    let product = |(rate, speed): (&Timed, Option<&Timed>), t: f64| {
+        speed.map_or(0.0, |speed| rate.at(t) * speed.at(t))
+    };
+    let at = |&t: &f64| product(plus, t) - product(minus, t);
+    base.with_values("turning", base.time_s().iter().map(at).collect()).ok()
 }
 
 fn axis_of(dof: Dof) -> Axis {
@@ -220,36 +193,35 @@ fn rates(recording: &Recording, attitude: &AttitudeRecord) -> Result<Option<[Tim
     let Some(base) = measured.iter().flatten().max_by_key(|rate| rate.len()) else {
         return attitude.body_rates();
     };
-    let still = base.map(|_| 0.0);
-    Ok(Some(measured.map(|rate| rate.unwrap_or(&still).clone())))
+    let still = || base.map(|_| 0.0);
+    Ok(Some(measured.map(|rate| rate.cloned().unwrap_or_else(still))))
 }
 
 fn dvl_at_origin(
     trial: &str,
-    recording: &Recording,
+    recording: &mut Recording,
     sensors: &Sensors,
-    rates: Option<&[Timed; 3]>,
     nav: &mut Navigated,
 ) -> Result<(), Error> {
-    let beams = AXES.map(|axis| recording.get(&Quantity::DvlVelocity(axis)));
+    let mut beams = AXES.map(|axis| recording.remove(&Quantity::DvlVelocity(axis)));
     if beams.iter().all(Option::is_none) {
         return Ok(());
     }
     let r_bs = sensors.dvl.to_body();
     let lever = sensors.dvl.position_body;
-    if lever.norm() > 0.0 && rates.is_none() {
+    if lever.norm() > 0.0 && nav.rates.is_none() {
         let message = "the DVL has a lever arm but the log has neither attitude nor rates: the vehicle's turning is taken as zero and leaks into its velocity; map attitude.heading or rate.yaw";
         nav.caveats.push(Caveat::warning(CaveatCode::Navigation, message));
     }
+    let needs = |row: usize, column: usize| r_bs[(row, column)].abs() > 1e-9;
     for (row, dof) in TRANSLATIONS.into_iter().enumerate() {
-        let needs = |column: usize| r_bs[(row, column)].abs() > 1e-9;
-        let needed: Vec<usize> = (0..3).filter(|&column| needs(column)).collect();
+        let needed: Vec<usize> = (0..3).filter(|&column| needs(row, column)).collect();
         if beams[row].is_none() && needed == [row] {
             continue;
         }
         let mut parts = Vec::with_capacity(needed.len());
         for &column in &needed {
-            let Some(beam) = beams[column] else {
+            let Some(beam) = &beams[column] else {
                 return Err(Error::MissingChannel {
                     trial: trial.to_owned(),
                     what: Quantity::DvlVelocity(AXES[column]).to_string(),
@@ -260,28 +232,51 @@ fn dvl_at_origin(
             };
             parts.push((r_bs[(row, column)], beam));
         }
-        let instrument = weighted_sum(&parts)?;
-        let turning = |t: f64| {
-            let omega = rates.map_or_else(Vector3::zeros, |rates| {
-                Vector3::from_iterator(rates.iter().map(|rate| rate.at(t)))
-            });
-            omega.cross(&lever)[row]
-        };
-        let at_origin = instrument
-            .time_s()
-            .iter()
-            .zip(instrument.values())
-            .map(|(&t, v)| if lever.norm() > 0.0 { v - turning(t) } else { *v })
-            .collect();
-        nav.measured.insert(dof, instrument.with_values("DVL velocity", at_origin)?);
+        let turning = Turning::of(nav.rates.as_ref(), lever, row);
+        nav.measured.insert(dof, weighted_sum(&parts, turning)?);
+        for (column, beam) in beams.iter_mut().enumerate() {
+            if !(row + 1..3).any(|later| needs(later, column)) {
+                *beam = None;
+            }
+        }
     }
     Ok(())
 }
 
-/// Σ weight · series, at the times that all have; where they share none, at the
+/// (ω × r) along one body axis.
+struct Turning<'a> {
+    rates: Option<[Reader<'a>; 3]>,
+    lever: Vector3<f64>,
+    row: usize,
+}
+
+impl<'a> Turning<'a> {
+    fn of(rates: Option<&'a [Timed; 3]>, lever: Vector3<f64>, row: usize) -> Self {
+        let moved = rates.filter(|_| lever.norm() > 0.0);
+        Self { rates: moved.map(|rates| rates.each_ref().map(Timed::reader)), lever, row }
+    }
+
+    /// At times that never decrease.
+    fn at(&mut self, t_s: f64) -> f64 {
+        let Some(rates) = &mut self.rates else { return 0.0 };
+        let omega = Vector3::from_iterator(rates.iter_mut().map(|rate| rate.at(t_s)));
+        omega.cross(&self.lever)[self.row]
+    }
+}
+
+/// Σ weight · series − turning, at the times that all have; where they share none, at the
 /// first one's times with the others interpolated.
-fn weighted_sum(parts: &[(f64, &Timed)]) -> Result<Timed, Error> {
+fn weighted_sum(parts: &[(f64, &Timed)], mut turning: Turning<'_>) -> Result<Timed, Error> {
+    const NAME: &str = "DVL velocity";
     let first = parts[0].1;
+    if parts.iter().all(|(_, x)| x.is_sampled_with(first)) {
+        let time_s = first.time_s();
+        let at = |k: usize| {
+            let sum: f64 = parts.iter().map(|(w, x)| w * x.values()[k]).sum();
+            sum - turning.at(time_s[k])
+        };
+        return first.with_shared_values(NAME, (0..first.len()).map(at).collect());
+    }
     let shared: Vec<f64> = first
         .time_s()
         .iter()
@@ -291,9 +286,13 @@ fn weighted_sum(parts: &[(f64, &Timed)]) -> Result<Timed, Error> {
         })
         .collect();
     let times = if shared.is_empty() { first.time_s().to_vec() } else { shared };
-    let values = times.iter().map(|&t| parts.iter().map(|(w, x)| w * x.at(t)).sum());
-    let values: Vec<f64> = values.collect();
-    Timed::new("DVL velocity", times, values)
+    let mut parts: Vec<(f64, Reader<'_>)> = parts.iter().map(|(w, x)| (*w, x.reader())).collect();
+    let mut at = |&t: &f64| {
+        let sum: f64 = parts.iter_mut().map(|(w, x)| *w * x.at(t)).sum();
+        sum - turning.at(t)
+    };
+    let values: Vec<f64> = times.iter().map(&mut at).collect();
+    Timed::new(NAME, times, values)
 }
 
 fn depth_of_origin(
@@ -312,111 +311,13 @@ fn depth_of_origin(
     } else {
         sensors.position.position_body
     };
-    let below = |t: f64| (attitude.at(t) * lever).z;
-    let values =
-        depth.time_s().iter().zip(depth.values()).map(|(&t, z)| z - below(t)).collect::<Vec<_>>();
+    let mut attitude = attitude.reader();
+    let mut below = |t: f64| (attitude.at(t) * lever).z;
+    let values = depth.time_s().iter().zip(depth.values()).map(|(&t, z)| z - below(t)).collect();
     // Finite readings less a bounded lever are finite, and the times are the same.
     let origin = depth.with_values("depth", values).unwrap_or_else(|_| depth.clone());
     nav.position.insert(Dof::Heave, origin.clone());
     nav.by_position.insert(Dof::Heave, Motion::Position(origin));
-}
-
-/// Displacement by dead reckoning, or as positioned, and the velocity that follows from it.
-fn world_position(
-    recording: &Recording,
-    sensors: &Sensors,
-    attitude: &AttitudeRecord,
-    nav: &mut Navigated,
-) -> Result<(), Error> {
-    let position = |way| recording.get(&Quantity::Position(way));
-    let positioned = position(World::North).zip(position(World::East));
-    let displacement = match positioned {
-        Some((north, east)) => {
-            if attitude.heading.is_none() {
-                let message = "position is logged without heading: north is taken as forward; map attitude.heading";
-                nav.caveats.push(Caveat::warning(CaveatCode::Navigation, message));
-            }
-            Some(position_of_origin(north, east, sensors, attitude)?)
-        }
-        None => dead_reckon(&nav.measured, attitude)?,
-    };
-    let Some(displacement) = displacement else { return Ok(()) };
-    let ned = [
-        differentiate_timed(&displacement[0])?,
-        differentiate_timed(&displacement[1])?,
-        differentiate_timed(&displacement[2])?,
-    ];
-    let body: Vec<Vector3<f64>> = ned[0]
-        .time_s()
-        .iter()
-        .enumerate()
-        .map(|(k, &t)| {
-            let world = Vector3::from_iterator(ned.iter().map(|v| v.values()[k]));
-            attitude.at(t).inverse() * world
-        })
-        .collect();
-    for (row, dof) in TRANSLATIONS.into_iter().enumerate() {
-        let known = positioned.is_some() && dof != Dof::Heave || nav.measured.contains_key(&dof);
-        if known && !nav.by_position.contains_key(&dof) {
-            let velocity =
-                ned[0].with_values("navigated velocity", body.iter().map(|v| v[row]).collect())?;
-            nav.by_position.insert(dof, Motion::Velocity(velocity));
-        }
-    }
-    nav.displacement_ned = Some(displacement);
-    Ok(())
-}
-
-fn position_of_origin(
-    north: &Timed,
-    east: &Timed,
-    sensors: &Sensors,
-    attitude: &AttitudeRecord,
-) -> Result<[Timed; 3], Error> {
-    let lever = sensors.position.position_body;
-    let (mut n, mut e) = (Vec::with_capacity(north.len()), Vec::with_capacity(north.len()));
-    for (&t, x) in north.time_s().iter().zip(north.values()) {
-        let offset = attitude.at(t) * lever;
-        n.push(x - offset.x);
-        e.push(east.at(t) - offset.y);
-    }
-    Ok([
-        north.with_values("position north", n)?,
-        north.with_values("position east", e)?,
-        north.map(|_| 0.0),
-    ])
-}
-
-/// Integrates body velocity to world-fixed displacement, `p(t) = ∫ R v dt`.
-///
-/// Translations that were not measured count as zero. `None` if none was.
-fn dead_reckon(
-    velocity: &BTreeMap<Dof, Timed>,
-    attitude: &AttitudeRecord,
-) -> Result<Option<[Timed; 3]>, Error> {
-    let parts = TRANSLATIONS.map(|dof| velocity.get(&dof));
-    let Some(base) = parts.iter().flatten().max_by_key(|part| part.len()) else { return Ok(None) };
-    if attitude.is_empty() && parts.iter().flatten().count() < 2 {
-        // One axis without attitude: displacement along that axis, which needs no frame.
-        return Ok(None);
-    }
-    let world = |t: f64| {
-        attitude.at(t)
-            * Vector3::from_iterator(parts.iter().map(|part| part.map_or(0.0, |part| part.at(t))))
-    };
-    let mut displacement = [Vec::new(), Vec::new(), Vec::new()];
-    let mut reached = Vector3::zeros();
-    let mut before: Option<(f64, Vector3<f64>)> = None;
-    for &t in base.time_s() {
-        let v = world(t);
-        if let Some((t_before, v_before)) = before {
-            reached += 0.5 * (t - t_before) * (v + v_before);
-        }
-        before = Some((t, v));
-        displacement.iter_mut().zip(reached.iter()).for_each(|(path, x)| path.push(*x));
-    }
-    let [n, e, d] = displacement.map(|path| base.with_values("displacement", path));
-    Ok(Some([n?, e?, d?]))
 }
 
 #[cfg(test)]
@@ -425,6 +326,7 @@ mod tests {
 
     use super::*;
     use crate::Sensor;
+    use crate::quantity::Attitude;
 
     fn every_tenth(n: usize, f: impl Fn(f64) -> f64) -> Timed {
         let t: Vec<f64> = (0..n).map(|k| 0.1 * k as f64).collect();

@@ -107,6 +107,11 @@ const INPUTS: [ThrusterInput; 4] =
     [ThrusterInput::Speed, ThrusterInput::Pwm, ThrusterInput::Command, ThrusterInput::Force];
 
 impl Quantity {
+    /// Whether it says how the vehicle was driven, not how it moved.
+    pub fn is_of_thrust(&self) -> bool {
+        matches!(self, Self::Thruster { .. } | Self::Wrench(_) | Self::SupplyVoltage)
+    }
+
     /// Every quantity but those of thrusters, which the vehicle names.
     pub fn all_but_thrusters() -> Vec<Self> {
         use {Attitude as A, Axis as X, World as W};

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::{Decision, Filters};
 use crate::signal::Spectrum;
 use crate::terms::Term;
-use crate::{Caveat, Comparison, Dof, Estimate, LumpedParameters, Method, Role, Stability};
+use crate::{Caveat, Comparison, Dof, Estimate, LumpedParameters, Method, Model, Role, Stability};
 
 /// The name and version of this contract.
 pub const SCHEMA: &str = "seaplant/results/1";
@@ -436,15 +436,15 @@ pub struct Failure {
     pub message: String,
 }
 
-/// The series behind the figures; too long for `results.json`.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct FigureData {
+/// The series behind a figure; too long for `results.json`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Series {
     /// Simulated and measured motion, by method and trial.
-    pub comparisons: Vec<ComparisonFigure>,
-    /// Spectra of force and velocity of every fitted trial.
-    pub spectra: Vec<SpectrumFigure>,
-    /// Motion of every steady trial.
-    pub steady: Vec<SteadyFigure>,
+    Comparison(ComparisonFigure),
+    /// Spectra of force and velocity of a fitted trial.
+    Spectrum(SpectrumFigure),
+    /// Motion of a steady trial.
+    Steady(SteadyFigure),
 }
 
 /// Simulated and measured motion of one trial.
@@ -490,11 +490,22 @@ pub struct SteadyFigure {
     pub position: Vec<f64>,
 }
 
-/// What was found, with the series behind its figures.
+/// A plant ready to be driven, and whose it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FittedModel {
+    /// Which degree of freedom.
+    pub dof: Dof,
+    /// Whose.
+    pub method: Method,
+    /// The plant.
+    pub model: Model,
+}
+
+/// What was found; [`Identification::series`] gives the series behind its figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identification {
     /// The numbers.
     pub results: Results,
-    /// The series.
-    pub figures: FigureData,
+    /// Every method's plants, in the order in which they were fitted.
+    pub models: Vec<FittedModel>,
 }

@@ -1,7 +1,15 @@
 //! Samples at their own times, and the grids they are brought to.
 
+mod cutter;
+mod reader;
+
 use std::ops::Range;
 use std::sync::Arc;
+
+pub(crate) use cutter::Cutter;
+use cutter::PartOfBase;
+use reader::HeldIntegral;
+pub(crate) use reader::Reader;
 
 use crate::Error;
 
@@ -152,7 +160,7 @@ impl Timed {
     /// # Errors
     /// As [`Timed::new`].
     pub fn on_grid(name: &str, grid: Grid, values: Vec<f64>) -> Result<Self, Error> {
-        Self::new(name, grid.times().collect::<Vec<_>>(), values)
+        Self::new(name, grid.times().collect::<Arc<[f64]>>(), values)
     }
 
     /// The times, s, shape (n,).
@@ -202,26 +210,67 @@ impl Timed {
     /// Other values at the same times, one for each, finite.
     ///
     /// # Errors
-    /// As [`Timed::new`].
+    /// [`Error::Length`] if there is not one value per time, [`Error::NotFinite`].
     pub fn with_values(&self, name: &str, values: Vec<f64>) -> Result<Self, Error> {
-        Self::new(name, Arc::clone(&self.time_s), values)
+        self.with_shared_values(name, values.into())
+    }
+
+    /// As [`Timed::with_values`], of values that need not be copied.
+    pub(crate) fn with_shared_values(&self, name: &str, values: Arc<[f64]>) -> Result<Self, Error> {
+        let name = || name.to_owned();
+        if values.len() != self.len() {
+            let (found, expected) = (values.len(), self.len());
+            return Err(Error::Length { name: name(), found, expected });
+        }
+        if let Some(index) = values.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NotFinite { name: name(), index });
+        }
+        Ok(Self { time_s: Arc::clone(&self.time_s), values, steps: self.steps })
+    }
+
+    /// Whether two series are sampled at the same times.
+    pub fn is_sampled_with(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.time_s, &other.time_s) || self.time_s == other.time_s
     }
 
     /// The samples from `from_s` to `to_s`, both included; `None` if there are none.
     pub fn window(&self, from_s: f64, to_s: f64) -> Option<Self> {
-        let from = self.time_s.partition_point(|&t| t < from_s);
-        let to = self.time_s.partition_point(|&t| t <= to_s);
-        if (from, to) == (0, self.len()) {
-            return Some(self.clone());
-        }
-        (from < to)
-            .then(|| Self::checked(self.time_s[from..to].into(), self.values[from..to].into()))
+        self.part(self.rows(from_s, to_s), &mut Vec::new())
     }
 
     /// As [`Timed::window`] for a held signal: the sample in force at `from_s` is kept too.
     pub fn window_held(&self, from_s: f64, to_s: f64) -> Option<Self> {
+        self.part(self.rows_held(from_s, to_s), &mut Vec::new())
+    }
+
+    fn rows(&self, from_s: f64, to_s: f64) -> Range<usize> {
+        let from = self.time_s.partition_point(|&t| t < from_s);
+        from..self.time_s.partition_point(|&t| t <= to_s)
+    }
+
+    fn rows_held(&self, from_s: f64, to_s: f64) -> Range<usize> {
         let held = self.time_s.partition_point(|&t| t <= from_s);
-        self.window(self.time_s[held.max(1) - 1].min(from_s), to_s)
+        self.rows(self.time_s[held.max(1) - 1].min(from_s), to_s)
+    }
+
+    /// Some of the samples; their times are one of `known` where that is a part of the same
+    /// time base, else become one.
+    fn part(&self, rows: Range<usize>, known: &mut Vec<PartOfBase>) -> Option<Self> {
+        if rows == (0..self.len()) {
+            return Some(self.clone());
+        }
+        if rows.is_empty() {
+            return None;
+        }
+        let values = self.values[rows.clone()].into();
+        let same = |part: &&PartOfBase| Arc::ptr_eq(&part.base, &self.time_s) && part.rows == rows;
+        if let Some(PartOfBase { time_s, steps, .. }) = known.iter().find(same) {
+            return Some(Self { time_s: Arc::clone(time_s), values, steps: *steps });
+        }
+        let part = Self::checked(self.time_s[rows.clone()].into(), values);
+        let (base, time_s) = (Arc::clone(&self.time_s), Arc::clone(&part.time_s));
+        known.push(PartOfBase { base, rows, time_s, steps: part.steps });
+        Some(part)
     }
 
     /// Moves every time by `offset_s`.
@@ -232,7 +281,16 @@ impl Timed {
 
     /// The value at `t_s` by linear interpolation; the end values beyond the ends.
     pub fn at(&self, t_s: f64) -> f64 {
-        let after = self.time_s.partition_point(|&t| t <= t_s);
+        self.before(self.time_s.partition_point(|&t| t <= t_s), t_s)
+    }
+
+    /// Reads the series at times that never decrease.
+    pub(crate) fn reader(&self) -> Reader<'_> {
+        Reader::from(self, 0)
+    }
+
+    /// The value at `t_s`, which lies between sample `after` and the one before it.
+    fn before(&self, after: usize, t_s: f64) -> f64 {
         if after == 0 {
             return self.values[0];
         }
@@ -301,23 +359,9 @@ impl Timed {
         if let Some(rows) = self.samples_on(grid) {
             return self.values[rows].to_vec();
         }
-        let mut after = self.time_s.partition_point(|&t| t <= grid.start_s);
-        let last = self.len() - 1;
-        let at = |t: f64| {
-            while after <= last && self.time_s[after] <= t {
-                after += 1;
-            }
-            if after == 0 {
-                return self.values[0];
-            }
-            if after > last {
-                return self.values[last];
-            }
-            let (t0, t1) = (self.time_s[after - 1], self.time_s[after]);
-            let (x0, x1) = (self.values[after - 1], self.values[after]);
-            x0 + (t - t0) / (t1 - t0) * (x1 - x0)
-        };
-        grid.times().map(at).collect()
+        let after = self.time_s.partition_point(|&t| t <= grid.start_s);
+        let mut reader = Reader::from(self, after);
+        grid.times().map(|t| reader.at(t)).collect()
     }
 
     /// The samples that are at the instants of a grid, one for each, if there are such.
@@ -358,30 +402,6 @@ impl Timed {
                 mean
             })
             .collect()
-    }
-}
-
-/// ∫ x dt of a held signal from the sample in force at some time, for times that never
-/// decrease.
-struct HeldIntegral<'a> {
-    series: &'a Timed,
-    held: usize,
-    to_held: f64,
-}
-
-impl<'a> HeldIntegral<'a> {
-    fn from(series: &'a Timed, t_s: f64) -> Self {
-        let held = series.time_s().partition_point(|&t| t <= t_s).max(1) - 1;
-        Self { series, held, to_held: 0.0 }
-    }
-
-    fn up_to(&mut self, t_s: f64) -> f64 {
-        let (time_s, values) = (self.series.time_s(), self.series.values());
-        while self.held + 1 < values.len() && time_s[self.held + 1] <= t_s {
-            self.to_held += values[self.held] * (time_s[self.held + 1] - time_s[self.held]);
-            self.held += 1;
-        }
-        self.to_held + values[self.held] * (t_s - time_s[self.held])
     }
 }
 
@@ -443,5 +463,42 @@ mod tests {
         let grid = Grid { start_s: -0.2, period_s: 0.17, len: 9 };
         let single: Vec<f64> = grid.times().map(|t| x.at(t)).collect();
         assert_eq!(x.interpolate(grid), single);
+    }
+
+    #[test]
+    fn a_reader_says_what_a_search_finds() {
+        let x = series(&[0.0, 0.3, 1.1, 1.2], &[1.0, 4.0, -2.0, 7.0]);
+        let (mut reader, mut held) = (x.reader(), x.reader());
+        for t in [-1.0, 0.0, 0.0, 0.1, 0.3, 1.15, 1.2, 5.0] {
+            assert_eq!(reader.at(t), x.at(t), "{t}");
+            assert_eq!(held.held_at(t), x.held_at(t), "{t}");
+        }
+    }
+
+    #[test]
+    fn windows_share_times_where_the_series_did() {
+        let time_s: Arc<[f64]> = (0..9).map(f64::from).collect();
+        let of = |x: f64| Timed::new("test", Arc::clone(&time_s), vec![x; 9]).expect("valid");
+        let mut cutter = Cutter::default();
+        let mut window = |x: &Timed| cutter.window(x, (1.5, 6.0)).expect("five samples");
+        let (a, b) = (window(&of(1.0)), window(&of(2.0)));
+        assert_eq!(a.time_s(), [2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert!(Arc::ptr_eq(&a.time_s, &b.time_s) && b.values() == [2.0; 5]);
+        // Other times are other times, and the sample in force is one more.
+        let held = cutter.window_held(&of(3.0), (1.5, 6.0)).expect("six samples");
+        assert_eq!(held.time_s()[0], 1.0);
+        assert_eq!(held, of(3.0).window_held(1.5, 6.0).expect("six samples"));
+    }
+
+    #[test]
+    fn what_is_around_a_window_interpolates_as_the_whole() {
+        let x = series(&[0.0, 1.0, 2.0, 3.0, 4.0], &[1.0, 4.0, -2.0, 7.0, 3.0]);
+        for window in [(1.2, 2.7), (1.0, 3.0), (-5.0, 0.5), (3.5, 9.0), (5.0, 9.0), (-9.0, -5.0)] {
+            let part = Cutter::default().around(&x, window);
+            let within = |part_of: f64| window.0 + part_of * (window.1 - window.0);
+            for t in [0.0, 0.3, 0.5, 1.0].map(within) {
+                assert_eq!(part.at(t), x.at(t), "{window:?}, {t}");
+            }
+        }
     }
 }

@@ -6,6 +6,7 @@ mod outliers;
 mod resample;
 mod spectrum;
 
+pub(crate) use derivative::{check_differentiable, slope_of_parabola};
 pub use derivative::{differentiate, differentiate_timed};
 pub use low_pass::LowPass;
 pub use outliers::{Hampel, Masked};

@@ -27,6 +27,12 @@ pub struct Response {
     pub velocity: Vec<f64>,
 }
 
+impl Response {
+    pub(crate) fn with_capacity(instants: usize) -> Self {
+        Self { position: Vec::with_capacity(instants), velocity: Vec::with_capacity(instants) }
+    }
+}
+
 /// Integrates `v̇ = α τ + β v|v| + μ v + bias` under a held force, by RK4.
 ///
 /// `start` is the state at `times_s[0]`; the result has one position and one velocity
@@ -56,10 +62,7 @@ pub fn simulate(
     start: State,
     times_s: &[f64],
 ) -> Result<Response, Error> {
-    let mut response = Response {
-        position: Vec::with_capacity(times_s.len()),
-        velocity: Vec::with_capacity(times_s.len()),
-    };
+    let mut response = Response::with_capacity(times_s.len());
     let Some(&first) = times_s.first() else { return Ok(response) };
     let (changes, taus) = (force.time_s(), force.values());
     let mut next = changes.partition_point(|&t| t <= first);

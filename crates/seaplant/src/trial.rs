@@ -4,6 +4,7 @@ mod agreement;
 mod axis;
 mod force;
 mod plausible;
+mod records;
 
 use std::collections::BTreeMap;
 
@@ -13,13 +14,15 @@ use serde::{Deserialize, Serialize};
 pub use axis::{AxisRecord, UniformAxis, UniformStretch, lever_axes};
 pub(crate) use axis::{ReadyAxis, ReadyStretch};
 
-use crate::navigation::{Motion, Navigated, Recording, navigate};
-use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Timed, Vehicle};
-use axis::{lever_rates, rate_hz};
+use crate::navigation::{Navigated, Recording, navigate_along};
+use crate::series::Cutter;
+use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Vehicle};
+use axis::rate_hz;
 pub(crate) use force::ThrustError;
 pub use force::ThrusterTrack;
-use force::{Saturation, total_force, tracks_along};
-use plausible::{coarse_thrust, masked, suspicious_units};
+use force::{Saturation, Thrusts};
+use plausible::{coarse_thrust, mask, suspicious_units};
+use records::Records;
 
 /// What a trial is for.
 #[derive(
@@ -80,18 +83,11 @@ pub struct TrialSetup {
 #[derive(Clone, Debug)]
 pub struct Trial {
     setup: TrialSetup,
-    thrust: BTreeMap<Dof, Thrust>,
-    navigated: Navigated,
+    records: BTreeMap<Dof, Records>,
+    mean_heading_rad: Option<f64>,
     rates_hz: BTreeMap<Quantity, f64>,
     saturated: Vec<Saturation>,
     caveats: Vec<Caveat>,
-}
-
-/// What drives one degree of freedom.
-#[derive(Clone, Debug)]
-struct Thrust {
-    force: Timed,
-    tracks: Vec<ThrusterTrack>,
 }
 
 impl Trial {
@@ -102,23 +98,41 @@ impl Trial {
     /// motion, [`Error::NoOverlap`] if they share no time, [`Error::TooShort`] if
     /// fewer than ten samples of motion are left in the trial's window.
     pub fn new(setup: TrialSetup, recording: &Recording, vehicle: &Vehicle) -> Result<Self, Error> {
-        let mut caveats = suspicious_units(recording);
-        caveats.extend(coarse_thrust(&setup.name, recording));
-        let recording = masked(recording, &mut caveats);
-        let mut navigated = navigate(&setup.name, &recording, &vehicle.sensors)?;
-        caveats.append(&mut navigated.caveats);
-        let mut saturated = Vec::new();
-        let mut thrust = BTreeMap::new();
-        for &dof in &setup.dofs {
-            let tracks = tracks_along(&setup.name, dof, &recording, vehicle, &mut saturated)?;
-            thrust.insert(dof, Thrust { force: total_force(&tracks)?, tracks });
-        }
+        Self::using_up(setup, recording.clone(), vehicle)
+    }
+
+    /// As [`Trial::new`], but readings are freed as soon as they are not needed any more:
+    /// of a long log that is most of the memory.
+    ///
+    /// # Errors
+    /// As [`Trial::new`].
+    pub fn using_up(
+        setup: TrialSetup,
+        mut recording: Recording,
+        vehicle: &Vehicle,
+    ) -> Result<Self, Error> {
+        let mut caveats = suspicious_units(&recording);
+        caveats.extend(coarse_thrust(&setup.name, &recording));
+        mask(&mut recording, &mut caveats);
         let rates_hz = recording.iter().map(|(what, x)| (what.clone(), rate_hz(x))).collect();
-        let trial = Self { setup, thrust, navigated, rates_hz, saturated, caveats };
-        for &dof in &trial.setup.dofs {
-            trial.axis(dof, VelocitySource::Measured)?;
+        let (of_thrust, recording) =
+            recording.into_iter().partition(|(quantity, _)| quantity.is_of_thrust());
+        let mut thrusts = Thrusts::new(&setup, of_thrust, vehicle);
+        let along = |&dof: &Dof| Ok((dof, thrusts.along(dof)?));
+        let thrust = setup.dofs.iter().map(along).collect::<Result<Vec<_>, Error>>()?;
+        let saturated = thrusts.into_saturated();
+
+        // Heading tells whether trials were driven both ways.
+        let wanted: Vec<Dof> = setup.dofs.iter().copied().chain([Dof::Yaw]).collect();
+        let mut navigated = navigate_along(&setup.name, recording, &vehicle.sensors, &wanted)?;
+        caveats.append(&mut navigated.caveats);
+        let mut cutter = Cutter::default();
+        let mut records = BTreeMap::new();
+        for (dof, thrust) in thrust {
+            records.insert(dof, Records::of(&setup, dof, thrust, &navigated, &mut cutter)?);
         }
-        Ok(trial)
+        let mean_heading_rad = mean_heading_rad(&navigated);
+        Ok(Self { setup, records, mean_heading_rad, rates_hz, saturated, caveats })
     }
 
     /// Adds doubts that the log's reader had.
@@ -147,9 +161,9 @@ impl Trial {
         &self.setup
     }
 
-    /// How the vehicle moved.
-    pub fn navigated(&self) -> &Navigated {
-        &self.navigated
+    /// The mean of the unwrapped heading, rad; `None` if it was not logged.
+    pub fn mean_heading_rad(&self) -> Option<f64> {
+        self.mean_heading_rad
     }
 
     /// The median rate at which a quantity was logged, Hz; `None` if it was not.
@@ -162,62 +176,12 @@ impl Trial {
     /// # Errors
     /// As [`Trial::new`].
     pub fn axis(&self, dof: Dof, source: VelocitySource) -> Result<AxisRecord, Error> {
-        let missing = |what: &str, advice: &str| Error::MissingChannel {
+        let records = self.records.get(&dof).ok_or_else(|| Error::MissingChannel {
             trial: self.setup.name.clone(),
-            what: format!("{what} for {dof}"),
-            advice: advice.to_owned(),
-        };
-        let Thrust { force, tracks } = self.thrust.get(&dof).ok_or_else(|| {
-            missing("force", "name the degree of freedom in the trial's dof = [...]")
+            what: format!("force for {dof}"),
+            advice: "name the degree of freedom in the trial's dof = [...]".to_owned(),
         })?;
-        let measured = self.navigated.measured.get(&dof).cloned().map(Motion::Velocity);
-        let by_position = self.navigated.by_position.get(&dof).cloned();
-        let motion = match source {
-            VelocitySource::Measured => measured.or(by_position),
-            VelocitySource::Position => by_position.or(measured),
-        }
-        .ok_or_else(|| missing("velocity or position", motion_advice(dof)))?;
-        let (from_s, to_s) = self.overlap(dof, force, &motion)?;
-        // Only an instrument that moves with the hull is misled by its turning.
-        let is_velocity = matches!(motion, Motion::Velocity(_));
-        let rates = self.navigated.rates.as_ref().filter(|_| is_velocity);
-        let whole = AxisRecord {
-            dof,
-            trial: self.setup.name.clone(),
-            force: force.clone(),
-            thrusters: tracks.clone(),
-            motion,
-            lever_rates: rates.and_then(|rates| lever_rates(dof, rates)),
-            turning: self.turning(dof),
-            position: self.navigated.position.get(&dof).cloned(),
-        };
-        let record = whole.window([from_s, to_s]).map(AxisRecord::from_rest);
-        let samples = record.as_ref().map_or(0, |record| record.motion.series().len());
-        record.filter(|_| samples >= LEAST_SAMPLES).ok_or_else(|| Error::TooShort {
-            name: format!("the {dof} motion of trial `{}`", self.setup.name),
-            found: samples,
-            needed: LEAST_SAMPLES,
-        })
-    }
-
-    /// `−(ω × v)` along a translation, at the times of one of the other velocities.
-    fn turning(&self, dof: Dof) -> Option<Timed> {
-        let rates = self.navigated.rates.as_ref()?;
-        let measured = |dof: Dof| self.navigated.measured.get(&dof);
-        let [u, v, w] = [Dof::Surge, Dof::Sway, Dof::Heave].map(measured);
-        let [p, q, r] = [0, 1, 2].map(|k| Some(&rates[k]));
-        let (plus, minus) = match dof {
-            Dof::Surge => ((r, v), (q, w)),
-            Dof::Sway => ((p, w), (r, u)),
-            Dof::Heave => ((q, u), (p, v)),
-            Dof::Roll | Dof::Pitch | Dof::Yaw => return None,
-        };
-        let base = plus.1.or(minus.1)?;
-        let product = |(rate, speed): (Option<&Timed>, Option<&Timed>), t: f64| {
-            rate.zip(speed).map_or(0.0, |(rate, speed)| rate.at(t) * speed.at(t))
-        };
-        let at = |&t: &f64| product(plus, t) - product(minus, t);
-        base.with_values("turning", base.time_s().iter().map(at).collect()).ok()
+        records.from(source)
     }
 
     /// The caveats that every fit of a degree of freedom of this trial inherits.
@@ -233,14 +197,14 @@ impl Trial {
         }
         let axis = self.axis(dof, VelocitySource::Measured);
         caveats.extend(axis.iter().filter_map(AxisRecord::contradiction));
-        if let Ok(uniform) = axis.and_then(|axis| axis.uniform(LEAST_SAMPLES))
-            && let Some(first) = uniform.gaps.first()
+        if let Ok(ready) = axis.and_then(|axis| axis.ready(LEAST_SAMPLES))
+            && let Some(first) = ready.gaps.first()
         {
-            let lost: f64 = uniform.gaps.iter().map(|gap| gap.to_s - gap.from_s).sum();
+            let lost: f64 = ready.gaps.iter().map(|gap| gap.to_s - gap.from_s).sum();
             let message = format!(
                 "trial `{}`: {} without samples, {lost:.1} s in all, the first from {:.1} to {:.1} s; they are left out, and simulation starts anew after each gap in thrust",
                 self.setup.name,
-                count(uniform.gaps.len(), "stretch", "stretches"),
+                count(ready.gaps.len(), "stretch", "stretches"),
                 first.from_s,
                 first.to_s
             );
@@ -248,54 +212,15 @@ impl Trial {
         }
         caveats
     }
+}
 
-    fn overlap(&self, dof: Dof, force: &Timed, motion: &Motion) -> Result<(f64, f64), Error> {
-        let motion = motion.series();
-        let wanted_from = self.setup.from_s.unwrap_or(f64::NEG_INFINITY);
-        let wanted_to = self.setup.to_s.unwrap_or(f64::INFINITY);
-        let span = |what: &str, from_s: f64, to_s: f64| {
-            format!("{what}, from {from_s:.1} to {to_s:.1} s,")
-        };
-        let refuse = |second: String| Error::NoOverlap {
-            trial: self.setup.name.clone(),
-            first: span(&format!("the {dof} motion"), motion.first_s(), motion.last_s()),
-            second,
-        };
-        // A thrust logged once holds until it is logged again, but for no more than
-        // the rest of the trial.
-        let held_to = if force.len() == 1 { f64::INFINITY } else { force.last_s() };
-        let held_to = held_to + force.period_s();
-        if motion.first_s() > held_to || motion.last_s() < force.first_s() {
-            let thrust = format!("the {dof} thrust");
-            return Err(refuse(span(&thrust, force.first_s(), force.last_s())));
-        }
-        if motion.first_s() > wanted_to || motion.last_s() < wanted_from {
-            return Err(refuse(span("the trial's window", wanted_from, wanted_to)));
-        }
-        Ok((
-            wanted_from.max(motion.first_s()).max(force.first_s()),
-            wanted_to.min(motion.last_s()).min(held_to),
-        ))
-    }
+fn mean_heading_rad(navigated: &Navigated) -> Option<f64> {
+    let heading = navigated.position.get(&Dof::Yaw)?;
+    Some(heading.values().iter().sum::<f64>() / heading.len() as f64)
 }
 
 /// Below this a trial says nothing: an order-2 filter alone needs ten samples.
 const LEAST_SAMPLES: usize = 10;
-
-fn motion_advice(dof: Dof) -> &'static str {
-    match dof {
-        Dof::Surge => {
-            "map velocity.surge, dvl.velocity.x, or position.north and .east with attitude.heading"
-        }
-        Dof::Sway => {
-            "map velocity.sway, dvl.velocity.y, or position.north and .east with attitude.heading"
-        }
-        Dof::Heave => "map depth, velocity.heave or dvl.velocity.z",
-        Dof::Roll => "map attitude.roll or rate.roll",
-        Dof::Pitch => "map attitude.pitch or rate.pitch",
-        Dof::Yaw => "map attitude.heading or rate.yaw",
-    }
-}
 
 pub(crate) fn count(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })

@@ -22,7 +22,7 @@ pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
     let mut found = campaign.identify(&command_line(arguments));
     found.results.provenance.seed = Some(spec.seed);
     found.results.truth = Some(truth(&spec));
-    finish(&found, &arguments.out, output)
+    finish(&found, &campaign.trials, &arguments.out, output)
 }
 
 fn truth(spec: &TwinSpec) -> BTreeMap<seaplant::Dof, TruePlant> {

@@ -2,12 +2,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Result, anyhow, bail};
+use seaplant::Trial;
 use seaplant::results::Identification;
 use seaplant_campaign::Campaign;
 use seaplant_report::render;
 
 use crate::args::{Identify, MethodChoice};
-use crate::output::{File, Output, write_folder};
+use crate::output::{Output, fill_folder};
 use crate::summary;
 
 pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
@@ -21,11 +22,16 @@ pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
     }
     let folder = arguments.out.clone().unwrap_or_else(|| beside(&arguments.campaign));
     let found = campaign.identify(&command_line(arguments));
-    finish(&found, &folder, output)
+    finish(&found, &campaign.trials, &folder, output)
 }
 
 /// Writes the report and says what was found; fails if nothing was.
-pub fn finish(found: &Identification, folder: &Path, output: Output) -> Result<ExitCode> {
+pub fn finish(
+    found: &Identification,
+    trials: &[Trial],
+    folder: &Path,
+    output: Output,
+) -> Result<ExitCode> {
     let results = &found.results;
     if results.plants.is_empty() && results.steady.is_empty() {
         let mut reasons: Vec<String> = results
@@ -38,11 +44,11 @@ pub fn finish(found: &Identification, folder: &Path, output: Output) -> Result<E
         }
         bail!("no plant could be identified:{}", reasons.concat());
     }
-    let files: Vec<File> = render(found)?
-        .into_iter()
-        .map(|artifact| File { path: artifact.path, bytes: artifact.bytes })
-        .collect();
-    write_folder(folder, &files)?;
+    fill_folder(folder, |aside| {
+        render(results, found.series(trials), |artifact| {
+            aside.write(&artifact.path, |out| artifact.write_to(out))
+        })
+    })?;
     output.give(results, || summary::of(results, folder))?;
     if output.quiet && !output.json {
         for f in &results.failures {

@@ -1,10 +1,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Filters, Fit, Method, all_columns, check_trials, least_rows, signed_square};
-use crate::regression::{Columns, least_squares};
+use super::{Filters, Fit, Method, Stretch, all_stretches, check_trials, least_rows};
+use crate::regression::{Regression, Row};
 use crate::signal::{LowPass, differentiate};
-use crate::{AxisRecord, Dof, Error, Terms, UniformStretch};
+use crate::{AxisRecord, Dof, Error, Terms};
 
 /// The choices of the paper's method; by default the paper's own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -46,20 +46,39 @@ pub fn fit_paper(
 ) -> Result<Fit, Error> {
     check_trials(dof, axes)?;
     let filter = options.velocity_filter;
-    let columns = |axis: &AxisRecord, stretch: UniformStretch, sample_hz: f64| {
-        let v = filter.zero_phase(&stretch.v, sample_hz)?;
-        Ok(Columns {
-            v_dot: differentiate(&v, stretch.grid.period_s)?,
-            tau: stretch.grid.times().map(|t| axis.force.held_at(t + ROUNDING_S)).collect(),
-            quadratic: signed_square(&v),
-            linear: v,
-            period_s: stretch.grid.period_s,
-        })
-    };
     let mut caveats = Vec::new();
-    let least = |rate| least_rows(filter, rate);
-    let columns = all_columns(axes, least, columns, &mut caveats)?;
-    let found = least_squares(dof, &columns, terms)?;
+    let stretches = all_stretches(axes, |rate| least_rows(filter, rate), &mut caveats)?;
+    let mut regression = Regression::of(stretches.iter().map(Stretch::duration_s).sum(), terms);
+    for stretch in &stretches {
+        add_stretch(stretch, filter, &mut regression)?;
+    }
+    let found = regression.solve(dof)?;
     let filters = Filters { velocity: Some(filter), every_term: None };
     Ok(Fit::of_regression(dof, Method::Paper, terms, found, filters, caveats))
+}
+
+/// Rows that are put together before they are reduced.
+const TILE_ROWS: usize = 4096;
+
+fn add_stretch(
+    stretch: &Stretch<'_>,
+    filter: LowPass,
+    regression: &mut Regression,
+) -> Result<(), Error> {
+    let grid = stretch.ready.grid;
+    let mut v = stretch.ready.velocity(grid)?;
+    filter.zero_phase_in_place(&mut v, stretch.sample_hz)?;
+    let v_dot = differentiate(&v, grid.period_s)?;
+    let mut force = stretch.axis.force.reader();
+    let mut rows: Vec<Row> = Vec::with_capacity(TILE_ROWS);
+    regression.start_stretch(grid.period_s);
+    for ((t, v), v_dot) in grid.times().zip(v).zip(v_dot) {
+        rows.push([force.held_at(t + ROUNDING_S), v * v.abs(), v, v_dot]);
+        if rows.len() == TILE_ROWS {
+            regression.add(&rows);
+            rows.clear();
+        }
+    }
+    regression.add(&rows);
+    Ok(())
 }

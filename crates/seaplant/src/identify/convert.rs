@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::IdentifyOptions;
-use crate::diagnose::dominant_force_hz;
+use crate::diagnose::force_spectrum;
 use crate::estimate::steady::SteadyFit;
 use crate::estimate::{
     EquationErrorOptions, Fit, Intervals, Loss, Method, Nuisances, PhysicalEstimates, SteadyTest,
@@ -12,10 +12,9 @@ use crate::excursion::Excursion;
 use crate::quantity::{Attitude, Axis, World};
 use crate::results::{
     AxisResult, PairResult, Parameter, Parameters, PlantResult, Provenance, RegressionResult,
-    Results, SCHEMA, Score, SegmentResult, SensorResult, SteadyFigure, SteadyResult,
-    SteadyTestResult, ThrustPart, ThrusterResult, TrialResult,
+    Results, SCHEMA, Score, SegmentResult, SensorResult, SteadyResult, SteadyTestResult,
+    ThrustPart, ThrusterResult, TrialResult,
 };
-use crate::signal::amplitude_spectrum;
 use crate::{
     Caveat, Dof, Error, LumpedParameters, Model, Motion, Quantity, Sensor, Term, Terms,
     ThrustCurve, ThrustUncertainty, Thruster, Trial, Vehicle, VelocitySource, lever_axes,
@@ -175,24 +174,6 @@ pub(super) fn steady_result(fit: &SteadyFit) -> SteadyResult {
             .collect(),
         caveats: fit.caveats.clone(),
     }
-}
-
-pub(super) fn steady_figure(dof: Dof, trial: &Trial) -> Result<SteadyFigure, Error> {
-    let axis = trial.axis(dof, VelocitySource::Measured)?;
-    let velocity = axis.velocity()?;
-    let (position_time_s, position) = axis
-        .position
-        .as_ref()
-        .map_or_else(Default::default, |p| (p.time_s().to_vec(), p.values().to_vec()));
-    Ok(SteadyFigure {
-        dof,
-        trial: trial.name().to_owned(),
-        force: velocity.time_s().iter().map(|&t| axis.force.held_at(t)).collect(),
-        time_s: velocity.time_s().to_vec(),
-        velocity: velocity.values().to_vec(),
-        position_time_s,
-        position,
-    })
 }
 
 pub(super) fn empty_results(
@@ -371,35 +352,29 @@ fn trial_result(trial: &Trial, vehicle: &Vehicle) -> TrialResult {
 
 fn axis_result(dof: Dof, trial: &Trial, vehicle: &Vehicle) -> Result<AxisResult, Error> {
     let axis = trial.axis(dof, VelocitySource::Measured)?;
-    let uniform = axis.uniform(0)?;
+    let ready = axis.ready(0)?;
+    let force = force_spectrum(&ready);
     let velocity = axis.velocity()?;
-    let dominant_hz = dominant_force_hz(&axis)?;
-    let amplitude = uniform
-        .stretches
-        .iter()
-        .max_by_key(|stretch| stretch.tau.len())
-        .map(|stretch| amplitude_spectrum(&stretch.tau, uniform.sample_hz))
-        .map_or(0.0, |spectrum| spectrum.amplitude.iter().skip(1).copied().fold(0.0, f64::max));
     let excursion = Excursion::of(&axis, trial.role(), vehicle)?;
     let max = |x: &[f64]| x.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
     let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
     Ok(AxisResult {
         from_s: velocity.first_s(),
         to_s: velocity.last_s(),
-        sample_hz: uniform.sample_hz,
-        source_hz: uniform.source_hz,
+        sample_hz: ready.sample_hz,
+        source_hz: ready.source_hz,
         motion: match axis.motion {
             Motion::Velocity(_) => "velocity".to_owned(),
             Motion::Position(_) => "position".to_owned(),
         },
-        dominant_hz,
-        dominant_amplitude: amplitude,
+        dominant_hz: force.dominant_hz(),
+        dominant_amplitude: force.amplitude.iter().skip(1).copied().fold(0.0, f64::max),
         force_max: max(axis.force.values()),
         force_rms: rms(axis.force.values()),
         stroke: excursion.map(|excursion| excursion.stroke),
         keulegan_carpenter: excursion.and_then(|excursion| excursion.keulegan_carpenter),
         speed_max: max(velocity.values()),
         speed_rms: rms(velocity.values()),
-        gap_s: uniform.gaps.iter().map(|gap| gap.to_s - gap.from_s).sum(),
+        gap_s: ready.gaps.iter().map(|gap| gap.to_s - gap.from_s).sum(),
     })
 }

@@ -32,28 +32,46 @@ pub fn differentiate(x: &[f64], period_s: f64) -> Result<Vec<f64>, Error> {
 /// # Errors
 /// [`Error::TooShort`] with fewer than two samples.
 pub fn differentiate_timed(x: &Timed) -> Result<Timed, Error> {
-    let (t, x_values) = (x.time_s(), x.values());
-    let last = last_of(x_values)?;
-    let slope = |k: usize| (x_values[k + 1] - x_values[k]) / (t[k + 1] - t[k]);
-    let v = (0..=last)
-        .map(|k| match k {
-            0 => slope(0),
-            k if k == last => slope(k - 1),
-            k => {
-                let (before, after) = (t[k] - t[k - 1], t[k + 1] - t[k]);
-                (after * slope(k - 1) + before * slope(k)) / (before + after)
-            }
-        })
-        .collect();
-    x.with_values("the derivative", v)
+    let (t, values) = (x.time_s(), x.values());
+    let last = last_of(values)?;
+    let point = |k: usize| [t[k], values[k]];
+    let slope = |k: usize| {
+        let (before, after) = (k.checked_sub(1).map(point), (k < last).then(|| point(k + 1)));
+        slope_of_parabola(before, point(k), after)
+    };
+    x.with_values("the derivative", (0..=last).map(slope).collect())
+}
+
+/// The slope at a point `[t, x]` of the parabola through it and its neighbours, of which
+/// one may lack; zero if both do.
+pub(crate) fn slope_of_parabola(
+    before: Option<[f64; 2]>,
+    now: [f64; 2],
+    after: Option<[f64; 2]>,
+) -> f64 {
+    let slope = |from: [f64; 2], to: [f64; 2]| (to[1] - from[1]) / (to[0] - from[0]);
+    match (before, after) {
+        (Some(before), Some(after)) => {
+            let (early, late) = (now[0] - before[0], after[0] - now[0]);
+            (late * slope(before, now) + early * slope(now, after)) / (early + late)
+        }
+        (None, Some(after)) => slope(now, after),
+        (Some(before), None) => slope(before, now),
+        (None, None) => 0.0,
+    }
 }
 
 fn last_of(x: &[f64]) -> Result<usize, Error> {
-    if x.len() < 2 {
-        let name = "a series to differentiate".to_owned();
-        return Err(Error::TooShort { name, found: x.len(), needed: 2 });
-    }
+    check_differentiable(x.len())?;
     Ok(x.len() - 1)
+}
+
+pub(crate) fn check_differentiable(found: usize) -> Result<(), Error> {
+    if found < 2 {
+        let name = "a series to differentiate".to_owned();
+        return Err(Error::TooShort { name, found, needed: 2 });
+    }
+    Ok(())
 }
 
 #[cfg(test)]

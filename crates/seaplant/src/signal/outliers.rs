@@ -45,28 +45,67 @@ impl Hampel {
     /// Splits a series into what is plausible and what is not.
     pub fn mask(&self, series: &Timed) -> Masked {
         let (t, x) = (series.time_s(), series.values());
-        let (kept, removed): (Vec<usize>, Vec<usize>) =
-            (0..x.len()).partition(|&k| !self.is_outlier(x, k));
-        if removed.is_empty() || kept.is_empty() {
+        let mut around = Vec::new();
+        let removed: Vec<usize> =
+            (0..x.len()).filter(|&k| self.is_outlier(x, k, &mut around)).collect();
+        if removed.is_empty() || removed.len() == x.len() {
             return Masked { series: series.clone(), removed_s: Vec::new() };
         }
-        let pick = |from: &[f64]| kept.iter().map(|&k| from[k]).collect::<Vec<_>>();
-        let left = Timed::new("the plausible samples", pick(t), pick(x))
+        let left = Timed::new("the plausible samples", without(t, &removed), without(x, &removed))
             .unwrap_or_else(|_| series.clone());
         Masked { series: left, removed_s: removed.iter().map(|&k| t[k]).collect() }
     }
 
-    fn is_outlier(&self, x: &[f64], k: usize) -> bool {
+    /// Whether sample `k` is an outlier; `around` is room for its neighbours.
+    fn is_outlier(&self, x: &[f64], k: usize, around: &mut Vec<f64>) -> bool {
         let from = k.saturating_sub(self.half_width);
         let to = (k + self.half_width + 1).min(x.len());
-        let mut around = x[from..to].to_vec();
-        let Some(centre) = median(&mut around) else { return false };
+        let least_off = self.threshold * self.floor;
+        let (low, high) = x[from..to]
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
+        // The median lies between them.
+        if high - low <= least_off {
+            return false;
+        }
+        around.clear();
+        around.extend_from_slice(&x[from..to]);
+        let Some(centre) = median(around) else { return false };
         let off = (x[k] - centre).abs();
-        if off <= self.threshold * self.floor {
+        if off <= least_off {
             return false;
         }
         around.iter_mut().for_each(|x| *x = (*x - centre).abs());
-        let spread = median(&mut around).unwrap_or(0.0) * MAD_TO_STD;
+        let spread = median(around).unwrap_or(0.0) * MAD_TO_STD;
         off > self.threshold * spread.max(self.floor)
+    }
+}
+
+/// What is left without the samples of some numbers, in order.
+fn without(x: &[f64], removed: &[usize]) -> Vec<f64> {
+    let mut removed = removed.iter().copied().peekable();
+    let kept = x.iter().enumerate().filter(|(k, _)| removed.next_if_eq(k).is_none());
+    kept.map(|(_, x)| *x).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outliers_are_removed_wherever_they_stand() {
+        const FILTER: Hampel = Hampel { half_width: 5, threshold: 8.0, floor: 0.01 };
+        let t: Vec<f64> = (0..60).map(f64::from).collect();
+        let plain: Vec<f64> = t.iter().map(|t| 0.3 * (0.2 * t).sin()).collect();
+        let mut spiked = plain.clone();
+        for k in [0, 20, 21, 59] {
+            spiked[k] += 5.0;
+        }
+        let masked = FILTER.mask(&Timed::new("v", t.clone(), spiked).expect("valid"));
+        assert_eq!(masked.removed_s, [0.0, 20.0, 21.0, 59.0]);
+        let kept = (1..59).filter(|k| ![20, 21].contains(k));
+        assert!(masked.series.values().iter().eq(kept.map(|k| &plain[k])));
+        let masked = FILTER.mask(&Timed::new("v", t, plain).expect("valid"));
+        assert_eq!((masked.series.len(), masked.removed_s.len()), (60, 0));
     }
 }

@@ -27,7 +27,8 @@ impl Spectrum {
 /// The amplitude spectrum of a uniform series, its mean removed, under a Hann window.
 ///
 /// A sinusoid `A sin ωt` shows as a peak of height A, two bins wide. The series is
-/// padded with zeros to twice its length, so that a peak between bins loses little.
+/// padded with zeros to twice its length, so that a peak between bins loses little; a long
+/// one to a little more, where a transform of just twice would take several times the memory.
 ///
 /// ```
 /// let x: Vec<f64> = (0..600).map(|k| 3.0 * (0.785 * 0.1 * k as f64).sin()).collect();
@@ -40,7 +41,8 @@ pub fn amplitude_spectrum(x: &[f64], sample_hz: f64) -> Spectrum {
         return Spectrum::default();
     }
     let mean = x.iter().sum::<f64>() / n as f64;
-    let fft = RealFftPlanner::new().plan_fft_forward(2 * n);
+    let padded = padded_length(n);
+    let fft = RealFftPlanner::new().plan_fft_forward(padded);
     let mut windowed = fft.make_input_vec();
     let mut weight_sum = 0.0;
     for (k, (w, x)) in windowed.iter_mut().zip(x).enumerate() {
@@ -53,10 +55,34 @@ pub fn amplitude_spectrum(x: &[f64], sample_hz: f64) -> Spectrum {
         // Only wrong lengths can fail, and both come from the plan itself.
         return Spectrum::default();
     }
+    drop((windowed, fft));
+    let hz = |k: usize| k as f64 * sample_hz / padded as f64;
     Spectrum {
-        frequency_hz: (0..=n).map(|k| k as f64 * sample_hz / (2 * n) as f64).collect(),
+        frequency_hz: (0..transform.len()).map(hz).collect(),
         amplitude: transform.iter().map(|c| 2.0 * c.norm() / weight_sum).collect(),
     }
+}
+
+/// Samples from which on the transform's memory matters: two hours at 10 Hz.
+const LONG: usize = 72_000;
+
+/// Twice the length; of a long series the next even number that has no factor above 5: other
+/// factors are transformed by way of convolutions, which need several times the room.
+fn padded_length(n: usize) -> usize {
+    let is_smooth = |k: &usize| {
+        let mut rest = *k;
+        for factor in [2, 3, 5] {
+            while rest.is_multiple_of(factor) {
+                rest /= factor;
+            }
+        }
+        rest == 1
+    };
+    if n < LONG {
+        return 2 * n;
+    }
+    // Doubling keeps it even; the powers of two end the search.
+    2 * (n..=n.next_power_of_two()).find(is_smooth).unwrap_or(n)
 }
 
 #[cfg(test)]
@@ -69,6 +95,20 @@ mod tests {
         let spectrum = amplitude_spectrum(&x, 10.0);
         let peak = spectrum.amplitude.iter().copied().fold(0.0, f64::max);
         assert!((peak / 1800.0 - 1.0).abs() < 0.01, "{peak}");
+    }
+
+    #[test]
+    fn a_long_series_is_padded_to_a_length_of_small_factors() {
+        assert_eq!(padded_length(4801), 9602);
+        assert_eq!(padded_length(864_001), 2 * 874_800);
+        let tone = |n: usize| (0..n).map(|k| 3.0 * (0.0785 * k as f64).sin()).collect::<Vec<_>>();
+        for n in [72_000, 72_001, 75_013] {
+            let spectrum = amplitude_spectrum(&tone(n), 10.0);
+            let off_hz = spectrum.dominant_hz().expect("a peak") - 0.785 / (2.0 * PI);
+            // Half a bin, of twice the length.
+            assert!(off_hz.abs() < 2.5 / n as f64, "{n}: {off_hz}");
+            assert!((spectrum.frequency_hz.last().expect("bins") - 5.0).abs() < 1e-9);
+        }
     }
 
     #[test]

@@ -28,7 +28,7 @@ pub struct AxisRecord {
 }
 
 /// Thrust before a record starts is kept for so long, s: with a delay it acts later.
-const HISTORY_S: f64 = 5.0;
+pub(super) const HISTORY_S: f64 = 5.0;
 
 /// A vehicle starts from rest if its first speed is below this part of its greatest …
 const REST_PART: f64 = 0.1;
@@ -47,6 +47,11 @@ pub const fn lever_axes(dof: Dof) -> Option<[char; 2]> {
         Dof::Heave => Some(['x', 'y']),
         Dof::Roll | Dof::Pitch | Dof::Yaw => None,
     }
+}
+
+/// Only an instrument that moves with the hull is misled by its turning.
+pub(super) const fn is_moved_by_turning(motion: &Motion) -> bool {
+    matches!(motion, Motion::Velocity(_))
 }
 
 /// The angular velocities that a lever arm along those axes is multiplied with.
@@ -116,12 +121,32 @@ impl ReadyStretch {
     /// # Errors
     /// [`Error::TooShort`] for one instant, if velocity is derived from position.
     pub fn on(&self, grid: Grid) -> Result<UniformStretch, Error> {
+        let v = self.velocity(grid)?;
+        Ok(UniformStretch { grid, tau: self.force(grid), v })
+    }
+
+    /// Force around each instant of a part of the grid.
+    pub fn force(&self, grid: Grid) -> Vec<f64> {
+        self.force.held_means(grid)
+    }
+
+    /// Velocity at each instant of a part of the grid.
+    ///
+    /// # Errors
+    /// As [`ReadyStretch::on`].
+    pub fn velocity(&self, grid: Grid) -> Result<Vec<f64>, Error> {
         let values = self.motion.series().interpolate(grid);
-        let v = match self.motion {
-            Motion::Velocity(_) => values,
-            Motion::Position(_) => differentiate(&values, grid.period_s)?,
-        };
-        Ok(UniformStretch { grid, tau: self.force.held_means(grid), v })
+        match self.motion {
+            Motion::Velocity(_) => Ok(values),
+            Motion::Position(_) => differentiate(&values, grid.period_s),
+        }
+    }
+}
+
+impl ReadyAxis {
+    /// The stretch with most instants.
+    pub fn longest(&self) -> Option<&ReadyStretch> {
+        self.stretches.iter().max_by_key(|stretch| stretch.grid.len)
     }
 }
 

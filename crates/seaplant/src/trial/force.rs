@@ -1,6 +1,10 @@
 //! From thruster readings to the force along a degree of freedom.
 
+use std::collections::BTreeMap;
+
+use super::TrialSetup;
 use crate::navigation::Recording;
+use crate::series::{Cutter, Reader};
 use crate::{
     AxisRecord, Dof, Error, Quantity, ThrustCurve, ThrustUncertainty, Thruster, ThrusterInput,
     Timed, Vehicle,
@@ -81,8 +85,12 @@ impl ThrusterTrack {
         Self { lever, speed, forward: 1.0, reverse: 1.0, uncertainty }
     }
 
+    pub(super) fn cut(&self, cutter: &mut Cutter, window_s: (f64, f64)) -> Option<Self> {
+        Some(Self { speed: cutter.window_held(&self.speed, window_s)?, ..*self })
+    }
+
     pub(super) fn window(&self, from_s: f64, to_s: f64) -> Option<Self> {
-        Some(Self { speed: self.speed.window_held(from_s, to_s)?, ..self.clone() })
+        Some(Self { speed: self.speed.window_held(from_s, to_s)?, ..*self })
     }
 
     /// The thrust at a propeller speed, N.
@@ -92,37 +100,87 @@ impl ThrusterTrack {
     }
 }
 
-/// The thrusters that act along `dof`; or the wrench where the log has it.
-pub(super) fn tracks_along(
-    trial: &str,
-    dof: Dof,
-    recording: &Recording,
-    vehicle: &Vehicle,
-    saturated: &mut Vec<Saturation>,
-) -> Result<Vec<ThrusterTrack>, Error> {
-    if let Some(wrench) = recording.get(&Quantity::Wrench(dof)) {
-        return Ok(vec![ThrusterTrack::of_force(1.0, wrench)]);
-    }
-    let mut tracks = Vec::new();
-    for thruster in vehicle.thrusters.iter().filter(|thruster| Vehicle::acts_on(thruster, dof)) {
-        let lever = thruster.unit_wrench()[dof.index()];
-        let uncertainty = thruster.uncertainty;
-        let known = track(trial, lever, thruster, recording, saturated)?;
-        tracks.push(ThrusterTrack { uncertainty, ..known });
-    }
-    if tracks.is_empty() {
-        return Err(Error::MissingChannel {
-            trial: trial.to_owned(),
-            what: format!("thruster that acts in {dof}"),
-            advice: format!("give one in vehicle.toml, or map wrench.{dof}"),
+/// What drives one degree of freedom.
+pub(super) struct Thrust {
+    /// Held, N or N m.
+    pub(super) force: Timed,
+    /// The thrusters that make it, or one that stands for a logged wrench.
+    pub(super) tracks: Vec<ThrusterTrack>,
+}
+
+/// The thrust of one trial, degree of freedom by degree of freedom.
+pub(super) struct Thrusts<'a> {
+    trial: &'a str,
+    recording: Recording,
+    vehicle: &'a Vehicle,
+    /// Thrusters that were read already, by name, each with a lever of 1.
+    known: BTreeMap<&'a str, ThrusterTrack>,
+    saturated: Vec<Saturation>,
+}
+
+impl<'a> Thrusts<'a> {
+    /// Of a recording, what does not act in the trial's degrees of freedom is freed.
+    pub(super) fn new(
+        setup: &'a TrialSetup,
+        mut recording: Recording,
+        vehicle: &'a Vehicle,
+    ) -> Self {
+        let acts = |name: &str| {
+            let mut named = vehicle.thrusters.iter().filter(|thruster| thruster.name == name);
+            named.any(|thruster| setup.dofs.iter().any(|dof| Vehicle::acts_on(thruster, *dof)))
+        };
+        recording.retain(|quantity, _| match quantity {
+            Quantity::Thruster { name, .. } => acts(name),
+            _ => true,
         });
+        let (known, saturated) = (BTreeMap::new(), Vec::new());
+        Self { trial: &setup.name, recording, vehicle, known, saturated }
     }
-    Ok(tracks)
+
+    /// Which thrusters were driven beyond their curves.
+    pub(super) fn into_saturated(self) -> Vec<Saturation> {
+        self.saturated
+    }
+
+    /// Force along `dof`.
+    pub(super) fn along(&mut self, dof: Dof) -> Result<Thrust, Error> {
+        let tracks = self.tracks(dof)?;
+        Ok(Thrust { force: total_force(&tracks)?, tracks })
+    }
+
+    /// The thrusters that act along `dof`; or the wrench where the log has it.
+    fn tracks(&mut self, dof: Dof) -> Result<Vec<ThrusterTrack>, Error> {
+        if let Some(wrench) = self.recording.get(&Quantity::Wrench(dof)) {
+            return Ok(vec![ThrusterTrack::of_force(1.0, wrench)]);
+        }
+        let mut tracks = Vec::new();
+        let acting = self.vehicle.thrusters.iter().filter(|t| Vehicle::acts_on(t, dof));
+        for thruster in acting {
+            let track = match self.known.get(thruster.name.as_str()) {
+                Some(track) => track.clone(),
+                None => {
+                    let saturated = &mut self.saturated;
+                    let track = track(self.trial, thruster, &self.recording, saturated)?;
+                    self.known.insert(&thruster.name, track.clone());
+                    track
+                }
+            };
+            let lever = thruster.unit_wrench()[dof.index()];
+            tracks.push(ThrusterTrack { lever, uncertainty: thruster.uncertainty, ..track });
+        }
+        if tracks.is_empty() {
+            return Err(Error::MissingChannel {
+                trial: self.trial.to_owned(),
+                what: format!("thruster that acts in {dof}"),
+                advice: format!("give one in vehicle.toml, or map wrench.{dof}"),
+            });
+        }
+        Ok(tracks)
+    }
 }
 
 fn track(
     trial: &str,
-    lever: f64,
     thruster: &Thruster,
     recording: &Recording,
     saturated: &mut Vec<Saturation>,
@@ -131,15 +189,16 @@ fn track(
     match (&thruster.curve, recording.get(&speed)) {
         (ThrustCurve::Quadratic { input: ThrusterInput::Speed, law }, Some(speed)) => {
             Ok(ThrusterTrack {
+                lever: 1.0,
                 speed: speed.map(|speed| law.effective(speed)),
                 forward: law.forward,
                 reverse: law.reverse,
-                ..ThrusterTrack::of_force(lever, speed)
+                uncertainty: ThrustUncertainty::default(),
             })
         }
         _ => {
             let force = thruster_force(trial, thruster, recording, saturated)?;
-            Ok(ThrusterTrack::of_force(lever, &force))
+            Ok(ThrusterTrack::of_force(1.0, &force))
         }
     }
 }
@@ -188,22 +247,21 @@ fn thruster_force(
 }
 
 /// `τ = Σ lever · F`, held, at every time at which a thruster changes.
-pub(super) fn total_force(tracks: &[ThrusterTrack]) -> Result<Timed, Error> {
-    let first = tracks[0].speed.time_s();
-    let together = tracks.iter().all(|track| track.speed.time_s() == first);
-    let (times, values): (Vec<f64>, Vec<f64>);
-    if together {
+fn total_force(tracks: &[ThrusterTrack]) -> Result<Timed, Error> {
+    let first = &tracks[0].speed;
+    if tracks.iter().all(|track| track.speed.is_sampled_with(first)) {
         let at = |k: usize| {
             tracks.iter().map(|track| track.lever * track.thrust(track.speed.values()[k])).sum()
         };
-        (times, values) = (first.to_vec(), (0..first.len()).map(at).collect());
-    } else {
-        times = all_times(tracks);
-        let at = |&t: &f64| {
-            tracks.iter().map(|track| track.lever * track.thrust(track.speed.held_at(t))).sum()
-        };
-        values = times.iter().map(at).collect();
+        return first.with_shared_values("force", (0..first.len()).map(at).collect());
     }
+    let times = all_times(tracks);
+    let mut speeds: Vec<Reader<'_>> = tracks.iter().map(|track| track.speed.reader()).collect();
+    let mut at = |&t: &f64| {
+        let speeds = speeds.iter_mut().map(|speed| speed.held_at(t));
+        tracks.iter().zip(speeds).map(|(track, n)| track.lever * track.thrust(n)).sum()
+    };
+    let values: Vec<f64> = times.iter().map(&mut at).collect();
     Timed::new("force", times, values)
 }
 

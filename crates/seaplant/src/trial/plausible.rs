@@ -12,9 +12,8 @@ const VELOCITY_OUTLIERS: Hampel = Hampel { half_width: 5, threshold: 8.0, floor:
 const VELOCITY_NOISE_FLOOR: f64 = 0.02;
 
 /// Removes implausible samples of measured velocity, and says so.
-pub(super) fn masked(recording: &Recording, caveats: &mut Vec<Caveat>) -> Recording {
-    let mut clean = recording.clone();
-    for (quantity, series) in &mut clean {
+pub(super) fn mask(recording: &mut Recording, caveats: &mut Vec<Caveat>) {
+    for (quantity, series) in recording {
         if !matches!(quantity, Quantity::DvlVelocity(_) | Quantity::Velocity(_)) {
             continue;
         }
@@ -28,7 +27,6 @@ pub(super) fn masked(recording: &Recording, caveats: &mut Vec<Caveat>) -> Record
             *series = masked.series;
         }
     }
-    clean
 }
 
 /// Values that no vehicle has in the unit that was stated.
@@ -44,14 +42,12 @@ const RESTLESS_PART: f64 = 0.5;
 
 /// Thrust that was logged slowly and changed in between.
 pub(super) fn coarse_thrust(trial: &str, recording: &Recording) -> Option<Caveat> {
-    let is_thrust =
-        |quantity: &Quantity| matches!(quantity, Quantity::Thruster { .. } | Quantity::Wrench(_));
     let is_restless = |series: &Timed| {
         let changes = series.values().windows(2).filter(|pair| pair[0] != pair[1]).count();
         changes as f64 > RESTLESS_PART * (series.len() - 1) as f64
     };
     let (quantity, series) = recording.iter().find(|(quantity, series)| {
-        is_thrust(quantity) && series.period_s() > COARSE_S && is_restless(series)
+        quantity.is_of_thrust() && series.period_s() > COARSE_S && is_restless(series)
     })?;
     let message = format!(
         "trial `{trial}`: {quantity} is logged every {:.2} s and mostly differs from one sample to the next; each is held until the next, which is right for commands and wrong for a signal that moved smoothly, and that alone can double or halve mass and drag: give its channel between = \"linear\" if it did, and log it faster next time",

@@ -1,7 +1,7 @@
 //! The plant's own response as a filter, and what it makes of a record.
 
 use super::instrumental::Rows;
-use crate::estimate::{Stretch, signed_square};
+use crate::estimate::Stretch;
 use crate::signal::LowPass;
 use crate::simulate::{advance, has_run_away};
 use crate::{Dof, Error, Grid, LumpedParameters, State};
@@ -134,6 +134,11 @@ impl Record {
         let instruments = [tau, straight(&signed_square(simulated)), straight(simulated), one];
         Rows::of(period_s, f_v_dot, terms, instruments, prefilter.decay(period_s, len))
     }
+}
+
+/// v|v| of each velocity.
+fn signed_square(v: &[f64]) -> Vec<f64> {
+    v.iter().map(|v| v * v.abs()).collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,69 @@
+//! The series behind figures, made when they are drawn: of long logs, too many to keep.
+
+use super::TrialsOf;
+use crate::diagnose::force_spectrum;
+use crate::results::{
+    ComparisonFigure, FittedModel, Identification, Series, SpectrumFigure, SteadyFigure,
+};
+use crate::signal::{Spectrum, amplitude_spectrum};
+use crate::{Dof, Error, Trial, VelocitySource, evaluate};
+
+impl Identification {
+    /// The series behind every figure, one after the other; `trials` are those that were
+    /// identified.
+    ///
+    /// First simulated beside measured motion, by method and trial, where the simulation
+    /// does not run away; then spectra of the fitted trials, then the motion of the steady
+    /// ones.
+    pub fn series<'a>(&'a self, trials: &'a [Trial]) -> impl Iterator<Item = Series> + 'a {
+        let comparisons = self.models.iter().flat_map(|fitted| comparisons(fitted, trials));
+        let of = |dof| TrialsOf::new(dof, trials);
+        let fitted = Dof::ALL.into_iter().flat_map(move |dof| {
+            of(dof).fit.into_iter().filter_map(move |trial| spectrum_figure(dof, trial).ok())
+        });
+        let steady = Dof::ALL.into_iter().flat_map(move |dof| {
+            of(dof).steady.into_iter().filter_map(move |trial| steady_figure(dof, trial).ok())
+        });
+        comparisons.chain(fitted).chain(steady)
+    }
+}
+
+fn comparisons<'a>(
+    FittedModel { dof, method, model }: &'a FittedModel,
+    trials: &'a [Trial],
+) -> impl Iterator<Item = Series> + 'a {
+    let TrialsOf { fit, hold_out, .. } = TrialsOf::new(*dof, trials);
+    fit.into_iter().chain(hold_out).filter_map(|trial| {
+        let comparison = evaluate(*dof, model, trial).ok()?;
+        let (method, role) = (*method, trial.role());
+        Some(Series::Comparison(ComparisonFigure { method, role, comparison }))
+    })
+}
+
+fn spectrum_figure(dof: Dof, trial: &Trial) -> Result<Series, Error> {
+    let ready = trial.axis(dof, VelocitySource::Measured)?.ready(0)?;
+    let velocity = match ready.longest() {
+        Some(longest) => amplitude_spectrum(&longest.velocity(longest.grid)?, ready.sample_hz),
+        None => Spectrum::default(),
+    };
+    let (trial, force) = (trial.name().to_owned(), force_spectrum(&ready));
+    Ok(Series::Spectrum(SpectrumFigure { dof, trial, force, velocity }))
+}
+
+fn steady_figure(dof: Dof, trial: &Trial) -> Result<Series, Error> {
+    let axis = trial.axis(dof, VelocitySource::Measured)?;
+    let velocity = axis.velocity()?;
+    let (position_time_s, position) = axis
+        .position
+        .as_ref()
+        .map_or_else(Default::default, |p| (p.time_s().to_vec(), p.values().to_vec()));
+    Ok(Series::Steady(SteadyFigure {
+        dof,
+        trial: trial.name().to_owned(),
+        force: velocity.time_s().iter().map(|&t| axis.force.held_at(t)).collect(),
+        time_s: velocity.time_s().to_vec(),
+        velocity: velocity.values().to_vec(),
+        position_time_s,
+        position,
+    }))
+}

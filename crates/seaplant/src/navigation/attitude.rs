@@ -1,0 +1,154 @@
+//! Attitude, and the angular velocity that follows from it.
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::Recording;
+use crate::quantity::Attitude;
+use crate::series::Reader;
+use crate::signal::{LowPass, differentiate, resample};
+use crate::{Error, Grid, Quantity, Sensors, Timed};
+
+/// Angular rates for the lever arm are read off the attitude below this frequency:
+/// above it they are mostly the attitude sensor's noise.
+const RATE_FILTER: LowPass = LowPass { cutoff_hz: 1.0, order: 2 };
+
+/// Attitude as it varies with time; an angle that was not logged is zero.
+pub(super) struct AttitudeRecord {
+    roll: Option<Timed>,
+    pitch: Option<Timed>,
+    pub(super) heading: Option<Timed>,
+    sensor_to_body: Rotation3<f64>,
+}
+
+impl AttitudeRecord {
+    /// Takes the attitude out of a recording.
+    pub(super) fn take(recording: &mut Recording, sensors: &Sensors) -> Self {
+        let mut angle =
+            |which| recording.remove(&Quantity::Attitude(which)).map(|angle| unwrap(&angle));
+        Self {
+            roll: angle(Attitude::Roll),
+            pitch: angle(Attitude::Pitch),
+            heading: angle(Attitude::Heading),
+            sensor_to_body: sensors.attitude.to_body(),
+        }
+    }
+
+    /// Roll, pitch and heading.
+    pub(super) fn parts(&self) -> [&Option<Timed>; 3] {
+        [&self.roll, &self.pitch, &self.heading]
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.parts().iter().all(|part| part.is_none())
+    }
+
+    /// Reads the attitude at times that never decrease.
+    pub(super) fn reader(&self) -> AttitudeReader<'_> {
+        AttitudeReader {
+            angles: self.parts().map(|angle| angle.as_ref().map(Timed::reader)),
+            body_to_sensor: self.sensor_to_body.inverse(),
+        }
+    }
+
+    /// Angular velocity of the body in body axes, rad/s, on the times of the
+    /// attitude channel with most samples; `None` without attitude.
+    pub(super) fn body_rates(&self) -> Result<Option<[Timed; 3]>, Error> {
+        let longest = self.parts().into_iter().flatten().max_by_key(|angle| angle.len());
+        let Some(longest) = longest.filter(|angle| angle.len() > 2) else { return Ok(None) };
+        let grid = Grid::spanning(longest.first_s(), longest.last_s(), longest.period_s());
+        let (_, mut heading_rate) = angle_and_slope(self.heading.as_ref(), grid)?;
+        let (pitch, mut pitch_rate) = angle_and_slope(self.pitch.as_ref(), grid)?;
+        let (roll, mut roll_rate) = angle_and_slope(self.roll.as_ref(), grid)?;
+        // The slopes of the angles give way to the body's rates, one by one.
+        let slopes = roll_rate.iter_mut().zip(&mut pitch_rate).zip(&mut heading_rate);
+        for (((p, q), r), (roll, pitch)) in slopes.zip(roll.iter().zip(&pitch)) {
+            let (roll_slope, pitch_slope, heading_slope) = (*p, *q, *r);
+            let sensor = Vector3::new(
+                roll_slope - heading_slope * pitch.sin(),
+                pitch_slope * roll.cos() + heading_slope * pitch.cos() * roll.sin(),
+                -pitch_slope * roll.sin() + heading_slope * pitch.cos() * roll.cos(),
+            );
+            let body = self.sensor_to_body * sensor;
+            (*p, *q, *r) = (body.x, body.y, body.z);
+        }
+        drop((roll, pitch));
+        let p = Timed::on_grid("angular rate", grid, roll_rate)?;
+        let q = p.with_values("angular rate", pitch_rate)?;
+        let r = p.with_values("angular rate", heading_rate)?;
+        Ok(Some([p, q, r]))
+    }
+}
+
+/// A smoothed angle on a grid, and the part of its slope that is motion.
+fn angle_and_slope(angle: Option<&Timed>, grid: Grid) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let Some(angle) = angle else { return Ok((vec![0.0; grid.len], vec![0.0; grid.len])) };
+    let mut x = resample(angle, grid)?;
+    // An angle too short or too slow for the filter is taken as it is.
+    let _ = RATE_FILTER.zero_phase_in_place(&mut x, 1.0 / grid.period_s);
+    let mut slope = differentiate(&x, grid.period_s)?;
+    let believed = believed_part(angle, &slope, grid.period_s);
+    slope.iter_mut().for_each(|slope| *slope *= believed);
+    Ok((x, slope))
+}
+
+/// The part of a smoothed angle's slope that is motion and not the sensor's noise:
+/// `1 − (noise / slope)²` of root mean squares, Wiener's gain.
+///
+/// A vehicle that hardly turns would else be given the attitude sensor's noise times its
+/// lever arm as velocity. Noise of one sample is read off third differences, whose
+/// variance is 20 σ²; smoothed and differentiated it is
+/// `2π σ f_c^{3/2} √(2 h ∫ x²/(1+x⁴)² dx)`, with the integral π√2/16.
+fn believed_part(angle: &Timed, slope: &[f64], period_s: f64) -> f64 {
+    use std::f64::consts::{PI, SQRT_2};
+    let mean_square = |x: &mut dyn Iterator<Item = f64>| {
+        let (sum, n) = x.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
+        sum / n.max(1) as f64
+    };
+    let thirds = angle.values().windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]);
+    let sample = mean_square(&mut { thirds }) / 20.0;
+    let passed = 2.0 * PI * RATE_FILTER.cutoff_hz.powf(1.5);
+    let noise = sample * passed * passed * 2.0 * period_s * PI * SQRT_2 / 16.0;
+    let slope = mean_square(&mut slope.iter().copied());
+    if slope > noise { 1.0 - noise / slope } else { 0.0 }
+}
+
+/// The attitude at times that never decrease.
+pub(super) struct AttitudeReader<'a> {
+    angles: [Option<Reader<'a>>; 3],
+    body_to_sensor: Rotation3<f64>,
+}
+
+impl AttitudeReader<'_> {
+    /// Body to world.
+    pub(super) fn at(&mut self, t_s: f64) -> Rotation3<f64> {
+        let [roll, pitch, heading] =
+            self.angles.each_mut().map(|angle| angle.as_mut().map_or(0.0, |angle| angle.at(t_s)));
+        Rotation3::from_euler_angles(roll, pitch, heading) * self.body_to_sensor
+    }
+}
+
+/// Removes the jumps of whole turns from an angle, rad.
+///
+/// ```
+/// use seaplant::{Timed, navigation::unwrap};
+/// let heading = Timed::new("heading", vec![0.0, 1.0, 2.0], vec![6.2, 0.1, 0.3])?;
+/// assert!((unwrap(&heading).values()[1] - (0.1 + 2.0 * std::f64::consts::PI)).abs() < 1e-12);
+/// # Ok::<(), seaplant::Error>(())
+/// ```
+pub fn unwrap(angle: &Timed) -> Timed {
+    use std::f64::consts::TAU;
+    let is_jump = |pair: &[f64]| ((pair[1] - pair[0]) / TAU).round() != 0.0;
+    if !angle.values().windows(2).any(is_jump) {
+        return angle.clone();
+    }
+    let mut turns = 0.0;
+    let mut before = angle.values()[0];
+    let unwrapped = angle.values().iter().map(|&x| {
+        turns -= ((x - before) / TAU).round();
+        before = x;
+        x + turns * TAU
+    });
+    let unwrapped = unwrapped.collect();
+    // Finite angles stay finite, and the times are the same.
+    angle.with_values("angle", unwrapped).unwrap_or_else(|_| angle.clone())
+}
