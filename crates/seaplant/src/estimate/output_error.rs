@@ -1,5 +1,6 @@
 //! The output error method: least squares between simulated and measured motion.
 
+mod drift;
 mod fit;
 mod minimise;
 mod sensitivity;
@@ -35,11 +36,11 @@ pub enum Loss {
 }
 
 impl Loss {
-    /// How the search weighs residuals, if not by squares.
-    fn weighing(self) -> Option<Weighing> {
+    /// How the search weighs residuals.
+    fn weighing(self) -> Weighing {
         match self {
-            Self::Squares => None,
-            Self::Huber(limit) => Some(Weighing::Huber(limit)),
+            Self::Squares => Weighing::Squares,
+            Self::Huber(limit) => Weighing::Huber(limit),
         }
     }
 

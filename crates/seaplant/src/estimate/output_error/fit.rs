@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector, Matrix4};
 
-use super::minimise::{Count, Evaluated, Optimum, Point, Problem, Reduced};
-use super::sensitivity::{Sums, Weighing};
+use super::drift::DriftingNoise;
+use super::minimise::{Evaluated, Optimum, Point, Problem, Reduced};
+use super::sensitivity::{Count, Sums, Weighing};
 use super::stretch::{Measured, Stretch};
 use super::{Loss, OutputErrorOptions};
 use crate::estimate::{Filters, Fit, Method, Nuisances};
@@ -59,31 +60,30 @@ pub(super) fn starts(
     [near, balanced(alpha), balanced(alpha / 3.0)]
 }
 
-/// Mean |v|, from differences where position is what was measured.
+/// Mean |v|, from differences where position alone was measured.
 fn typical_speed(stretches: &[Stretch]) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for stretch in stretches {
-        match stretch.measured {
-            Measured::Velocity => {
-                sum += stretch.samples.iter().map(|sample| sample.value.abs()).sum::<f64>();
-            }
-            Measured::Position => {
-                let pairs = stretch.samples.windows(2);
-                let way = pairs.map(|pair| (pair[1].value - pair[0].value).abs()).sum::<f64>();
-                sum += way / stretch.period_s;
-            }
+        let of_kind = |measured| {
+            let samples = stretch.samples.iter().filter(move |s| s.measured == measured);
+            samples.map(|sample| sample.value).collect::<Vec<f64>>()
+        };
+        let velocity = of_kind(Measured::Velocity);
+        if velocity.is_empty() {
+            let position = of_kind(Measured::Position);
+            let way: f64 = position.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+            sum += way / stretch.period_s;
+            count += position.len();
+        } else {
+            sum += velocity.iter().map(|v| v.abs()).sum::<f64>();
+            count += velocity.len();
         }
-        count += stretch.samples.len();
     }
     sum / count.max(1) as f64
 }
 
-/// The scale of residuals and the weights settle together in fewer rounds than this.
+/// The noise and the weights settle together in fewer rounds than this.
 const MOST_ROUNDS: usize = 50;
-
-/// The scale has settled when it changes by less than this part: what it moves the plant
-/// by is a part of that part of a standard deviation.
-const SETTLED: f64 = 1e-4;
 
 /// Minimises from one start; with the count under which the optimum is one.
 pub(super) fn search(
@@ -92,40 +92,59 @@ pub(super) fn search(
     loss: Loss,
 ) -> (Optimum, Count) {
     let starts = problem.stretches.iter().map(|stretch| stretch.start).collect();
-    let mut count = Count { weighing: Weighing::Squares, std: [1.0; 2] };
-    let mut optimum = problem.minimise(Point { plant: start, starts }, &count);
-    let measures = |kind| problem.stretches.iter().any(|stretch| stretch.measured == kind);
-    let is_mixed = measures(Measured::Velocity) && measures(Measured::Position);
-    let Some(weighing) = loss.weighing().or(is_mixed.then_some(Weighing::Squares)) else {
-        return (optimum, count);
+    let start = Point { plant: start, starts };
+    let has_position = problem.measures(Measured::Position);
+    // How far squares of one kind are counted is all the same.
+    let mut count = match has_position {
+        true => noise(problem, &start, Loss::Squares),
+        false => Count { weighing: Weighing::Squares, std: [1.0; 2], drift: 0.0 },
     };
+    let mut optimum = problem.minimise(start, &count);
+    if !has_position && loss == Loss::Squares {
+        return (optimum, count);
+    }
     let mut iterations = optimum.iterations;
     for _ in 0..MOST_ROUNDS {
-        let std = [Measured::Velocity, Measured::Position].map(|kind| {
-            let surest = SUREST_PART * problem.measured_rms(kind);
-            robust_std(problem.residuals(&optimum.point, kind)).max(surest)
-        });
-        let change = std.iter().zip(count.std).map(|(new, old)| (new / old - 1.0).abs());
-        let is_settled = count.weighing == weighing && change.fold(0.0, f64::max) < SETTLED;
-        if is_settled {
+        let next = noise(problem, &optimum.point, loss);
+        if next.is_like(&count) {
             return (Optimum { iterations, ..optimum }, count);
         }
-        count = Count { weighing, std };
+        count = next;
         optimum = problem.minimise(optimum.point, &count);
         iterations += optimum.iterations;
     }
     (Optimum { iterations, converged: false, ..optimum }, count)
 }
 
+/// How residuals count, judged by themselves.
+fn noise(problem: &Problem<'_>, point: &Point, loss: Loss) -> Count {
+    let robust = |residuals: &[f64]| match loss {
+        Loss::Squares => rms(residuals),
+        Loss::Huber(_) => robust_std(residuals.to_vec()),
+    };
+    let surest = |kind| SUREST_PART * problem.measured_rms(kind);
+    let velocity = problem.residuals(point, Measured::Velocity).concat();
+    let velocity: Vec<f64> = velocity.iter().map(|residual| residual.value).collect();
+    let velocity_std = match velocity.is_empty() {
+        true => 1.0,
+        false => robust(&velocity).max(surest(Measured::Velocity)),
+    };
+    let surest_position = surest(Measured::Position);
+    let position = problem.residuals(point, Measured::Position);
+    let position = DriftingNoise::of(&position, |new| robust(new).max(surest_position));
+    Count { weighing: loss.weighing(), std: [velocity_std, position.std], drift: position.walk }
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt()
+}
+
 /// 1.4826 times the median size of the residuals: their standard deviation if they are
 /// Gaussian, whatever a few are.
-fn robust_std(residuals: Vec<f64>) -> f64 {
-    let mut sizes: Vec<f64> = residuals.into_iter().map(f64::abs).collect();
-    let middle = sizes.len() / 2;
-    if sizes.is_empty() {
-        return 1.0;
-    }
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+fn robust_std(mut residuals: Vec<f64>) -> f64 {
+    residuals.iter_mut().for_each(|residual| *residual = residual.abs());
+    let middle = residuals.len() / 2;
+    let (_, median, _) = residuals.select_nth_unstable_by(middle, f64::total_cmp);
     1.4826 * *median
 }
 
@@ -158,12 +177,15 @@ pub(super) fn into_fit(
     let effective_samples = residuals.effective_samples(samples);
     let batches = residuals.scores.len();
     let freedom = (batches as f64).min(effective_samples) - needed as f64;
-    let squares: f64 = problem
-        .stretches
-        .iter()
-        .zip(&at.totals)
-        .map(|(stretch, sums)| sums.squares * count.std_of(stretch.measured).powi(2))
-        .sum();
+    // Velocity is what both kinds are about; without it, position.
+    let of_kind = |measured| {
+        let squares: f64 = at.totals.iter().map(|sums| sums.squares[measured as usize]).sum();
+        let count_of = problem.stretches.iter().map(|stretch| stretch.squares(measured).1);
+        (squares * count.std_of(measured).powi(2), count_of.sum::<usize>())
+    };
+    let measured =
+        if problem.measures(Measured::Velocity) { Measured::Velocity } else { Measured::Position };
+    let (squares, of_samples) = of_kind(measured);
     Ok(Fit {
         dof,
         method: Method::OutputError,
@@ -175,7 +197,7 @@ pub(super) fn into_fit(
         inflation: bread.inflation(),
         samples,
         effective_samples,
-        residual_rms: (squares / samples as f64).sqrt(),
+        residual_rms: (squares / of_samples as f64).sqrt(),
         filters: Filters::default(),
         nuisances: Nuisances::default(),
         structure: Vec::new(),
