@@ -2,6 +2,7 @@
 
 mod drift;
 mod fit;
+mod intervals;
 mod minimise;
 mod sensitivity;
 mod stretch;
@@ -11,7 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Fit, check_trials};
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
-use fit::{batch_s, into_fit, search, starts, stretches};
+use fit::{into_fit, search, starts, stretches};
+use intervals::batch_s;
 use minimise::Problem;
 use sensitivity::Weighing;
 

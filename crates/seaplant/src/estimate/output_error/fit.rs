@@ -1,14 +1,12 @@
 //! From records to a fitted plant.
 
-use nalgebra::{DMatrix, DVector, Matrix4};
-
 use super::drift::DriftingNoise;
+use super::intervals::Bread;
 use super::minimise::{Evaluated, Optimum, Point, Problem, Reduced};
-use super::sensitivity::{Count, Sums, Weighing};
+use super::sensitivity::{Count, Weighing};
 use super::stretch::{Measured, Stretch};
 use super::{Loss, OutputErrorOptions};
 use crate::estimate::{Filters, Fit, Method, Nuisances};
-use crate::regression::{BATCHES, EXCITATION_FLOOR, Residuals};
 use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
 
@@ -170,13 +168,8 @@ pub(super) fn into_fit(
     let at = curved.as_ref().unwrap_or(at);
     let reduced = Reduced::of(&at.totals, 0.0);
     let bread = Bread::of(dof, &reduced, problem.terms)?;
-    let residuals = residual_sums(problem, &reduced, at);
-    let covariance = bread.sandwich(&residuals);
+    let (covariance, t_freedom) = bread.influences(&reduced, at).covariance();
     let samples = problem.samples();
-    let needed = problem.terms.count();
-    let effective_samples = residuals.effective_samples(samples);
-    let batches = residuals.scores.len();
-    let freedom = (batches as f64).min(effective_samples) - needed as f64;
     // Velocity is what both kinds are about; without it, position.
     let of_kind = |measured| {
         let squares: f64 = at.totals.iter().map(|sums| sums.squares[measured as usize]).sum();
@@ -191,12 +184,12 @@ pub(super) fn into_fit(
         method: Method::OutputError,
         terms: problem.terms,
         lumped: point.plant,
-        covariance,
-        t_freedom: freedom.max(1.0),
+        covariance: bread.unscaled(&covariance),
+        t_freedom,
         condition: bread.condition,
         inflation: bread.inflation(),
         samples,
-        effective_samples,
+        effective_samples: effective_samples(at, samples),
         residual_rms: (squares / of_samples as f64).sqrt(),
         filters: Filters::default(),
         nuisances: Nuisances::default(),
@@ -205,111 +198,11 @@ pub(super) fn into_fit(
     })
 }
 
-/// The time of the smallest batches, s.
-pub(super) fn batch_s(stretches: &[Stretch]) -> f64 {
-    stretches.iter().map(Stretch::duration_s).sum::<f64>() / BATCHES.1 as f64
-}
-
-fn residual_sums(problem: &Problem<'_>, reduced: &Reduced, at: &Evaluated) -> Residuals {
-    let fitted = problem.terms.fitted();
-    let mut all = Residuals::default();
-    for (batches, own) in independent(at.batches.clone()).iter().zip(&reduced.own) {
-        for sums in batches {
-            let score = own.reduce(sums);
-            let of = |&term: &Term| score[term as usize] * reduced.scale[term as usize];
-            all.scores.push(DVector::from_iterator(fitted.len(), fitted.iter().map(of)));
-            all.sums.push(sums.influence);
-            all.square_sum += sums.influence_squares;
-        }
-    }
-    all
-}
-
-/// Joins batches in pairs until residuals a batch apart are independent, or few are left:
-/// many short batches tell a variance better, as long as each stands for itself.
-fn independent(mut stretches: Vec<Vec<Sums>>) -> Vec<Vec<Sums>> {
-    let count = |stretches: &[Vec<Sums>]| stretches.iter().map(Vec::len).sum::<usize>();
-    while count(&stretches) >= 2 * BATCHES.0 && neighbours_go_together(&stretches) {
-        let joined = |pair: &[Sums]| {
-            let mut sums = pair[0];
-            pair[1..].iter().for_each(|other| sums.add(other));
-            sums
-        };
-        let joined = |batches: &Vec<Sums>| batches.chunks(2).map(joined).collect();
-        let fewer: Vec<Vec<Sums>> = stretches.iter().map(joined).collect();
-        if count(&fewer) == count(&stretches) {
-            break;
-        }
-        stretches = fewer;
-    }
-    stretches
-}
-
-/// Whether the sums of neighbouring batches are correlated by more than chance makes them
-/// in one of twenty fits.
-fn neighbours_go_together(stretches: &[Vec<Sums>]) -> bool {
-    let (mut product, mut square, mut count) = (0.0, 0.0, 0_usize);
-    for batches in stretches {
-        let pairs = batches.windows(2);
-        product += pairs.map(|pair| pair[0].influence * pair[1].influence).sum::<f64>();
-        square += batches.iter().map(|sums| sums.influence.powi(2)).sum::<f64>();
-        count += batches.len();
-    }
-    product > 1.645 / (count as f64).sqrt() * square
-}
-
-/// The information on the fitted terms, columns of the Jacobian scaled to unit length.
-struct Bread {
-    fitted: Vec<Term>,
-    scale: Vec<f64>,
-    information: DMatrix<f64>,
-    inverse: DMatrix<f64>,
-    condition: f64,
-}
-
-impl Bread {
-    fn of(dof: Dof, reduced: &Reduced, terms: Terms) -> Result<Self, Error> {
-        let fitted = terms.fitted();
-        let needed = fitted.len();
-        let scale: Vec<f64> = fitted.iter().map(|&term| reduced.scale[term as usize]).collect();
-        let information = DMatrix::from_fn(needed, needed, |i, j| {
-            scale[i] * scale[j] * reduced.information[(fitted[i] as usize, fitted[j] as usize)]
-        });
-        let eigen = information.clone().symmetric_eigenvalues();
-        // Eigenvalues of JᵀJ are the squares of J's singular values.
-        let floor = EXCITATION_FLOOR.powi(2) * eigen.max();
-        let rank = eigen.iter().filter(|value| **value > floor).count();
-        let not_exciting = Error::NotExciting { dof, rank, needed };
-        if rank < needed {
-            return Err(not_exciting);
-        }
-        let inverse = information.clone().cholesky().ok_or(not_exciting)?.inverse();
-        let condition = (eigen.max() / eigen.min()).sqrt();
-        Ok(Self { fitted, scale, information, inverse, condition })
-    }
-
-    fn sandwich(&self, residuals: &Residuals) -> Matrix4<f64> {
-        let scaled = &self.inverse * residuals.meat() * &self.inverse;
-        let mut covariance = Matrix4::zeros();
-        for (i, row) in self.fitted.iter().enumerate() {
-            for (j, column) in self.fitted.iter().enumerate() {
-                covariance[(*row as usize, *column as usize)] =
-                    scaled[(i, j)] * self.scale[i] * self.scale[j];
-            }
-        }
-        covariance
-    }
-
-    /// VIF_j = (JᵀJ)⁻¹_jj times the square of column j, less its part along the bias.
-    fn inflation(&self) -> Vec<(Term, f64)> {
-        let bias = self.fitted.iter().position(|term| *term == Term::Bias);
-        let of = |(j, &term): (usize, &Term)| {
-            let along = bias.map_or(0.0, |bias| {
-                self.information[(j, bias)].powi(2) / self.information[(bias, bias)]
-            });
-            (term, (self.inverse[(j, j)] * (self.information[(j, j)] - along)).max(1.0))
-        };
-        let but_bias = self.fitted.iter().enumerate().filter(|(_, term)| **term != Term::Bias);
-        but_bias.map(of).collect()
-    }
+/// n σ² / (samples a batch · variance of batch means), never more than n.
+fn effective_samples(at: &Evaluated, samples: usize) -> f64 {
+    let sums = || at.batches.iter().flatten();
+    let long_run: f64 = sums().map(|sums| sums.influence.powi(2)).sum();
+    let squares: f64 = sums().map(|sums| sums.influence_squares).sum();
+    let n = samples as f64;
+    if long_run > 0.0 { (n * squares / long_run).min(n) } else { n }
 }

@@ -225,6 +225,15 @@ impl Own {
     pub(super) fn reduce(&self, sums: &Sums) -> Vector4<f64> {
         sums.score.fixed_rows::<4>(0) - self.by_plant * sums.score.fixed_rows::<2>(4)
     }
+
+    /// The information on the plant likewise.
+    pub(super) fn reduced_information(&self, sums: &Sums) -> Matrix4<f64> {
+        let shared = sums.information.fixed_view::<4, 4>(0, 0);
+        let cross = sums.information.fixed_view::<4, 2>(0, 4);
+        let start = sums.information.fixed_view::<2, 2>(4, 4);
+        let both = cross * self.by_plant.transpose();
+        shared - both - both.transpose() + self.by_plant * start * self.by_plant.transpose()
+    }
 }
 
 impl Reduced {

@@ -1,0 +1,174 @@
+//! How sure an optimum is: what each batch of samples contributes to it.
+
+use nalgebra::{DMatrix, DVector, Matrix4, SMatrix};
+
+use super::minimise::{Evaluated, Own, Reduced};
+use super::sensitivity::Sums;
+use super::stretch::Stretch;
+use crate::regression::EXCITATION_FLOOR;
+use crate::terms::Term;
+use crate::{Dof, Error, Terms};
+
+/// Batches of a record: few enough that neighbours are no more than neighbours, enough to
+/// tell a variance.
+const BATCHES: usize = 30;
+
+/// The time of a batch, s.
+pub(super) fn batch_s(stretches: &[Stretch]) -> f64 {
+    stretches.iter().map(Stretch::duration_s).sum::<f64>() / BATCHES as f64
+}
+
+/// The information on the fitted terms, columns of the Jacobian scaled to unit length.
+pub(super) struct Bread {
+    fitted: Vec<Term>,
+    scale: Vec<f64>,
+    information: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+    pub(super) condition: f64,
+}
+
+impl Bread {
+    pub(super) fn of(dof: Dof, reduced: &Reduced, terms: Terms) -> Result<Self, Error> {
+        let fitted = terms.fitted();
+        let needed = fitted.len();
+        let scale: Vec<f64> = fitted.iter().map(|&term| reduced.scale[term as usize]).collect();
+        let information = scaled(&reduced.information, &fitted, &scale);
+        let eigen = information.clone().symmetric_eigenvalues();
+        // Eigenvalues of JᵀJ are the squares of J's singular values.
+        let floor = EXCITATION_FLOOR.powi(2) * eigen.max();
+        let rank = eigen.iter().filter(|value| **value > floor).count();
+        let not_exciting = Error::NotExciting { dof, rank, needed };
+        if rank < needed {
+            return Err(not_exciting);
+        }
+        let inverse = information.clone().cholesky().ok_or(not_exciting)?.inverse();
+        let condition = (eigen.max() / eigen.min()).sqrt();
+        Ok(Self { fitted, scale, information, inverse, condition })
+    }
+
+    /// By how much each batch moves the optimum, stretch by stretch.
+    ///
+    /// Where a batch is, the optimum was drawn to it: what it contributes is told by the
+    /// information of the others. `(A − A_b)⁻¹ s_b` is what leaving it out would change.
+    pub(super) fn influences(&self, reduced: &Reduced, at: &Evaluated) -> Influences {
+        let of = |(batches, own): (&Vec<Sums>, &Own)| {
+            batches.iter().map(|sums| self.influence(own, sums)).collect()
+        };
+        Influences(at.batches.iter().zip(&reduced.own).map(of).collect())
+    }
+
+    fn influence(&self, own: &Own, sums: &Sums) -> DVector<f64> {
+        let score = own.reduce(sums);
+        let each = self.fitted.iter().zip(&self.scale);
+        let score = DVector::from_iterator(
+            self.scale.len(),
+            each.map(|(&term, scale)| score[term as usize] * scale),
+        );
+        let batch = scaled(&own.reduced_information(sums), &self.fitted, &self.scale);
+        match (&self.information - batch).cholesky() {
+            Some(others) => others.solve(&score),
+            // All that is known of some term came with this batch.
+            None => &self.inverse * score,
+        }
+    }
+
+    /// A covariance of the scaled terms as that of `[α, β, μ, bias]`.
+    pub(super) fn unscaled(&self, covariance: &DMatrix<f64>) -> Matrix4<f64> {
+        let mut all = Matrix4::zeros();
+        for (i, row) in self.fitted.iter().enumerate() {
+            for (j, column) in self.fitted.iter().enumerate() {
+                all[(*row as usize, *column as usize)] =
+                    covariance[(i, j)] * self.scale[i] * self.scale[j];
+            }
+        }
+        all
+    }
+
+    /// VIF_j = (JᵀJ)⁻¹_jj times the square of column j, less its part along the bias.
+    pub(super) fn inflation(&self) -> Vec<(Term, f64)> {
+        let bias = self.fitted.iter().position(|term| *term == Term::Bias);
+        let of = |(j, &term): (usize, &Term)| {
+            let along = bias.map_or(0.0, |bias| {
+                self.information[(j, bias)].powi(2) / self.information[(bias, bias)]
+            });
+            (term, (self.inverse[(j, j)] * (self.information[(j, j)] - along)).max(1.0))
+        };
+        let but_bias = self.fitted.iter().enumerate().filter(|(_, term)| **term != Term::Bias);
+        but_bias.map(of).collect()
+    }
+}
+
+fn scaled(information: &SMatrix<f64, 4, 4>, fitted: &[Term], scale: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_fn(fitted.len(), fitted.len(), |i, j| {
+        scale[i] * scale[j] * information[(fitted[i] as usize, fitted[j] as usize)]
+    })
+}
+
+/// What each batch of each stretch contributes to the terms.
+pub(super) struct Influences(Vec<Vec<DVector<f64>>>);
+
+/// Batches that resemble their neighbours more than this say too little of a variance.
+const MOST_ALIKE: f64 = 0.9;
+
+/// Student's t of fewer degrees of freedom has no variance to speak of.
+const LEAST_FREEDOM: f64 = 3.0;
+
+impl Influences {
+    fn batches(&self) -> usize {
+        self.0.iter().map(Vec::len).sum()
+    }
+
+    /// How neighbouring batches are correlated in each term.
+    ///
+    /// The sum of all contributions is zero, which makes neighbours look less alike than
+    /// they are, by `(1 + 4 r) / n`.
+    fn likeness(&self) -> DVector<f64> {
+        let terms = self.0.first().and_then(|all| all.first()).map_or(0, DVector::len);
+        let (mut product, mut square) = (DVector::zeros(terms), DVector::zeros(terms));
+        for batches in &self.0 {
+            batches.windows(2).for_each(|pair| product += pair[0].component_mul(&pair[1]));
+            batches.iter().for_each(|own| square += own.component_mul(own));
+        }
+        let n = self.batches() as f64;
+        let corrected = |product: f64, square: f64| {
+            let r = if square > 0.0 { product / square } else { 0.0 };
+            (r + (1.0 + 4.0 * r) / n).clamp(0.0, MOST_ALIKE)
+        };
+        product.zip_map(&square, corrected)
+    }
+
+    /// Covariance of their sum, and degrees of freedom of its t quantiles.
+    ///
+    /// Each term's contributions are taken as `ψ_b = r ψ_(b−1) + w_b`; the covariance is
+    /// that of w, with what the sum of so correlated contributions varies more.
+    pub(super) fn covariance(&self) -> (DMatrix<f64>, f64) {
+        let likeness = self.likeness();
+        let terms = likeness.len();
+        let n = self.batches() as f64;
+        let mut covariance = DMatrix::zeros(terms, terms);
+        let mut gain = DVector::zeros(terms);
+        for batches in &self.0 {
+            let mut before: Option<&DVector<f64>> = None;
+            for own in batches {
+                let new = match before {
+                    Some(before) => own - likeness.component_mul(before),
+                    None => own.component_mul(&likeness.map(|r| (1.0 - r * r).sqrt())),
+                };
+                covariance += &new * new.transpose();
+                before = Some(own);
+            }
+            gain += likeness.map(|r| variance_of_sum(batches.len(), r) / n);
+        }
+        let gain = DMatrix::from_diagonal(&gain.map(f64::sqrt));
+        let r = likeness.max();
+        let freedom = n * (1.0 - r) / (1.0 + r) - terms as f64;
+        (&gain * covariance * &gain, freedom.max(LEAST_FREEDOM))
+    }
+}
+
+/// Variance of the sum of n numbers, each r times the one before and something new of
+/// variance one.
+fn variance_of_sum(n: usize, r: f64) -> f64 {
+    let pairs: f64 = (1..n).map(|k| 2.0 * (n - k) as f64 * r.powi(k as i32)).sum();
+    (n as f64 + pairs) / (1.0 - r * r)
+}
