@@ -74,9 +74,14 @@ const ORDERS: (i32, i32) = (-8, 4);
 const FOUND: f64 = 1e-3;
 
 impl DriftingNoise {
-    /// Of the residuals of each stretch, by maximum likelihood; `scale` tells the standard
+    /// Of the residuals of each stretch, by maximum likelihood, with a walk that gains at
+    /// least `least` in a second, in units of what was measured; `scale` tells the standard
     /// deviation of innovations.
-    pub(super) fn of(stretches: &[Vec<Residual>], scale: impl Fn(&[f64]) -> f64) -> Self {
+    pub(super) fn of(
+        stretches: &[Vec<Residual>],
+        least: f64,
+        scale: impl Fn(&[f64]) -> f64,
+    ) -> Self {
         let span_s: f64 = stretches.iter().filter_map(|all| all.last()).map(|last| last.at_s).sum();
         let count: usize = stretches.iter().map(Vec::len).sum();
         if count == 0 {
@@ -86,20 +91,17 @@ impl DriftingNoise {
         let at = |walk: f64| {
             let (innovations, logarithms) = innovations(stretches, walk);
             let std = scale(&innovations);
-            (count as f64 * std.ln() + 0.5 * logarithms, std)
+            (count as f64 * std.ln() + 0.5 * logarithms, Self { std, walk })
         };
         let of_order = |order: f64| 10.0_f64.powf(order) / period_s;
         let cost = |order: f64| at(of_order(order)).0;
         let orders = (ORDERS.0..=ORDERS.1).map(f64::from);
         let coarse = orders.map(|order| (cost(order), order)).min_by(|a, b| a.0.total_cmp(&b.0));
-        let order = coarse.map_or(0.0, |(_, order)| least(cost, order - 1.0, order + 1.0));
-        let (still, still_std) = at(0.0);
-        let (moving, std) = at(of_order(order));
-        if still - moving > LEAST_GAIN {
-            Self { std, walk: of_order(order) }
-        } else {
-            Self { std: still_std, walk: 0.0 }
-        }
+        let order = coarse.map_or(0.0, |(_, order)| lowest(cost, order - 1.0, order + 1.0));
+        let (still, moving) = (at(0.0), at(of_order(order)));
+        let found = if still.0 - moving.0 > LEAST_GAIN { moving.1 } else { still.1 };
+        let least = least / found.std.powi(2);
+        if found.walk < least { at(least).1 } else { found }
     }
 }
 
@@ -121,7 +123,7 @@ fn innovations(stretches: &[Vec<Residual>], walk: f64) -> (Vec<f64>, f64) {
 }
 
 /// Where a function of one valley is least, by golden section.
-fn least(of: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+fn lowest(of: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     const PART: f64 = 0.618_033_988_749_894_8;
     let inner = |low: f64, high: f64| (high - PART * (high - low), low + PART * (high - low));
     let (mut left, mut right) = inner(low, high);

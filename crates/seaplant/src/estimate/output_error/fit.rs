@@ -3,7 +3,7 @@
 use super::drift::DriftingNoise;
 use super::intervals::Bread;
 use super::minimise::{Evaluated, Optimum, Point, Problem, Reduced};
-use super::sensitivity::{Count, Weighing};
+use super::sensitivity::{Count, Residual, Weighing};
 use super::stretch::{Measured, Stretch};
 use super::{Loss, OutputErrorOptions};
 use crate::estimate::{Filters, Fit, Method, Nuisances};
@@ -121,16 +121,43 @@ fn noise(problem: &Problem<'_>, point: &Point, loss: Loss) -> Count {
         Loss::Huber(_) => robust_std(residuals.to_vec()),
     };
     let surest = |kind| SUREST_PART * problem.measured_rms(kind);
-    let velocity = problem.residuals(point, Measured::Velocity).concat();
-    let velocity: Vec<f64> = velocity.iter().map(|residual| residual.value).collect();
-    let velocity_std = match velocity.is_empty() {
+    let velocity = problem.residuals(point, Measured::Velocity);
+    let values: Vec<f64> = velocity.iter().flatten().map(|residual| residual.value).collect();
+    let velocity_std = match values.is_empty() {
         true => 1.0,
-        false => robust(&velocity).max(surest(Measured::Velocity)),
+        false => robust(&values).max(surest(Measured::Velocity)),
     };
     let surest_position = surest(Measured::Position);
     let position = problem.residuals(point, Measured::Position);
-    let position = DriftingNoise::of(&position, |new| robust(new).max(surest_position));
+    let wander = wander(&velocity, problem.batch_s);
+    let position = DriftingNoise::of(&position, wander, |new| robust(new).max(surest_position));
     Count { weighing: loss.weighing(), std: [velocity_std, position.std], drift: position.walk }
+}
+
+/// By how much the vehicle, as residuals of velocity have it, wanders off its simulated
+/// position: variance a second.
+///
+/// Hundreds of velocities tell it better than a few rough depths.
+fn wander(velocity: &[Vec<Residual>], batch_s: f64) -> f64 {
+    let (mut ways, mut noise, mut total_s) = (0.0, 0.0, 0.0);
+    for residuals in velocity {
+        let pairs = || residuals.windows(2).map(|pair| (pair[0], pair[1]));
+        let Some(last) = residuals.last() else { continue };
+        total_s += last.at_s;
+        // White noise has half the variance of differences between neighbours.
+        noise += pairs()
+            .map(|(a, b)| 0.5 * ((b.value - a.value) * (b.at_s - a.at_s)).powi(2))
+            .sum::<f64>();
+        let (mut way, mut until_s) = (0.0, batch_s);
+        for (a, b) in pairs() {
+            way += 0.5 * (a.value + b.value) * (b.at_s - a.at_s);
+            if b.at_s >= until_s {
+                (ways, way, until_s) = (ways + way * way, 0.0, b.at_s + batch_s);
+            }
+        }
+        ways += way * way;
+    }
+    if total_s > 0.0 { (ways - noise).max(0.0) / total_s } else { 0.0 }
 }
 
 fn rms(values: &[f64]) -> f64 {
