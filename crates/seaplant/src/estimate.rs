@@ -18,7 +18,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub use equation_error::{DelayedFit, EquationErrorOptions, fit_best_delay, fit_equation_error};
 pub(crate) use filter_error::drive_over;
 pub use filter_error::{Candidate, Decision, FilterErrorOptions, first_delays, fit_filter_error};
-pub use output_error::{Loss, OutputErrorOptions, fit_output_error};
+pub use output_error::{
+    Intervals, Loss, OutputErrorBootstrap, OutputErrorOptions, fit_output_error,
+};
 pub use paper::{PaperOptions, fit_paper};
 
 use crate::regression::{Columns, LeastSquares};

@@ -156,8 +156,10 @@ impl Work<'_> {
             }
         }
         let recommended = fits.first().map(|(fit, _)| fit.clone());
+        let late = self.lateness(&fits);
         for (fit, axes) in &fits {
-            match self.plant(fit, axes, recommended.as_ref(), found) {
+            let late = late.get(&fit.method);
+            match self.plant(fit, axes, recommended.as_ref(), late, found) {
                 Ok(plant) => {
                     if recommended.as_ref().is_some_and(|first| first.method == fit.method) {
                         found.results.plants.insert(self.dof, plant.clone());
@@ -204,11 +206,7 @@ impl Work<'_> {
             Method::EquationError => {
                 fit_equation_error(self.dof, &axes, chosen, &self.options.equation_error)?
             }
-            Method::OutputError => {
-                let first = &self.options.equation_error;
-                let start = fit_equation_error(self.dof, &axes, chosen, first)?.lumped;
-                fit_output_error(self.dof, &axes, chosen, &start, &self.options.output_error)?
-            }
+            Method::OutputError => self.output_error(&axes, chosen)?,
             Method::FilterError => {
                 let hold_out = self.axes(&self.trials.hold_out, source)?;
                 let first = &self.options.equation_error;
@@ -220,11 +218,41 @@ impl Work<'_> {
         Ok((fit, axes))
     }
 
+    fn output_error(&self, axes: &[AxisRecord], terms: Terms) -> Result<Fit, Error> {
+        let first = &self.options.equation_error;
+        let start = fit_equation_error(self.dof, axes, terms, first)?.lumped;
+        fit_output_error(self.dof, axes, terms, &start, &self.options.output_error)
+    }
+
+    /// Whether thrust acts later than it was logged, of each method that takes it as
+    /// logged; the scan is one for all of them.
+    fn lateness(&self, fits: &[(Fit, Vec<AxisRecord>)]) -> BTreeMap<Method, Caveat> {
+        let takes_as_logged = |(fit, _): &&(Fit, Vec<AxisRecord>)| {
+            matches!(fit.method, Method::EquationError | Method::OutputError)
+        };
+        let doubted: Vec<_> = fits.iter().filter(takes_as_logged).collect();
+        let options = &self.options.equation_error;
+        let Some((first, axes)) = doubted.first() else { return BTreeMap::new() };
+        let Some(delay_s) = lateness(self.dof, axes, first.terms, options) else {
+            return BTreeMap::new();
+        };
+        let timely: Vec<AxisRecord> = axes.iter().map(|axis| axis.delayed(delay_s)).collect();
+        let caveat = |(fit, _): &(Fit, Vec<AxisRecord>)| {
+            let timely = match fit.method {
+                Method::OutputError => self.output_error(&timely, fit.terms),
+                _ => fit_equation_error(self.dof, &timely, fit.terms, options),
+            };
+            (fit.method, lateness_caveat(fit, delay_s, timely.ok().as_ref()))
+        };
+        doubted.into_iter().map(caveat).collect()
+    }
+
     fn plant(
         &self,
         fit: &Fit,
         axes: &[AxisRecord],
         recommended: Option<&Fit>,
+        late: Option<&Caveat>,
         found: &mut Identification,
     ) -> Result<PlantResult, Error> {
         let fit_score = self.score(fit, &self.trials.fit, found)?;
@@ -234,10 +262,7 @@ impl Work<'_> {
         };
         let evidence = Evidence { fit, axes, trials: &self.trials.fit, vehicle: self.vehicle };
         let mut doubts = caveats(&evidence)?;
-        if fit.method == Method::EquationError {
-            let late = lateness(fit, axes, &self.options.equation_error);
-            doubts.extend(late.map(|late| lateness_caveat(fit, late)));
-        }
+        doubts.extend(late.cloned());
         if let Some(recommended) = recommended.filter(|first| first.method != fit.method) {
             doubts.extend(disagreement(recommended, fit));
         }

@@ -49,7 +49,7 @@ pub(crate) const EXCITATION_FLOOR: f64 = 1e-6;
 /// Residuals a batch apart are taken as independent …
 const BATCH_S: f64 = 20.0;
 /// … but there are never fewer batches than this, nor more than that.
-pub(crate) const BATCHES: (usize, usize) = (10, 60);
+const BATCHES: (usize, usize) = (10, 60);
 
 impl Columns {
     fn rows(&self) -> impl Iterator<Item = Row> + '_ {
@@ -339,13 +339,13 @@ fn inflation(
 
 /// Sums of the residuals.
 #[derive(Default)]
-pub(crate) struct Residuals {
+struct Residuals {
     /// Σ xᵀe of each batch, scaled columns.
-    pub(crate) scores: Vec<DVector<f64>>,
+    scores: Vec<DVector<f64>>,
     /// Sum of the residuals of each batch.
-    pub(crate) sums: Vec<f64>,
+    sums: Vec<f64>,
     /// Σ e².
-    pub(crate) square_sum: f64,
+    square_sum: f64,
 }
 
 impl Residuals {
@@ -367,7 +367,7 @@ impl Residuals {
     }
 
     /// S = B/(B − p) Σ sᵦ sᵦᵀ.
-    pub(crate) fn meat(&self) -> DMatrix<f64> {
+    fn meat(&self) -> DMatrix<f64> {
         let (batches, terms) = (self.scores.len(), self.scores[0].len());
         let mut meat = DMatrix::zeros(terms, terms);
         for score in &self.scores {
@@ -377,7 +377,7 @@ impl Residuals {
     }
 
     /// n σ² / (rows a batch · variance of batch means), never more than n.
-    pub(crate) fn effective_samples(&self, samples: usize) -> f64 {
+    fn effective_samples(&self, samples: usize) -> f64 {
         let n = samples as f64;
         let long_run = self.sums.iter().map(|sum| sum * sum).sum::<f64>() / n;
         let variance = self.square_sum / n;

@@ -1,5 +1,6 @@
 //! The output error method: least squares between simulated and measured motion.
 
+mod bootstrap;
 mod drift;
 mod fit;
 mod intervals;
@@ -12,9 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Fit, check_trials};
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
-use fit::{into_fit, search, starts, stretches};
-use intervals::batch_s;
-use minimise::Problem;
+pub use bootstrap::OutputErrorBootstrap;
+use fit::{found, into_fit};
 use sensitivity::Weighing;
 
 /// The choices of the output error method.
@@ -23,6 +23,24 @@ use sensitivity::Weighing;
 pub struct OutputErrorOptions {
     /// How a residual counts.
     pub loss: Loss,
+    /// Where the covariance comes from.
+    pub intervals: Intervals,
+}
+
+/// Where a covariance comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Intervals {
+    /// From what each of thirty parts of the record contributes.
+    #[default]
+    Sandwich,
+    /// From fits to drawn measurements: simulated motion with residuals of other times.
+    Bootstrap {
+        /// How many; at least 50.
+        draws: usize,
+        /// Equal seeds give equal draws.
+        seed: u64,
+    },
 }
 
 /// How a residual counts.
@@ -114,18 +132,21 @@ pub fn fit_output_error(
     start: &LumpedParameters,
     options: &OutputErrorOptions,
 ) -> Result<Fit, Error> {
-    check_trials(dof, axes)?;
-    options.loss.check()?;
-    let stretches = stretches(axes, terms)?;
-    let batch_s = batch_s(&stretches);
-    let problem = Problem { stretches: &stretches, terms, batch_s };
-    let mut iterations = 0;
-    for start in starts(start, terms, &stretches) {
-        let (optimum, count) = search(&problem, start, options.loss);
-        if optimum.converged {
-            return into_fit(dof, &problem, &optimum, &count, options);
+    check(dof, axes, options)?;
+    let found = found(dof, axes, terms, start, options)?;
+    let fit = into_fit(dof, &found, options)?;
+    match options.intervals {
+        Intervals::Sandwich => Ok(fit),
+        Intervals::Bootstrap { draws, seed } => {
+            let bootstrap = OutputErrorBootstrap::around(dof, &found)?;
+            let draws: Vec<LumpedParameters> =
+                (0..draws as u64).filter_map(|number| bootstrap.draw(seed, number)).collect();
+            bootstrap.fit_with(&fit, &draws)
         }
-        iterations += optimum.iterations;
     }
-    Err(Error::NotConverged { dof, iterations })
+}
+
+fn check(dof: Dof, axes: &[AxisRecord], options: &OutputErrorOptions) -> Result<(), Error> {
+    check_trials(dof, axes)?;
+    options.loss.check()
 }

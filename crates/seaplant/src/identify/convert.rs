@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::IdentifyOptions;
 use crate::diagnose::dominant_force_hz;
 use crate::estimate::steady::SteadyFit;
-use crate::estimate::{Fit, Loss, Nuisances};
+use crate::estimate::{Fit, Intervals, Loss, Nuisances};
 use crate::quantity::{Attitude, Axis, World};
 use crate::results::{
     AxisResult, PairResult, Parameter, Parameters, PlantResult, Provenance, RegressionResult,
@@ -201,6 +201,15 @@ fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
             match options.output_error.loss {
                 Loss::Squares => "squares".to_owned(),
                 Loss::Huber(limit) => format!("Huber's, {limit} robust standard deviations"),
+            },
+        ),
+        (
+            "output-error: intervals".to_owned(),
+            match options.output_error.intervals {
+                Intervals::Sandwich => "sandwich".to_owned(),
+                Intervals::Bootstrap { draws, seed } => {
+                    format!("bootstrap, {draws} draws, seed {seed}")
+                }
             },
         ),
         (

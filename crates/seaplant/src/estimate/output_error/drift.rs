@@ -51,6 +51,16 @@ impl<const N: usize> Drift<N> {
         self.spread = gain;
         (per_std * innovation, new)
     }
+
+    /// The residual in which so much is new: what [`Drift::take`] takes apart.
+    pub(super) fn give(&mut self, new: f64) -> f64 {
+        let variance = self.spread + 1.0;
+        let innovation = variance.sqrt() * new;
+        let residual = self.level + innovation;
+        self.spread /= variance;
+        self.level += self.spread * innovation;
+        residual
+    }
 }
 
 /// The noise that makes residuals of position most likely.
@@ -140,4 +150,91 @@ fn lowest(of: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
         }
     }
     0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::super::stretch::Measured;
+    use super::*;
+
+    fn uneven_times(n: usize) -> Vec<f64> {
+        (0..n).map(|k| 0.3 * k as f64 + 0.2 * (k as f64).sin()).collect()
+    }
+
+    /// Rounding of a hundred sums.
+    const ROUNDING: f64 = 1e-12;
+
+    #[test]
+    fn whitens_as_the_factor_of_the_dense_covariance_does() {
+        let (walk, times) = (0.7, uneven_times(60));
+        let residual: Vec<f64> = times.iter().map(|t| (3.1 * t).sin() + 0.2 * t).collect();
+        let row: Vec<f64> = times.iter().map(|t| t * t).collect();
+        let covariance = DMatrix::from_fn(60, 60, |i, j| {
+            f64::from(i == j) + walk * (times[i].min(times[j]) - times[0])
+        });
+        let factor = covariance.cholesky().expect("positive").l();
+        let dense = |x: &[f64]| {
+            factor.solve_lower_triangular(&DVector::from_row_slice(x)).expect("regular")
+        };
+        let (of_residual, of_row) = (dense(&residual), dense(&row));
+        let mut drift = Drift::<1>::new(walk);
+        let mut giving = Drift::<0>::new(walk);
+        for k in 0..60 {
+            let span_s = if k == 0 { 0.0 } else { times[k] - times[k - 1] };
+            drift.wait(span_s);
+            giving.wait(span_s);
+            let (new, [new_row]) = drift.take(residual[k], &[row[k]]);
+            assert!((new - of_residual[k]).abs() < ROUNDING * of_residual.amax());
+            assert!((new_row - of_row[k]).abs() < ROUNDING * of_row.amax());
+            assert!((giving.give(new) - residual[k]).abs() < ROUNDING * residual[k].abs().max(1.0));
+        }
+    }
+
+    fn normal(random: &mut ChaCha8Rng) -> f64 {
+        StandardNormal.sample(random)
+    }
+
+    fn walked(std: f64, walk: f64, random: &mut ChaCha8Rng) -> Vec<Residual> {
+        let mut level = 0.0;
+        let mut before_s = 0.0;
+        let of = |at_s: f64| {
+            level += (walk * (at_s - before_s)).sqrt() * normal(random);
+            before_s = at_s;
+            let value = std * (level + normal(random));
+            Residual { measured: Measured::Position, at_s, value }
+        };
+        (0..4000).map(|k| 0.1 * f64::from(k)).map(of).collect()
+    }
+
+    fn rms(x: &[f64]) -> f64 {
+        (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn tells_a_walk_from_white_noise() {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        for walk in [0.01, 1.0, 100.0] {
+            let stretches = [walked(0.02, walk, &mut random), walked(0.02, walk, &mut random)];
+            let found = DriftingNoise::of(&stretches, 0.0, rms);
+            // Eight thousand samples tell a strong walk to a few per cent, a weak one to
+            // a fifth.
+            assert!((found.walk / walk - 1.0).abs() < 0.25, "{walk}: {found:?}");
+            assert!((found.std / 0.02 - 1.0).abs() < 0.1, "{walk}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn finds_no_walk_where_there_is_none_but_what_is_known_otherwise() {
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        let stretches = [walked(0.02, 0.0, &mut random)];
+        let found = DriftingNoise::of(&stretches, 0.0, rms);
+        assert_eq!(found.walk, 0.0);
+        let known = DriftingNoise::of(&stretches, 1e-5, rms);
+        assert!((known.walk * found.std.powi(2) / 1e-5 - 1.0).abs() < 1e-9, "{known:?}");
+    }
 }

@@ -1,8 +1,8 @@
 //! From records to a fitted plant.
 
 use super::drift::DriftingNoise;
-use super::intervals::Bread;
-use super::minimise::{Evaluated, Optimum, Point, Problem, Reduced};
+use super::intervals::{Bread, batch_s};
+use super::minimise::{Optimum, Point, Problem, Reduced};
 use super::sensitivity::{Count, Residual, Weighing};
 use super::stretch::{Measured, Stretch};
 use super::{Loss, OutputErrorOptions};
@@ -11,7 +11,7 @@ use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
 
 /// The stretches of all records.
-pub(super) fn stretches(axes: &[AxisRecord], terms: Terms) -> Result<Vec<Stretch>, Error> {
+fn stretches(axes: &[AxisRecord], terms: Terms) -> Result<Vec<Stretch>, Error> {
     let mut all = Vec::new();
     for axis in axes {
         all.extend(Stretch::all_of(axis)?);
@@ -27,11 +27,7 @@ pub(super) fn stretches(axes: &[AxisRecord], terms: Terms) -> Result<Vec<Stretch
 
 /// Where a search begins: at the given plant, then at two that know only how strong
 /// thrust and motion are.
-pub(super) fn starts(
-    given: &LumpedParameters,
-    terms: Terms,
-    stretches: &[Stretch],
-) -> [LumpedParameters; 3] {
+fn starts(given: &LumpedParameters, terms: Terms, stretches: &[Stretch]) -> [LumpedParameters; 3] {
     // A wrong-signed mass is no place to start from; the scale of thrust is.
     let alpha = given.alpha.abs().max(f64::MIN_POSITIVE);
     let of = |term, value| if terms.has(term) { value } else { 0.0 };
@@ -84,11 +80,7 @@ fn typical_speed(stretches: &[Stretch]) -> f64 {
 const MOST_ROUNDS: usize = 50;
 
 /// Minimises from one start; with the count under which the optimum is one.
-pub(super) fn search(
-    problem: &Problem<'_>,
-    start: LumpedParameters,
-    loss: Loss,
-) -> (Optimum, Count) {
+fn search(problem: &Problem<'_>, start: LumpedParameters, loss: Loss) -> (Optimum, Count) {
     let starts = problem.stretches.iter().map(|stretch| stretch.start).collect();
     let start = Point { plant: start, starts };
     let has_position = problem.measures(Measured::Position);
@@ -176,14 +168,50 @@ fn robust_std(mut residuals: Vec<f64>) -> f64 {
 /// No simulation is surer than this part of the motion; it would matter without noise.
 const SUREST_PART: f64 = 1e-6;
 
+/// An optimum, and what it is one of.
+pub(super) struct Found {
+    pub(super) stretches: Vec<Stretch>,
+    pub(super) terms: Terms,
+    pub(super) batch_s: f64,
+    pub(super) optimum: Optimum,
+    pub(super) count: Count,
+}
+
+impl Found {
+    pub(super) fn problem(&self) -> Problem<'_> {
+        Problem { stretches: &self.stretches, terms: self.terms, batch_s: self.batch_s }
+    }
+}
+
+/// Searches from one start after another.
+pub(super) fn found(
+    dof: Dof,
+    axes: &[AxisRecord],
+    terms: Terms,
+    start: &LumpedParameters,
+    options: &OutputErrorOptions,
+) -> Result<Found, Error> {
+    let stretches = stretches(axes, terms)?;
+    let batch_s = batch_s(&stretches);
+    let problem = Problem { stretches: &stretches, terms, batch_s };
+    let mut iterations = 0;
+    for start in starts(start, terms, &stretches) {
+        let (optimum, count) = search(&problem, start, options.loss);
+        if optimum.converged {
+            return Ok(Found { stretches, terms, batch_s, optimum, count });
+        }
+        iterations += optimum.iterations;
+    }
+    Err(Error::NotConverged { dof, iterations })
+}
+
 pub(super) fn into_fit(
     dof: Dof,
-    problem: &Problem<'_>,
-    optimum: &Optimum,
-    count: &Count,
+    found: &Found,
     options: &OutputErrorOptions,
 ) -> Result<Fit, Error> {
-    let Optimum { point, at, .. } = optimum;
+    let (problem, count) = (found.problem(), &found.count);
+    let Optimum { point, at, .. } = &found.optimum;
     // Intervals want the curvature of the cost, which for squares the search had already.
     let curved = match options.loss {
         Loss::Squares => None,
@@ -196,7 +224,6 @@ pub(super) fn into_fit(
     let reduced = Reduced::of(&at.totals, 0.0);
     let bread = Bread::of(dof, &reduced, problem.terms)?;
     let (covariance, t_freedom) = bread.influences(&reduced, at).covariance();
-    let samples = problem.samples();
     // Velocity is what both kinds are about; without it, position.
     let of_kind = |measured| {
         let squares: f64 = at.totals.iter().map(|sums| sums.squares[measured as usize]).sum();
@@ -215,8 +242,8 @@ pub(super) fn into_fit(
         t_freedom,
         condition: bread.condition,
         inflation: bread.inflation(),
-        samples,
-        effective_samples: effective_samples(at, samples),
+        samples: problem.samples(),
+        effective_samples: effective_samples(found),
         residual_rms: (squares / of_samples as f64).sqrt(),
         filters: Filters::default(),
         nuisances: Nuisances::default(),
@@ -226,10 +253,10 @@ pub(super) fn into_fit(
 }
 
 /// n σ² / (samples a batch · variance of batch means), never more than n.
-fn effective_samples(at: &Evaluated, samples: usize) -> f64 {
-    let sums = || at.batches.iter().flatten();
+pub(super) fn effective_samples(found: &Found) -> f64 {
+    let sums = || found.optimum.at.batches.iter().flatten();
     let long_run: f64 = sums().map(|sums| sums.influence.powi(2)).sum();
     let squares: f64 = sums().map(|sums| sums.influence_squares).sum();
-    let n = samples as f64;
+    let n = found.problem().samples() as f64;
     if long_run > 0.0 { (n * squares / long_run).min(n) } else { n }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix4, SMatrix};
 
+use super::fit::Found;
 use super::minimise::{Evaluated, Own, Reduced};
 use super::sensitivity::Sums;
 use super::stretch::Stretch;
@@ -104,6 +105,14 @@ fn scaled(information: &SMatrix<f64, 4, 4>, fitted: &[Term], scale: &[f64]) -> D
     })
 }
 
+/// How much neighbouring batches resemble each other in what they contribute to some term.
+pub(super) fn likeness(dof: Dof, found: &Found) -> Result<f64, Error> {
+    let at = &found.optimum.at;
+    let reduced = Reduced::of(&at.totals, 0.0);
+    let bread = Bread::of(dof, &reduced, found.terms)?;
+    Ok(bread.influences(&reduced, at).likeness().max())
+}
+
 /// What each batch of each stretch contributes to the terms.
 pub(super) struct Influences(Vec<Vec<DVector<f64>>>);
 
@@ -111,7 +120,7 @@ pub(super) struct Influences(Vec<Vec<DVector<f64>>>);
 const MOST_ALIKE: f64 = 0.9;
 
 /// Student's t of fewer degrees of freedom has no variance to speak of.
-const LEAST_FREEDOM: f64 = 3.0;
+pub(super) const LEAST_FREEDOM: f64 = 3.0;
 
 impl Influences {
     fn batches(&self) -> usize {

@@ -371,16 +371,31 @@ mod tests {
     const START: State = State { position: 2.0, velocity: -0.4 };
 
     /// Uneven samples of which some have no step of their own, some three.
-    fn stretch(measured: Measured) -> Stretch {
-        let sample = |k: usize| Sample { value: 0.1 * (k as f64).cos(), steps: (k * k) % 4 };
+    fn stretch(measured: &[Measured]) -> Stretch {
+        let sample = |k: usize| Sample {
+            measured: measured[k % measured.len()],
+            steps: ((k * k) % 4) as u32,
+            value: 0.1 * (k as f64).cos(),
+        };
         let samples: Vec<Sample> = (0..200).map(sample).collect();
-        let count: usize = samples.iter().map(|sample| sample.steps).sum();
-        let step = |k: usize| Step {
-            span_s: 0.04 + 0.06 * (k as f64).sin().powi(2),
-            tau: 1500.0 * (0.07 * k as f64).sin(),
+        let count: u32 = samples.iter().map(|sample| sample.steps).sum();
+        let step = |k: u32| Step {
+            span_s: 0.04 + 0.06 * f64::from(k).sin().powi(2),
+            tau: 1500.0 * (0.07 * f64::from(k)).sin(),
         };
         let steps = (0..count).map(step).collect();
-        Stretch { measured, start: START, steps, samples, period_s: 0.1 }
+        let has_position = measured.contains(&Measured::Position);
+        Stretch { has_position, start: START, steps, samples, period_s: 0.1 }
+    }
+
+    const KINDS: [&[Measured]; 3] = [
+        &[Measured::Velocity],
+        &[Measured::Position],
+        &[Measured::Velocity, Measured::Velocity, Measured::Position],
+    ];
+
+    fn counted(weighing: Weighing, drift: f64) -> Count {
+        Count { weighing, std: [0.5, 0.4], drift }
     }
 
     fn moved(j: usize, by: f64) -> (LumpedParameters, State) {
@@ -402,11 +417,14 @@ mod tests {
 
     #[test]
     fn sensitivities_are_the_slopes_of_the_simulation() {
-        for measured in [Measured::Velocity, Measured::Position] {
-            let stretch = stretch(measured);
+        for kinds in KINDS {
+            let stretch = stretch(kinds);
             let residuals = |j, by| {
                 let (plant, start) = moved(j, by);
-                residuals(&stretch, &plant, start)
+                let all = residuals(&stretch, &plant, start);
+                let per_std =
+                    |r: &Residual| r.value / counted(Weighing::Squares, 0.0).std_of(r.measured);
+                all.iter().map(per_std).collect::<Vec<f64>>()
             };
             let slope: Vec<Vec<f64>> = (0..UNKNOWNS)
                 .map(|j| {
@@ -418,21 +436,21 @@ mod tests {
             for (weighing, weighs) in
                 [(Weighing::Squares, f64::INFINITY), (Weighing::HuberCurvature(0.3), 0.3)]
             {
-                let parts = batches(&stretch, &PLANT, START, 37, 0.5, weighing);
+                let parts = batches(&stretch, &PLANT, START, 37, &counted(weighing, 0.0));
                 assert_eq!(parts.len(), 6);
                 let mut sums = Sums::default();
                 parts.iter().for_each(|part| sums.add(part));
                 for i in 0..UNKNOWNS {
                     for j in 0..UNKNOWNS {
-                        let of = |k: usize| match (at[k] / 0.5).abs() <= weighs {
-                            true => slope[i][k] * slope[j][k] / 0.25,
+                        let of = |k: usize| match at[k].abs() <= weighs {
+                            true => slope[i][k] * slope[j][k],
                             false => 0.0,
                         };
                         let expected: f64 = (0..at.len()).map(of).sum();
                         let size: f64 =
-                            (0..at.len()).map(|k| (slope[i][k] * slope[j][k] / 0.25).abs()).sum();
+                            (0..at.len()).map(|k| (slope[i][k] * slope[j][k]).abs()).sum();
                         let off = (sums.information[(i, j)] - expected).abs();
-                        assert!(off <= DIFFERENCES * size, "{measured:?} {i} {j}: {off} of {size}");
+                        assert!(off <= DIFFERENCES * size, "{kinds:?} {i} {j}: {off} of {size}");
                     }
                 }
             }
@@ -441,19 +459,20 @@ mod tests {
 
     #[test]
     fn the_score_is_the_slope_of_the_cost() {
-        for measured in [Measured::Velocity, Measured::Position] {
-            for weighing in [Weighing::Squares, Weighing::Huber(0.3)] {
-                let stretch = stretch(measured);
-                let cost = |j, by| {
+        for kinds in KINDS {
+            for (weighing, drift) in
+                [(Weighing::Squares, 0.0), (Weighing::Huber(0.3), 0.0), (Weighing::Squares, 0.7)]
+            {
+                let (stretch, count) = (stretch(kinds), counted(weighing, drift));
+                let at = |j, by| {
                     let (plant, start) = moved(j, by);
-                    let parts = batches(&stretch, &plant, start, 1000, 0.5, weighing);
-                    parts[0].cost
+                    batches(&stretch, &plant, start, 1000, &count)[0]
                 };
-                let score = batches(&stretch, &PLANT, START, 1000, 0.5, weighing)[0].score;
+                let score = at(0, 0.0).score;
                 for (j, step) in STEPS.into_iter().enumerate() {
-                    let slope = (cost(j, -step) - cost(j, step)) / (2.0 * step);
+                    let slope = (at(j, -step).cost - at(j, step).cost) / (2.0 * step);
                     let off = (score[j] - slope).abs() / slope.abs().max(1.0);
-                    assert!(off < 1e-5, "{measured:?} {weighing:?} {j}: {} {slope}", score[j]);
+                    assert!(off < 1e-5, "{kinds:?} {weighing:?} {j}: {} {slope}", score[j]);
                 }
             }
         }
