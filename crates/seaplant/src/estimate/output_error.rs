@@ -77,17 +77,24 @@ impl Loss {
 /// Fits the plant by least squares between simulated and measured motion.
 ///
 /// Minimises `Σ ρ((y − ŷ)/σ)` over the chosen ones of `[α, β, μ, bias]`, which all trials
-/// share, and the initial state of every stretch without a gap in force. ŷ is velocity or
-/// position, whichever was measured, by RK4 under the held force, with exact
+/// share, and the initial state of every stretch without a gap in force. ŷ is velocity,
+/// position, or both where a record has both, each at its own times and in its own
+/// standard deviations, by RK4 under the held force, with exact
 /// sensitivities: of `v̇ = α τ + β v|v| + μ v + bias` they follow
 /// `ṡⱼ = (2β|v| + μ) sⱼ + fⱼ`. Steps are those of Gauss and Newton, damped where that
 /// does not go downhill, with the initial states eliminated.
 ///
-/// The covariance is `(JᵀJ)⁻¹ S (JᵀJ)⁻¹` with S from sums over sixty batches, or over as
-/// many fewer as makes neighbours independent: what disturbs a vehicle stays in its
-/// velocity for a while. Degrees of freedom are batches, or effective samples if there
-/// are fewer, less terms. The fit's residual is in the unit
-/// of what was measured.
+/// A disturbance changes position for good, so that residuals of position are taken as
+/// white noise plus a random walk, which maximum likelihood tells apart, and y − ŷ of
+/// position is what is new in each. Under a quick walk those are increments of position;
+/// without one, position itself.
+///
+/// The covariance is that of what each of thirty batches contributes, told by the
+/// information of the others, with an autoregression between neighbours: what disturbs a
+/// vehicle stays in its velocity for a while. Degrees of freedom are independent batches
+/// less terms. Where force reacts to what disturbs (a vehicle that holds its depth), the
+/// plant itself is off, and no residual tells by how much. [`Intervals`] has another way.
+/// The fit's residual is of velocity, or of position where that alone was measured.
 ///
 /// `start` is where the search begins: a fit by equation error. From there, or from one
 /// of two others, it converges, or there is no answer.
@@ -95,11 +102,12 @@ impl Loss {
 /// # Errors
 /// [`Error::NoTrial`] without records, [`Error::TooShort`] for hardly any samples,
 /// [`Error::HuberLimit`], [`Error::NotConverged`], [`Error::NotExciting`] if the optimum
-/// is no point but a line.
+/// is no point but a line, [`Error::FewDraws`] of a bootstrap.
 ///
 /// # Source
-/// [Morelli2016, ch. 6]: output error, and why its residuals are coloured; batch means:
-/// \[Schruben1983\]; Huber's loss: \[Huber1964\].
+/// [Morelli2016, ch. 6]: output error, and why its residuals are coloured; leaving batches
+/// out: \[Mackinnon1985\]; autoregression first: \[Andrews1992\], and its bias:
+/// \[Kendall1954\]; Huber's loss: \[Huber1964\].
 ///
 /// ```
 /// use seaplant::estimate::{OutputErrorOptions, fit_output_error};
