@@ -1,6 +1,6 @@
 //! How sure an optimum is: what each batch of samples contributes to it.
 
-use nalgebra::{DMatrix, DVector, Matrix4, SMatrix};
+use nalgebra::{DMatrix, Matrix4, Vector4};
 
 use super::fit::Found;
 use super::minimise::{Evaluated, Own, Reduced};
@@ -19,12 +19,14 @@ pub(super) fn batch_s(stretches: &[Stretch]) -> f64 {
     stretches.iter().map(Stretch::duration_s).sum::<f64>() / BATCHES as f64
 }
 
-/// The information on the fitted terms, columns of the Jacobian scaled to unit length.
+/// The information on the fitted terms, columns of the Jacobian scaled to unit length; of
+/// terms that are not fitted, one on the diagonal.
 pub(super) struct Bread {
     fitted: Vec<Term>,
-    scale: Vec<f64>,
-    information: DMatrix<f64>,
-    inverse: DMatrix<f64>,
+    /// Zero for terms that are not fitted.
+    scale: Vector4<f64>,
+    information: Matrix4<f64>,
+    inverse: Matrix4<f64>,
     pub(super) condition: f64,
 }
 
@@ -32,9 +34,13 @@ impl Bread {
     pub(super) fn of(dof: Dof, reduced: &Reduced, terms: Terms) -> Result<Self, Error> {
         let fitted = terms.fitted();
         let needed = fitted.len();
-        let scale: Vec<f64> = fitted.iter().map(|&term| reduced.scale[term as usize]).collect();
-        let information = scaled(&reduced.information, &fitted, &scale);
-        let eigen = information.clone().symmetric_eigenvalues();
+        let mut scale = Vector4::zeros();
+        fitted.iter().for_each(|&term| scale[term as usize] = reduced.scale[term as usize]);
+        let mut information = reduced.information.component_mul(&(scale * scale.transpose()));
+        let eigen = DMatrix::from_fn(needed, needed, |i, j| {
+            information[(fitted[i] as usize, fitted[j] as usize)]
+        })
+        .symmetric_eigenvalues();
         // Eigenvalues of JᵀJ are the squares of J's singular values.
         let floor = EXCITATION_FLOOR.powi(2) * eigen.max();
         let rank = eigen.iter().filter(|value| **value > floor).count();
@@ -42,7 +48,9 @@ impl Bread {
         if rank < needed {
             return Err(not_exciting);
         }
-        let inverse = information.clone().cholesky().ok_or(not_exciting)?.inverse();
+        let others = Term::ALL.into_iter().filter(|term| !terms.has(*term));
+        others.for_each(|term| information[(term as usize, term as usize)] = 1.0);
+        let inverse = information.cholesky().ok_or(not_exciting)?.inverse();
         let condition = (eigen.max() / eigen.min()).sqrt();
         Ok(Self { fitted, scale, information, inverse, condition })
     }
@@ -55,54 +63,37 @@ impl Bread {
         let of = |(batches, own): (&Vec<Sums>, &Own)| {
             batches.iter().map(|sums| self.influence(own, sums)).collect()
         };
-        Influences(at.batches.iter().zip(&reduced.own).map(of).collect())
+        let stretches = at.batches.iter().zip(&reduced.own).map(of).collect();
+        Influences { terms: self.fitted.len(), stretches }
     }
 
-    fn influence(&self, own: &Own, sums: &Sums) -> DVector<f64> {
-        let score = own.reduce(sums);
-        let each = self.fitted.iter().zip(&self.scale);
-        let score = DVector::from_iterator(
-            self.scale.len(),
-            each.map(|(&term, scale)| score[term as usize] * scale),
-        );
-        let batch = scaled(&own.reduced_information(sums), &self.fitted, &self.scale);
-        match (&self.information - batch).cholesky() {
+    fn influence(&self, own: &Own, sums: &Sums) -> Vector4<f64> {
+        let score = own.reduce(sums).component_mul(&self.scale);
+        let scales = self.scale * self.scale.transpose();
+        let batch = own.reduced_information(sums).component_mul(&scales);
+        match (self.information - batch).cholesky() {
             Some(others) => others.solve(&score),
             // All that is known of some term came with this batch.
-            None => &self.inverse * score,
+            None => self.inverse * score,
         }
     }
 
     /// A covariance of the scaled terms as that of `[α, β, μ, bias]`.
-    pub(super) fn unscaled(&self, covariance: &DMatrix<f64>) -> Matrix4<f64> {
-        let mut all = Matrix4::zeros();
-        for (i, row) in self.fitted.iter().enumerate() {
-            for (j, column) in self.fitted.iter().enumerate() {
-                all[(*row as usize, *column as usize)] =
-                    covariance[(i, j)] * self.scale[i] * self.scale[j];
-            }
-        }
-        all
+    pub(super) fn unscaled(&self, covariance: &Matrix4<f64>) -> Matrix4<f64> {
+        covariance.component_mul(&(self.scale * self.scale.transpose()))
     }
 
     /// VIF_j = (JᵀJ)⁻¹_jj times the square of column j, less its part along the bias.
     pub(super) fn inflation(&self) -> Vec<(Term, f64)> {
-        let bias = self.fitted.iter().position(|term| *term == Term::Bias);
-        let of = |(j, &term): (usize, &Term)| {
-            let along = bias.map_or(0.0, |bias| {
-                self.information[(j, bias)].powi(2) / self.information[(bias, bias)]
-            });
+        let bias = Term::Bias as usize;
+        let of = |&term: &Term| {
+            let j = term as usize;
+            // Without a bias its row is zero.
+            let along = self.information[(j, bias)].powi(2) / self.information[(bias, bias)];
             (term, (self.inverse[(j, j)] * (self.information[(j, j)] - along)).max(1.0))
         };
-        let but_bias = self.fitted.iter().enumerate().filter(|(_, term)| **term != Term::Bias);
-        but_bias.map(of).collect()
+        self.fitted.iter().filter(|term| **term != Term::Bias).map(of).collect()
     }
-}
-
-fn scaled(information: &SMatrix<f64, 4, 4>, fitted: &[Term], scale: &[f64]) -> DMatrix<f64> {
-    DMatrix::from_fn(fitted.len(), fitted.len(), |i, j| {
-        scale[i] * scale[j] * information[(fitted[i] as usize, fitted[j] as usize)]
-    })
 }
 
 /// How much neighbouring batches resemble each other in what they contribute to some term.
@@ -114,7 +105,11 @@ pub(super) fn likeness(dof: Dof, found: &Found) -> Result<f64, Error> {
 }
 
 /// What each batch of each stretch contributes to the terms.
-pub(super) struct Influences(Vec<Vec<DVector<f64>>>);
+pub(super) struct Influences {
+    /// How many terms are fitted; to the others nothing is contributed.
+    terms: usize,
+    stretches: Vec<Vec<Vector4<f64>>>,
+}
 
 /// Batches that resemble their neighbours more than this say too little of a variance.
 const MOST_ALIKE: f64 = 0.9;
@@ -124,7 +119,7 @@ pub(super) const LEAST_FREEDOM: f64 = 3.0;
 
 impl Influences {
     fn batches(&self) -> usize {
-        self.0.iter().map(Vec::len).sum()
+        self.stretches.iter().map(Vec::len).sum()
     }
 
     /// How neighbouring batches are correlated in each term.
@@ -132,16 +127,18 @@ impl Influences {
     /// A fit of p terms takes as many shapes out of the residuals, and where those are
     /// slow its neighbours look less alike than they are: by `(p + (p + 3) r) / n` for
     /// powers of time, of which `(1 + 4 r) / n` for a mean alone is the best known.
-    fn likeness(&self) -> DVector<f64> {
-        let terms = self.0.first().and_then(|all| all.first()).map_or(0, DVector::len);
-        let (mut product, mut square) = (DVector::zeros(terms), DVector::zeros(terms));
-        for batches in &self.0 {
+    fn likeness(&self) -> Vector4<f64> {
+        let (mut product, mut square) = (Vector4::zeros(), Vector4::zeros());
+        for batches in &self.stretches {
             batches.windows(2).for_each(|pair| product += pair[0].component_mul(&pair[1]));
             batches.iter().for_each(|own| square += own.component_mul(own));
         }
-        let (n, p) = (self.batches() as f64, terms as f64);
+        let (n, p) = (self.batches() as f64, self.terms as f64);
         let corrected = |product: f64, square: f64| {
-            let r = if square > 0.0 { product / square } else { 0.0 };
+            if square == 0.0 {
+                return 0.0;
+            }
+            let r: f64 = product / square;
             (r + (p + (p + 3.0) * r) / n).clamp(0.0, MOST_ALIKE)
         };
         product.zip_map(&square, corrected)
@@ -152,14 +149,12 @@ impl Influences {
     /// Degrees of freedom are those of the term whose batches are most alike: for the
     /// others intervals are wider than they need be. Each term's contributions are taken as `ψ_b = r ψ_(b−1) + w_b`; the covariance is
     /// that of w, with what the sum of so correlated contributions varies more.
-    pub(super) fn covariance(&self) -> (DMatrix<f64>, f64) {
+    pub(super) fn covariance(&self) -> (Matrix4<f64>, f64) {
         let likeness = self.likeness();
-        let terms = likeness.len();
         let n = self.batches() as f64;
-        let mut covariance = DMatrix::zeros(terms, terms);
-        let mut gain = DVector::zeros(terms);
-        for batches in &self.0 {
-            let mut before: Option<&DVector<f64>> = None;
+        let (mut covariance, mut gain) = (Matrix4::zeros(), Vector4::zeros());
+        for batches in &self.stretches {
+            let mut before: Option<&Vector4<f64>> = None;
             for own in batches {
                 let new = match before {
                     Some(before) => own - likeness.component_mul(before),
@@ -170,10 +165,10 @@ impl Influences {
             }
             gain += likeness.map(|r| variance_of_sum(batches.len(), r) / n);
         }
-        let gain = DMatrix::from_diagonal(&gain.map(f64::sqrt));
+        let gain = Matrix4::from_diagonal(&gain.map(f64::sqrt));
         let r = likeness.max();
-        let freedom = n * (1.0 - r) / (1.0 + r) - terms as f64;
-        (&gain * covariance * &gain, freedom.max(LEAST_FREEDOM))
+        let freedom = n * (1.0 - r) / (1.0 + r) - self.terms as f64;
+        (gain * covariance * gain, freedom.max(LEAST_FREEDOM))
     }
 }
 
@@ -206,11 +201,11 @@ mod tests {
             let mut next = || {
                 let now = x;
                 x = r * x + (1.0 - r * r).sqrt() * normal();
-                DVector::from_element(1, now)
+                Vector4::new(now, 0.0, 0.0, 0.0)
             };
             (0..each).map(|_| next()).collect()
         };
-        Influences((0..stretches).map(|_| stretch()).collect())
+        Influences { terms: 1, stretches: (0..stretches).map(|_| stretch()).collect() }
     }
 
     #[test]

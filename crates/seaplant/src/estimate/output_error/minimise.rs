@@ -91,8 +91,7 @@ impl Problem<'_> {
     }
 
     pub(super) fn measures(&self, measured: Measured) -> bool {
-        let mut stretches = self.stretches.iter();
-        stretches.any(|stretch| stretch.samples.iter().any(|sample| sample.measured == measured))
+        self.stretches.iter().any(|stretch| stretch.measures(measured))
     }
 
     /// Root mean square of what was measured; of position, of how far it went.

@@ -176,6 +176,8 @@ impl Pass<'_> {
     ) -> Vec<Sums> {
         let Stretch { samples, steps, .. } = self.stretch;
         let [per_velocity, per_position] = self.count.std.map(|std| 1.0 / std);
+        // Rows of one kind are brought to standard deviations once, when they are summed.
+        let (now_per, then_per) = if POSITION { (per_velocity, 1.0) } else { (1.0, per_velocity) };
         let mut moving = Moving::from(self.start);
         let mut drift = Drift::<N>::new(self.count.drift);
         let mut steps = steps.as_slice();
@@ -196,11 +198,11 @@ impl Pass<'_> {
                     sums.add(Measured::Position, r, &row, &weigh);
                 } else {
                     let r = per_velocity * (sample.value - moving.velocity);
-                    let row = moving.velocity_row(per_velocity);
+                    let row = moving.velocity_row(now_per);
                     sums.add(Measured::Velocity, r, &row, &weigh);
                 }
             }
-            sums.into_sums(samples.len())
+            sums.into_sums(then_per, samples.len())
         };
         samples.chunks(self.batch).map(of_batch).collect()
     }
@@ -242,14 +244,15 @@ impl<const N: usize> Tight<N> {
         self.squares[measured as usize] += r * r;
     }
 
-    fn into_sums(self, samples: usize) -> Sums {
+    /// Rows are yet to be multiplied by a factor.
+    fn into_sums(self, factor: f64, samples: usize) -> Sums {
         let at = |i: usize, j: usize| self.information[i.min(j)][i.max(j)];
         Sums {
             information: SMatrix::from_fn(|i, j| match i.max(j) < N {
-                true => at(i, j),
+                true => factor * factor * at(i, j),
                 false => 0.0,
             }),
-            score: SVector::from_fn(|i, _| *self.score.get(i).unwrap_or(&0.0)),
+            score: SVector::from_fn(|i, _| factor * self.score.get(i).unwrap_or(&0.0)),
             cost: self.cost,
             influence: self.influence,
             influence_squares: self.influence_squares,

@@ -111,6 +111,13 @@ impl Stretch {
         self.steps.extend(std::iter::repeat_n(step, count as usize));
     }
 
+    pub(super) fn measures(&self, measured: Measured) -> bool {
+        match measured {
+            Measured::Velocity => self.samples.iter().any(|s| s.measured == measured),
+            Measured::Position => self.has_position,
+        }
+    }
+
     /// How many samples of one kind there are, and Σ of their squares; of position, of how
     /// far it went.
     pub(super) fn squares(&self, measured: Measured) -> (f64, usize) {
