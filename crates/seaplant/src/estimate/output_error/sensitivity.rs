@@ -185,11 +185,9 @@ impl Pass<'_> {
             let mut sums = Tight::<N>::default();
             for sample in samples {
                 let (now, later) = steps.split_at(sample.steps as usize);
-                for step in now {
-                    moving.advance::<POSITION>(self.plant, step);
-                    if POSITION {
-                        drift.wait(step.span_s);
-                    }
+                now.iter().for_each(|step| moving.advance::<POSITION>(self.plant, step));
+                if POSITION {
+                    now.iter().for_each(|step| drift.wait(step.span_s));
                 }
                 steps = later;
                 if POSITION && sample.measured == Measured::Position {
@@ -215,14 +213,24 @@ struct Tight<const N: usize> {
     cost: f64,
     influence: f64,
     influence_squares: f64,
-    squares: [f64; 2],
+    velocity_squares: f64,
+    position_squares: f64,
 }
 
 impl<const N: usize> Default for Tight<N> {
     fn default() -> Self {
         let (information, score) = ([[0.0; N]; N], [0.0; N]);
         let (cost, influence, influence_squares) = (0.0, 0.0, 0.0);
-        Self { information, score, cost, influence, influence_squares, squares: [0.0; 2] }
+        let (velocity_squares, position_squares) = (0.0, 0.0);
+        Self {
+            information,
+            score,
+            cost,
+            influence,
+            influence_squares,
+            velocity_squares,
+            position_squares,
+        }
     }
 }
 
@@ -241,7 +249,10 @@ impl<const N: usize> Tight<N> {
         self.cost += cost;
         self.influence += influence;
         self.influence_squares += influence * influence;
-        self.squares[measured as usize] += r * r;
+        match measured {
+            Measured::Velocity => self.velocity_squares += r * r,
+            Measured::Position => self.position_squares += r * r,
+        }
     }
 
     /// Rows are yet to be multiplied by a factor.
@@ -256,7 +267,7 @@ impl<const N: usize> Tight<N> {
             cost: self.cost,
             influence: self.influence,
             influence_squares: self.influence_squares,
-            squares: self.squares,
+            squares: [self.velocity_squares, self.position_squares],
             samples,
         }
     }
