@@ -36,28 +36,30 @@ const LEAST_BLOCKS: f64 = 8.0;
 /// # Example
 /// ```
 /// use seaplant::estimate::{OutputErrorBootstrap, OutputErrorOptions};
-/// use seaplant::{AxisRecord, Dof, LumpedParameters, Motion, Terms, Timed};
+/// use seaplant::{AxisRecord, Dof, LumpedParameters, Motion, State, Terms, Timed, simulate};
+/// let near = LumpedParameters { alpha: 0.01, beta: -0.5, ..Default::default() };
 /// let times: Vec<f64> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
 /// let thrust: Vec<f64> = times.iter().map(|t| 150.0 * (0.8 * t).sin()).collect();
-/// let force = Timed::new("thrust", times, thrust)?;
-/// let seen: Vec<f64> = force.time_s().iter().map(|t| (0.8 * t).cos() + 0.1 * (7.0 * t).sin()).collect();
+/// let force = Timed::new("thrust", times.clone(), thrust)?;
+/// let moved = simulate(Dof::Surge, &near, &force, State::default(), &times)?.velocity;
+/// let tone = moved.iter().zip(&times).map(|(v, t)| v + 0.01 * (7.0 * t * t).sin());
+/// let motion = Motion::Velocity(force.with_values("velocity", tone.collect())?);
 /// let axis = AxisRecord {
 ///     dof: Dof::Surge,
 ///     trial: "surge 1".to_owned(),
-///     motion: Motion::Velocity(force.with_values("velocity", seen)?),
+///     motion,
 ///     force,
 ///     thrusters: Vec::new(),
 ///     lever_rates: None,
 ///     position: None,
 /// };
-/// let near = LumpedParameters { alpha: 0.01, beta: -0.1, ..Default::default() };
 /// let options = OutputErrorOptions::default();
 /// let (fit, bootstrap) =
 ///     OutputErrorBootstrap::of(Dof::Surge, &[axis], Terms::default(), &near, &options)?;
 /// let draws: Vec<_> = (0..100).filter_map(|number| bootstrap.draw(7, number)).collect();
 /// let again = bootstrap.fit_with(&fit, &draws)?;
 /// assert!(again.covariance[(0, 0)] > 0.0 && again.lumped == fit.lumped);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), seaplant::Error>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct OutputErrorBootstrap {

@@ -160,7 +160,7 @@ impl Influences {
                     Some(before) => own - likeness.component_mul(before),
                     None => own.component_mul(&likeness.map(|r| (1.0 - r * r).sqrt())),
                 };
-                covariance += &new * new.transpose();
+                covariance += new * new.transpose();
                 before = Some(own);
             }
             gain += likeness.map(|r| variance_of_sum(batches.len(), r) / n);
