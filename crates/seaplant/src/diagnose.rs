@@ -17,7 +17,8 @@ use crate::estimate::{
 use crate::signal::{LowPass, Spectrum, amplitude_spectrum};
 use crate::trial::ReadyAxis;
 use crate::{
-    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, Term, ThrustUncertainty, Trial, Vehicle,
+    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, Term, Terms, ThrustUncertainty, Trial,
+    Vehicle,
 };
 
 /// A filter that passes less than this of the excited motion is worth a word.
@@ -324,17 +325,6 @@ pub(crate) fn force_spectrum(ready: &ReadyAxis) -> Spectrum {
     amplitude_spectrum(&tau.unwrap_or_default(), ready.sample_hz)
 }
 
-/// Thrust that acts later than it was logged.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Lateness {
-    /// How much later, s.
-    pub delay_s: f64,
-    /// Quadratic drag if that is allowed for; m/s or rad/s based.
-    pub d_quadratic: f64,
-    /// Mass if that is allowed for.
-    pub mass: f64,
-}
-
 /// Delays that are tried, s.
 const DELAYS_S: (f64, f64, f64) = (-0.5, 1.5, 0.05);
 
@@ -345,46 +335,50 @@ const LIKELIHOOD_RATIO: f64 = 10.8;
 /// Delays below this do no harm that would show.
 const HARMLESS_S: f64 = 0.08;
 
-/// Fits the plant with thrust moved in time, and tells whether that explains the motion
-/// better: a thruster lag, a delay or clocks that differ all look like this.
+/// How much later than it was logged thrust acts, s, if that explains the motion better: a
+/// thruster lag, a delay or clocks that differ all look like this.
+///
+/// The scan is by equation error, whatever method is doubted.
 pub(crate) fn lateness(
-    fit: &Fit,
+    dof: Dof,
     axes: &[AxisRecord],
+    terms: Terms,
     options: &EquationErrorOptions,
-) -> Option<Lateness> {
-    // Others weigh residuals differently; to compare delays, those of equation error do.
-    let plain = fit_equation_error(fit.dof, axes, fit.terms, options).ok()?;
+) -> Option<f64> {
     let (from, to, step) = DELAYS_S;
     let steps = ((to - from) / step).round() as usize;
     let delays_s = (0..=steps).map(|k| from + k as f64 * step);
+    let as_logged = fit_equation_error(dof, axes, terms, options).ok()?;
     let DelayedFit { delay_s, fit: best } =
-        fit_best_delay(fit.dof, axes, fit.terms, options, delays_s).ok()?;
-    let ratio = plain.effective_samples * 2.0 * (plain.residual_rms / best.residual_rms).ln();
-    let physical = best.physical();
-    (ratio > LIKELIHOOD_RATIO && delay_s.abs() > HARMLESS_S).then_some(Lateness {
-        delay_s,
-        d_quadratic: physical.d_quadratic,
-        mass: physical.mass,
-    })
+        fit_best_delay(dof, axes, terms, options, delays_s).ok()?;
+    let likelihood = (as_logged.residual_rms / best.residual_rms).ln();
+    let ratio = as_logged.effective_samples * 2.0 * likelihood;
+    (ratio > LIKELIHOOD_RATIO && delay_s.abs() > HARMLESS_S).then_some(delay_s)
 }
 
-/// [`lateness`], in words.
-pub(crate) fn lateness_caveat(fit: &Fit, late: Lateness) -> Caveat {
+/// [`lateness`], in words; `timely` is the same fit with that allowed for.
+pub(crate) fn lateness_caveat(fit: &Fit, delay_s: f64, timely: Option<&Fit>) -> Caveat {
     let units = fit.dof.units();
     let physical = fit.physical();
-    let when = if late.delay_s > 0.0 { "later" } else { "earlier" };
+    let when = if delay_s > 0.0 { "later" } else { "earlier" };
     let mut message = format!(
-        "the {} motion fits best if thrust acts {:.2} s {when} than it was logged (a thruster lag, a delay in the log, or clocks that differ): with that the mass would be {} in place of {} {}",
+        "the {} motion fits best if thrust acts {:.2} s {when} than it was logged (a thruster lag, a delay in the log, or clocks that differ)",
         fit.dof,
-        late.delay_s.abs(),
-        spoken(late.mass),
+        delay_s.abs(),
+    );
+    let Some(timely) = timely.map(Fit::physical) else {
+        return Caveat::warning(CaveatCode::LagOrDelay, message);
+    };
+    message += &format!(
+        ": with that the mass would be {} in place of {} {}",
+        spoken(timely.mass),
         spoken(physical.mass),
         units.mass
     );
     if fit.terms.has(Term::Quadratic) {
         message += &format!(
             ", and quadratic drag {} in place of {} {}",
-            spoken(late.d_quadratic),
+            spoken(timely.d_quadratic),
             spoken(physical.d_quadratic),
             units.quadratic_drag
         );

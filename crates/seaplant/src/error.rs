@@ -114,6 +114,16 @@ pub enum Error {
         /// Their length, s.
         block_s: f64,
     },
+    /// Too few draws for a covariance.
+    #[error(
+        "{found} draws of a bootstrap came to an optimum, and a covariance needs {needed}; draw more often, or use the sandwich"
+    )]
+    FewDraws {
+        /// How many there are.
+        found: usize,
+        /// How many it takes.
+        needed: usize,
+    },
     /// A thruster that cannot be.
     #[error("thruster `{name}`: {reason}")]
     Thruster {

@@ -24,7 +24,9 @@ pub(crate) use filter_error::drive_over;
 pub use filter_error::{
     Candidate, Decision, FilterErrorOptions, Records, SteadyTest, first_delays, fit_filter_error,
 };
-pub use output_error::{Loss, OutputErrorOptions, fit_output_error};
+pub use output_error::{
+    Loss, OutputErrorBootstrap, OutputErrorIntervals, OutputErrorOptions, fit_output_error,
+};
 pub use paper::{PaperOptions, fit_paper};
 pub use sriv::fit_sriv;
 pub use total_least_squares::fit_total_least_squares;
@@ -97,12 +99,16 @@ impl Method {
         }
     }
 
-    /// Whether it regresses motion on force as it was logged, so that a lag goes unseen by
+    /// Whether it takes force as it was logged, so that a lag goes unseen by
     /// the method itself. The paper's has faults that are told before that one.
     pub(crate) const fn takes_force_as_logged(self) -> bool {
         matches!(
             self,
-            Self::EquationError | Self::WeightedLeastSquares | Self::TotalLeastSquares | Self::Sriv
+            Self::EquationError
+                | Self::WeightedLeastSquares
+                | Self::TotalLeastSquares
+                | Self::Sriv
+                | Self::OutputError
         )
     }
 }

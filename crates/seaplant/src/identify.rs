@@ -23,8 +23,8 @@ use crate::results::{
 };
 use crate::trial::ThrustError;
 use crate::{
-    Agreement, AxisRecord, Comparison, Dof, Error, LumpedParameters, Model, Role, Terms, Trial,
-    Vehicle, VelocitySource, evaluate,
+    Agreement, AxisRecord, Caveat, Comparison, Dof, Error, LumpedParameters, Model, Role, Terms,
+    Trial, Vehicle, VelocitySource, evaluate,
 };
 
 /// What to identify, and how.
@@ -156,8 +156,10 @@ impl Work<'_> {
             }
         }
         let recommended = fits.first().map(|(fit, _)| fit.clone());
+        let late = self.lateness(&fits);
         for (fit, axes) in &fits {
-            match self.plant(fit, axes, recommended.as_ref()) {
+            let late = late.get(&fit.method);
+            match self.plant(fit, axes, recommended.as_ref(), late) {
                 Ok(plant) => {
                     let (dof, method, model) = (self.dof, fit.method, fit.model());
                     found.models.push(FittedModel { dof, method, model });
@@ -203,41 +205,77 @@ impl Work<'_> {
     }
 
     fn fit(&self, method: Method, terms: Option<Terms>) -> Result<(Fit, Vec<AxisRecord>), Error> {
-        let Self { dof, options, trials, .. } = *self;
+        let Self { options, trials, .. } = *self;
         let usual = match method {
             Method::Paper => VelocitySource::Position,
             _ => VelocitySource::Measured,
         };
         let source = options.velocity.unwrap_or(usual);
         let axes = self.axes(&trials.fit, source)?;
-        let chosen = terms.unwrap_or_default();
+        let fit = if method == Method::FilterError {
+            let hold_out = self.axes(&trials.hold_out, source)?;
+            let steady = self.steady_axes(source)?;
+            // It carries thrust errors itself, by its own information.
+            self.fit_filter_error(
+                Records { fit: &axes, hold_out: &hold_out, steady: &steady },
+                terms,
+            )?
+        } else {
+            with_thrust_errors(&axes, &|axes| self.fit_alone(method, axes, terms))?
+        };
+        Ok((fit, axes))
+    }
+
+    /// A fit of some records by themselves.
+    fn fit_alone(
+        &self,
+        method: Method,
+        axes: &[AxisRecord],
+        terms: Option<Terms>,
+    ) -> Result<Fit, Error> {
+        let Self { dof, options, .. } = *self;
         let first = &options.equation_error;
-        let carried =
-            |fit: &dyn Fn(&[AxisRecord]) -> Result<Fit, Error>| with_thrust_errors(&axes, fit);
-        let fit = match method {
-            Method::Paper => carried(&|axes| fit_paper(dof, axes, chosen, &options.paper)),
-            Method::EquationError => carried(&|axes| fit_equation_error(dof, axes, chosen, first)),
-            Method::WeightedLeastSquares => {
-                carried(&|axes| fit_weighted_least_squares(dof, axes, chosen, first))
-            }
-            Method::TotalLeastSquares => {
-                carried(&|axes| fit_total_least_squares(dof, axes, chosen, first))
-            }
-            Method::Sriv => carried(&|axes| fit_sriv(dof, axes, chosen, first)),
-            Method::OutputError => carried(&|axes| {
+        let chosen = terms.unwrap_or_default();
+        match method {
+            Method::Paper => fit_paper(dof, axes, chosen, &options.paper),
+            Method::EquationError => fit_equation_error(dof, axes, chosen, first),
+            Method::WeightedLeastSquares => fit_weighted_least_squares(dof, axes, chosen, first),
+            Method::TotalLeastSquares => fit_total_least_squares(dof, axes, chosen, first),
+            Method::Sriv => fit_sriv(dof, axes, chosen, first),
+            Method::OutputError => {
                 let start = fit_equation_error(dof, axes, chosen, first)?.lumped;
                 fit_output_error(dof, axes, chosen, &start, &options.output_error)
-            }),
-            Method::FilterError => {
-                let hold_out = self.axes(&trials.hold_out, source)?;
-                let steady = self.steady_axes(source)?;
-                let start = fit_best_delay(dof, &axes, chosen, first, first_delays())?;
-                let records = Records { fit: &axes, hold_out: &hold_out, steady: &steady };
-                // It carries thrust errors itself, by its own information.
-                fit_filter_error(dof, records, terms, &start, &options.filter_error)
             }
-        }?;
-        Ok((fit, axes))
+            Method::FilterError => {
+                self.fit_filter_error(Records { fit: axes, hold_out: &[], steady: &[] }, terms)
+            }
+        }
+    }
+
+    fn fit_filter_error(&self, records: Records<'_>, terms: Option<Terms>) -> Result<Fit, Error> {
+        let first = &self.options.equation_error;
+        let chosen = terms.unwrap_or_default();
+        let start = fit_best_delay(self.dof, records.fit, chosen, first, first_delays())?;
+        fit_filter_error(self.dof, records, terms, &start, &self.options.filter_error)
+    }
+
+    /// Whether thrust acts later than it was logged, of each method that takes it as
+    /// logged; the scan is one for all of them.
+    fn lateness(&self, fits: &[(Fit, Vec<AxisRecord>)]) -> BTreeMap<Method, Caveat> {
+        let takes_as_logged =
+            |(fit, _): &&(Fit, Vec<AxisRecord>)| fit.method.takes_force_as_logged();
+        let doubted: Vec<_> = fits.iter().filter(takes_as_logged).collect();
+        let options = &self.options.equation_error;
+        let Some((first, axes)) = doubted.first() else { return BTreeMap::new() };
+        let Some(delay_s) = lateness(self.dof, axes, first.terms, options) else {
+            return BTreeMap::new();
+        };
+        let timely: Vec<AxisRecord> = axes.iter().map(|axis| axis.delayed(delay_s)).collect();
+        let caveat = |(fit, _): &(Fit, Vec<AxisRecord>)| {
+            let timely = self.fit_alone(fit.method, &timely, Some(fit.terms));
+            (fit.method, lateness_caveat(fit, delay_s, timely.ok().as_ref()))
+        };
+        doubted.into_iter().map(caveat).collect()
     }
 
     fn plant(
@@ -245,6 +283,7 @@ impl Work<'_> {
         fit: &Fit,
         axes: &[AxisRecord],
         recommended: Option<&Fit>,
+        late: Option<&Caveat>,
     ) -> Result<PlantResult, Error> {
         let fit_score = score_plant(self.dof, &fit.model(), &self.trials.fit)?;
         let hold_out = match self.trials.hold_out.as_slice() {
@@ -253,10 +292,7 @@ impl Work<'_> {
         };
         let evidence = Evidence { fit, axes, trials: &self.trials.fit, vehicle: self.vehicle };
         let mut doubts = caveats(&evidence)?;
-        if fit.method.takes_force_as_logged() {
-            let late = lateness(fit, axes, &self.options.equation_error);
-            doubts.extend(late.map(|late| lateness_caveat(fit, late)));
-        }
+        doubts.extend(late.cloned());
         if let Some(recommended) = recommended.filter(|first| first.method != fit.method) {
             doubts.extend(disagreement(recommended, fit));
         }

@@ -122,9 +122,7 @@ pub fn fit_best_delay(
     let mut best: Option<DelayedFit> = None;
     let mut refused = Error::NoTrial { dof };
     for delay_s in delays_s {
-        let moved =
-            |axis: &AxisRecord| AxisRecord { force: axis.force.shifted(delay_s), ..axis.clone() };
-        let late: Vec<AxisRecord> = axes.iter().map(moved).collect();
+        let late: Vec<AxisRecord> = axes.iter().map(|axis| axis.delayed(delay_s)).collect();
         match fit_equation_error(dof, &late, terms, &options) {
             Ok(fit) => {
                 if best.as_ref().is_none_or(|best| fit.residual_rms < best.fit.residual_rms) {

@@ -1,6 +1,9 @@
 //! The output error method: least squares between simulated and measured motion.
 
+mod bootstrap;
+mod drift;
 mod fit;
+mod intervals;
 mod minimise;
 mod sensitivity;
 mod stretch;
@@ -10,8 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Fit, check_trials};
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
-use fit::{batch_s, into_fit, search, starts, stretches};
-use minimise::Problem;
+pub use bootstrap::OutputErrorBootstrap;
+use fit::{found, into_fit};
 use sensitivity::Weighing;
 
 /// The choices of the output error method.
@@ -20,6 +23,24 @@ use sensitivity::Weighing;
 pub struct OutputErrorOptions {
     /// How a residual counts.
     pub loss: Loss,
+    /// Where the covariance comes from.
+    pub intervals: OutputErrorIntervals,
+}
+
+/// Where a covariance comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum OutputErrorIntervals {
+    /// From what each of thirty parts of the record contributes.
+    #[default]
+    Sandwich,
+    /// From fits to drawn measurements: simulated motion with residuals of other times.
+    Bootstrap {
+        /// How many; at least 50.
+        draws: usize,
+        /// Equal seeds give equal draws.
+        seed: u64,
+    },
 }
 
 /// How a residual counts.
@@ -35,11 +56,11 @@ pub enum Loss {
 }
 
 impl Loss {
-    /// How the search weighs residuals, if not by squares.
-    fn weighing(self) -> Option<Weighing> {
+    /// How the search weighs residuals.
+    fn weighing(self) -> Weighing {
         match self {
-            Self::Squares => None,
-            Self::Huber(limit) => Some(Weighing::Huber(limit)),
+            Self::Squares => Weighing::Squares,
+            Self::Huber(limit) => Weighing::Huber(limit),
         }
     }
 
@@ -56,17 +77,24 @@ impl Loss {
 /// Fits the plant by least squares between simulated and measured motion.
 ///
 /// Minimises `Σ ρ((y − ŷ)/σ)` over the chosen ones of `[α, β, μ, bias]`, which all trials
-/// share, and the initial state of every stretch without a gap in force. ŷ is velocity or
-/// position, whichever was measured, by RK4 under the held force, with exact
+/// share, and the initial state of every stretch without a gap in force. ŷ is velocity,
+/// position, or both where a record has both, each at its own times and in its own
+/// standard deviations, by RK4 under the held force, with exact
 /// sensitivities: of `v̇ = α τ + β v|v| + μ v + bias` they follow
 /// `ṡⱼ = (2β|v| + μ) sⱼ + fⱼ`. Steps are those of Gauss and Newton, damped where that
 /// does not go downhill, with the initial states eliminated.
 ///
-/// The covariance is `(JᵀJ)⁻¹ S (JᵀJ)⁻¹` with S from sums over sixty batches, or over as
-/// many fewer as makes neighbours independent: what disturbs a vehicle stays in its
-/// velocity for a while. Degrees of freedom are batches, or effective samples if there
-/// are fewer, less terms. The fit's residual is in the unit
-/// of what was measured.
+/// A disturbance changes position for good, so that residuals of position are taken as
+/// white noise plus a random walk, which maximum likelihood tells apart, and y − ŷ of
+/// position is what is new in each. Under a quick walk those are increments of position;
+/// without one, position itself.
+///
+/// The covariance is that of what each of thirty batches contributes, told by the
+/// information of the others, with an autoregression between neighbours: what disturbs a
+/// vehicle stays in its velocity for a while. Degrees of freedom are independent batches
+/// less terms. Where force reacts to what disturbs (a vehicle that holds its depth), the
+/// plant itself is off, and no residual tells by how much. [`OutputErrorIntervals`] has another way.
+/// The fit's residual is of velocity, or of position where that alone was measured.
 ///
 /// `start` is where the search begins: a fit by equation error. From there, or from one
 /// of two others, it converges, or there is no answer.
@@ -74,11 +102,12 @@ impl Loss {
 /// # Errors
 /// [`Error::NoTrial`] without records, [`Error::TooShort`] for hardly any samples,
 /// [`Error::HuberLimit`], [`Error::NotConverged`], [`Error::NotExciting`] if the optimum
-/// is no point but a line.
+/// is no point but a line, [`Error::FewDraws`] of a bootstrap.
 ///
 /// # Source
-/// [Morelli2016, ch. 6]: output error, and why its residuals are coloured; batch means:
-/// \[Schruben1983\]; Huber's loss: \[Huber1964\].
+/// [Morelli2016, ch. 6]: output error, and why its residuals are coloured; leaving batches
+/// out: \[Mackinnon1985\]; autoregression first: \[Andrews1992\], and its bias:
+/// \[Kendall1954\]; Huber's loss: \[Huber1964\].
 ///
 /// ```
 /// use seaplant::estimate::{OutputErrorOptions, fit_output_error};
@@ -112,18 +141,21 @@ pub fn fit_output_error(
     start: &LumpedParameters,
     options: &OutputErrorOptions,
 ) -> Result<Fit, Error> {
-    check_trials(dof, axes)?;
-    options.loss.check()?;
-    let stretches = stretches(axes, terms)?;
-    let batch_s = batch_s(&stretches);
-    let problem = Problem { stretches: &stretches, terms, batch_s };
-    let mut iterations = 0;
-    for start in starts(start, terms, &stretches) {
-        let (optimum, count) = search(&problem, start, options.loss);
-        if optimum.converged {
-            return into_fit(dof, &problem, &optimum, &count, options);
+    check(dof, axes, options)?;
+    let found = found(dof, axes, terms, start, options)?;
+    let fit = into_fit(dof, &found, options)?;
+    match options.intervals {
+        OutputErrorIntervals::Sandwich => Ok(fit),
+        OutputErrorIntervals::Bootstrap { draws, seed } => {
+            let bootstrap = OutputErrorBootstrap::around(dof, &found)?;
+            let draws: Vec<LumpedParameters> =
+                (0..draws as u64).filter_map(|number| bootstrap.draw(seed, number)).collect();
+            bootstrap.fit_with(&fit, &draws)
         }
-        iterations += optimum.iterations;
     }
-    Err(Error::NotConverged { dof, iterations })
+}
+
+fn check(dof: Dof, axes: &[AxisRecord], options: &OutputErrorOptions) -> Result<(), Error> {
+    check_trials(dof, axes)?;
+    options.loss.check()
 }

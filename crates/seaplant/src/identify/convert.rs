@@ -6,7 +6,8 @@ use super::IdentifyOptions;
 use crate::diagnose::force_spectrum;
 use crate::estimate::steady::SteadyFit;
 use crate::estimate::{
-    EquationErrorOptions, Fit, Intervals, Loss, Method, Nuisances, PhysicalEstimates, SteadyTest,
+    EquationErrorOptions, Fit, Intervals, Loss, Method, Nuisances, OutputErrorIntervals,
+    PhysicalEstimates, SteadyTest,
 };
 use crate::excursion::Excursion;
 use crate::quantity::{Attitude, Axis, World};
@@ -233,6 +234,15 @@ fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
             match options.output_error.loss {
                 Loss::Squares => "squares".to_owned(),
                 Loss::Huber(limit) => format!("Huber's, {limit} robust standard deviations"),
+            },
+        ),
+        (
+            "output-error: intervals".to_owned(),
+            match options.output_error.intervals {
+                OutputErrorIntervals::Sandwich => "sandwich".to_owned(),
+                OutputErrorIntervals::Bootstrap { draws, seed } => {
+                    format!("bootstrap, {draws} draws, seed {seed}")
+                }
             },
         ),
         (

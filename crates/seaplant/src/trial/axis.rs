@@ -211,6 +211,11 @@ impl AxisRecord {
         }
     }
 
+    /// The same with thrust moved to later.
+    pub(crate) fn delayed(&self, delay_s: f64) -> Self {
+        Self { force: self.force.shifted(delay_s), ..self.clone() }
+    }
+
     /// Velocity at the times of its own samples, unfiltered.
     ///
     /// # Errors

@@ -4,7 +4,8 @@ Run with `python make_output_error_reference.py > output_error.json`; needs nump
 Velocity is simulated by DOP853 from one change of force to the next, a tone stands for
 noise, and least_squares fits [alpha, beta, mu, bias, v0] with the sensitivities
 integrated alongside. Thrust and the tone are computed alike in Rust, so that only
-results are stored.
+results are stored. A position that drifts besides is fitted under the dense covariance
+of white noise and a random walk, which maximum likelihood tells apart.
 """
 
 import json
@@ -13,7 +14,8 @@ import sys
 import numpy as np
 import scipy
 from scipy.integrate import solve_ivp
-from scipy.optimize import least_squares
+from scipy.linalg import solve_triangular
+from scipy.optimize import least_squares, minimize_scalar
 
 SAMPLES = 300
 PERIOD_S = 0.1
@@ -55,7 +57,13 @@ def motion(theta: np.ndarray) -> np.ndarray:
     return np.array(states)
 
 
-def fit(values: np.ndarray, is_position: bool) -> np.ndarray:
+def fit(
+    values: np.ndarray,
+    is_position: bool,
+    factor: np.ndarray | None = None,
+    start: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The unknowns, scaled, and their residuals; factor is Cholesky's of the covariance."""
     known = {}
 
     def states(scaled):
@@ -65,37 +73,76 @@ def fit(values: np.ndarray, is_position: bool) -> np.ndarray:
             known[key] = motion(scaled[:5] * SCALE)
         return known[key]
 
-    def residual(scaled):
+    def whitened(x):
+        return x if factor is None else solve_triangular(factor, x, lower=True)
+
+    def raw_residual(scaled):
         moved = states(scaled)
         return (moved[:, 6] + scaled[5] if is_position else moved[:, 0]) - values
+
+    def residual(scaled):
+        return whitened(raw_residual(scaled))
 
     def jacobian(scaled):
         moved = states(scaled)
         if is_position:
-            return np.column_stack([moved[:, 7:12] * SCALE, np.ones(SAMPLES)])
-        return np.column_stack([moved[:, 1:6] * SCALE])
+            return whitened(np.column_stack([moved[:, 7:12] * SCALE, np.ones(SAMPLES)]))
+        return whitened(moved[:, 1:6] * SCALE)
 
-    start = 0.8 * TRUTH / SCALE
-    if is_position:
-        start = np.append(start, values[0])
+    if start is None:
+        start = 0.8 * TRUTH / SCALE
+        if is_position:
+            start = np.append(start, values[0])
     found = least_squares(
         residual, start, jacobian, method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-14
     )
-    return found.x[:4] * SCALE[:4]
+    return found.x, raw_residual(found.x)
+
+
+def plant(found: tuple[np.ndarray, np.ndarray]) -> list[float]:
+    return (found[0][:4] * SCALE[:4]).tolist()
+
+
+def covariance(walk: float) -> np.ndarray:
+    time_s = PERIOD_S * np.arange(SAMPLES)
+    return np.eye(SAMPLES) + walk * np.minimum(time_s[:, None], time_s[None, :])
+
+
+def likeliest_walk(residual: np.ndarray) -> float:
+    def cost(log_walk):
+        matrix = covariance(np.exp(log_walk))
+        variance = residual @ np.linalg.solve(matrix, residual) / SAMPLES
+        return SAMPLES * np.log(variance) + np.linalg.slogdet(matrix)[1]
+
+    return float(np.exp(minimize_scalar(cost, bounds=(-7, 7), options={"xatol": 1e-9}).x))
+
+
+def fit_drifting(values: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], float]:
+    found, walk, before = fit(values, True), 0.0, np.inf
+    while abs(walk - before) > 1e-9 * walk:
+        before, walk = walk, likeliest_walk(found[1])
+        found = fit(values, True, np.linalg.cholesky(covariance(walk)), found[0])
+    return found, walk
 
 
 def main() -> None:
     k = np.arange(SAMPLES)
     moved = motion(TRUTH)
     velocity, position = moved[:, 0] + tone(k), moved[:, 6] + 1.5 + tone(k)
+    steps = np.random.default_rng(1).normal(0.0, 0.003, SAMPLES)
+    drifting = position + np.cumsum(steps)
+    fit_of_drifting, walk = fit_drifting(drifting)
     json.dump(
         {
             "numpy": np.__version__,
             "scipy": scipy.__version__,
             "velocity": velocity.tolist(),
             "position": position.tolist(),
-            "fit_of_velocity": fit(velocity, False).tolist(),
-            "fit_of_position": fit(position, True).tolist(),
+            "fit_of_velocity": plant(fit(velocity, False)),
+            "fit_of_position": plant(fit(position, True)),
+            "drifting": drifting.tolist(),
+            "fit_of_drifting": plant(fit_of_drifting),
+            "walk_of_drifting": walk,
         },
         sys.stdout,
         indent=1,

@@ -1,18 +1,19 @@
 //! From records to a fitted plant.
 
-use nalgebra::{DMatrix, DVector, Matrix4};
+use nalgebra::Matrix4;
 
-use super::minimise::{Count, Evaluated, Optimum, Point, Problem, Reduced};
-use super::sensitivity::{Sums, Weighing};
+use super::drift::DriftingNoise;
+use super::intervals::{Bread, batch_s};
+use super::minimise::{Optimum, Point, Problem, Reduced};
+use super::sensitivity::{Count, Residual, Weighing};
 use super::stretch::{Measured, Stretch};
 use super::{Loss, OutputErrorOptions};
 use crate::estimate::{Filters, Fit, Method, Nuisances};
-use crate::regression::{BATCHES, EXCITATION_FLOOR, Residuals};
 use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
 
 /// The stretches of all records.
-pub(super) fn stretches(axes: &[AxisRecord], terms: Terms) -> Result<Vec<Stretch>, Error> {
+fn stretches(axes: &[AxisRecord], terms: Terms) -> Result<Vec<Stretch>, Error> {
     let mut all = Vec::new();
     for axis in axes {
         all.extend(Stretch::all_of(axis)?);
@@ -28,11 +29,7 @@ pub(super) fn stretches(axes: &[AxisRecord], terms: Terms) -> Result<Vec<Stretch
 
 /// Where a search begins: at the given plant, then at two that know only how strong
 /// thrust and motion are.
-pub(super) fn starts(
-    given: &LumpedParameters,
-    terms: Terms,
-    stretches: &[Stretch],
-) -> [LumpedParameters; 3] {
+fn starts(given: &LumpedParameters, terms: Terms, stretches: &[Stretch]) -> [LumpedParameters; 3] {
     // A wrong-signed mass is no place to start from; the scale of thrust is.
     let alpha = given.alpha.abs().max(f64::MIN_POSITIVE);
     let of = |term, value| if terms.has(term) { value } else { 0.0 };
@@ -59,87 +56,164 @@ pub(super) fn starts(
     [near, balanced(alpha), balanced(alpha / 3.0)]
 }
 
-/// Mean |v|, from differences where position is what was measured.
+/// Mean |v|, from differences where position alone was measured.
 fn typical_speed(stretches: &[Stretch]) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for stretch in stretches {
-        match stretch.measured {
-            Measured::Velocity => {
-                sum += stretch.samples.iter().map(|sample| sample.value.abs()).sum::<f64>();
-            }
-            Measured::Position => {
-                let pairs = stretch.samples.windows(2);
-                let way = pairs.map(|pair| (pair[1].value - pair[0].value).abs()).sum::<f64>();
-                sum += way / stretch.period_s;
-            }
+        let of_kind = |measured| {
+            let samples = stretch.samples.iter().filter(move |s| s.measured == measured);
+            samples.map(|sample| sample.value).collect::<Vec<f64>>()
+        };
+        let velocity = of_kind(Measured::Velocity);
+        if velocity.is_empty() {
+            let position = of_kind(Measured::Position);
+            let way: f64 = position.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+            sum += way / stretch.period_s;
+            count += position.len();
+        } else {
+            sum += velocity.iter().map(|v| v.abs()).sum::<f64>();
+            count += velocity.len();
         }
-        count += stretch.samples.len();
     }
     sum / count.max(1) as f64
 }
 
-/// The scale of residuals and the weights settle together in fewer rounds than this.
+/// The noise and the weights settle together in fewer rounds than this.
 const MOST_ROUNDS: usize = 50;
 
-/// The scale has settled when it changes by less than this part: what it moves the plant
-/// by is a part of that part of a standard deviation.
-const SETTLED: f64 = 1e-4;
-
 /// Minimises from one start; with the count under which the optimum is one.
-pub(super) fn search(
-    problem: &Problem<'_>,
-    start: LumpedParameters,
-    loss: Loss,
-) -> (Optimum, Count) {
+fn search(problem: &Problem<'_>, start: LumpedParameters, loss: Loss) -> (Optimum, Count) {
     let starts = problem.stretches.iter().map(|stretch| stretch.start).collect();
-    let mut count = Count { weighing: Weighing::Squares, std: [1.0; 2] };
-    let mut optimum = problem.minimise(Point { plant: start, starts }, &count);
-    let measures = |kind| problem.stretches.iter().any(|stretch| stretch.measured == kind);
-    let is_mixed = measures(Measured::Velocity) && measures(Measured::Position);
-    let Some(weighing) = loss.weighing().or(is_mixed.then_some(Weighing::Squares)) else {
-        return (optimum, count);
+    let start = Point { plant: start, starts };
+    let has_position = problem.measures(Measured::Position);
+    // How far squares of one kind are counted is all the same.
+    let mut count = match has_position {
+        true => noise(problem, &start, Loss::Squares),
+        false => Count { weighing: Weighing::Squares, std: [1.0; 2], drift: 0.0 },
     };
+    let mut optimum = problem.minimise(start, &count);
+    if !has_position && loss == Loss::Squares {
+        return (optimum, count);
+    }
     let mut iterations = optimum.iterations;
     for _ in 0..MOST_ROUNDS {
-        let std = [Measured::Velocity, Measured::Position].map(|kind| {
-            let surest = SUREST_PART * problem.measured_rms(kind);
-            robust_std(problem.residuals(&optimum.point, kind)).max(surest)
-        });
-        let change = std.iter().zip(count.std).map(|(new, old)| (new / old - 1.0).abs());
-        let is_settled = count.weighing == weighing && change.fold(0.0, f64::max) < SETTLED;
-        if is_settled {
+        let next = noise(problem, &optimum.point, loss);
+        if next.is_like(&count) {
             return (Optimum { iterations, ..optimum }, count);
         }
-        count = Count { weighing, std };
+        count = next;
         optimum = problem.minimise(optimum.point, &count);
         iterations += optimum.iterations;
     }
     (Optimum { iterations, converged: false, ..optimum }, count)
 }
 
+/// How residuals count, judged by themselves.
+fn noise(problem: &Problem<'_>, point: &Point, loss: Loss) -> Count {
+    let robust = |residuals: &[f64]| match loss {
+        Loss::Squares => rms(residuals),
+        Loss::Huber(_) => robust_std(residuals.to_vec()),
+    };
+    let surest = |kind| SUREST_PART * problem.measured_rms(kind);
+    let velocity = problem.residuals(point, Measured::Velocity);
+    let values: Vec<f64> = velocity.iter().flatten().map(|residual| residual.value).collect();
+    let velocity_std = match values.is_empty() {
+        true => 1.0,
+        false => robust(&values).max(surest(Measured::Velocity)),
+    };
+    let surest_position = surest(Measured::Position);
+    let position = problem.residuals(point, Measured::Position);
+    let wander = wander(&velocity, problem.batch_s);
+    let position = DriftingNoise::of(&position, wander, |new| robust(new).max(surest_position));
+    Count { weighing: loss.weighing(), std: [velocity_std, position.std], drift: position.walk }
+}
+
+/// By how much the vehicle, as residuals of velocity have it, wanders off its simulated
+/// position: variance a second.
+///
+/// Hundreds of velocities tell it better than a few rough depths.
+fn wander(velocity: &[Vec<Residual>], batch_s: f64) -> f64 {
+    let (mut ways, mut noise, mut total_s) = (0.0, 0.0, 0.0);
+    for residuals in velocity {
+        let pairs = || residuals.windows(2).map(|pair| (pair[0], pair[1]));
+        let Some(last) = residuals.last() else { continue };
+        total_s += last.at_s;
+        // White noise has half the variance of differences between neighbours.
+        noise += pairs()
+            .map(|(a, b)| 0.5 * ((b.value - a.value) * (b.at_s - a.at_s)).powi(2))
+            .sum::<f64>();
+        let (mut way, mut until_s) = (0.0, batch_s);
+        for (a, b) in pairs() {
+            way += 0.5 * (a.value + b.value) * (b.at_s - a.at_s);
+            if b.at_s >= until_s {
+                (ways, way, until_s) = (ways + way * way, 0.0, b.at_s + batch_s);
+            }
+        }
+        ways += way * way;
+    }
+    if total_s > 0.0 { (ways - noise).max(0.0) / total_s } else { 0.0 }
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt()
+}
+
 /// 1.4826 times the median size of the residuals: their standard deviation if they are
 /// Gaussian, whatever a few are.
-fn robust_std(residuals: Vec<f64>) -> f64 {
-    let mut sizes: Vec<f64> = residuals.into_iter().map(f64::abs).collect();
-    let middle = sizes.len() / 2;
-    if sizes.is_empty() {
-        return 1.0;
-    }
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+fn robust_std(mut residuals: Vec<f64>) -> f64 {
+    residuals.iter_mut().for_each(|residual| *residual = residual.abs());
+    let middle = residuals.len() / 2;
+    let (_, median, _) = residuals.select_nth_unstable_by(middle, f64::total_cmp);
     1.4826 * *median
 }
 
 /// No simulation is surer than this part of the motion; it would matter without noise.
 const SUREST_PART: f64 = 1e-6;
 
+/// An optimum, and what it is one of.
+pub(super) struct Found {
+    pub(super) stretches: Vec<Stretch>,
+    pub(super) terms: Terms,
+    pub(super) batch_s: f64,
+    pub(super) optimum: Optimum,
+    pub(super) count: Count,
+}
+
+impl Found {
+    pub(super) fn problem(&self) -> Problem<'_> {
+        Problem { stretches: &self.stretches, terms: self.terms, batch_s: self.batch_s }
+    }
+}
+
+/// Searches from one start after another.
+pub(super) fn found(
+    dof: Dof,
+    axes: &[AxisRecord],
+    terms: Terms,
+    start: &LumpedParameters,
+    options: &OutputErrorOptions,
+) -> Result<Found, Error> {
+    let stretches = stretches(axes, terms)?;
+    let batch_s = batch_s(&stretches);
+    let problem = Problem { stretches: &stretches, terms, batch_s };
+    let mut iterations = 0;
+    for start in starts(start, terms, &stretches) {
+        let (optimum, count) = search(&problem, start, options.loss);
+        if optimum.converged {
+            return Ok(Found { stretches, terms, batch_s, optimum, count });
+        }
+        iterations += optimum.iterations;
+    }
+    Err(Error::NotConverged { dof, iterations })
+}
+
 pub(super) fn into_fit(
     dof: Dof,
-    problem: &Problem<'_>,
-    optimum: &Optimum,
-    count: &Count,
+    found: &Found,
     options: &OutputErrorOptions,
 ) -> Result<Fit, Error> {
-    let Optimum { point, at, .. } = optimum;
+    let (problem, count) = (found.problem(), &found.count);
+    let Optimum { point, at, .. } = &found.optimum;
     // Intervals want the curvature of the cost, which for squares the search had already.
     let curved = match options.loss {
         Loss::Squares => None,
@@ -151,32 +225,29 @@ pub(super) fn into_fit(
     let at = curved.as_ref().unwrap_or(at);
     let reduced = Reduced::of(&at.totals, 0.0);
     let bread = Bread::of(dof, &reduced, problem.terms)?;
-    let residuals = residual_sums(problem, &reduced, at);
-    let covariance = bread.sandwich(&residuals);
-    let samples = problem.samples();
-    let needed = problem.terms.count();
-    let effective_samples = residuals.effective_samples(samples);
-    let batches = residuals.scores.len();
-    let freedom = (batches as f64).min(effective_samples) - needed as f64;
-    let squares: f64 = problem
-        .stretches
-        .iter()
-        .zip(&at.totals)
-        .map(|(stretch, sums)| sums.squares * count.std_of(stretch.measured).powi(2))
-        .sum();
+    let (covariance, t_freedom) = bread.influences(&reduced, at).covariance();
+    // Velocity is what both kinds are about; without it, position.
+    let of_kind = |measured| {
+        let squares: f64 = at.totals.iter().map(|sums| sums.squares[measured as usize]).sum();
+        let count_of = problem.stretches.iter().map(|stretch| stretch.squares(measured).1);
+        (squares * count.std_of(measured).powi(2), count_of.sum::<usize>())
+    };
+    let measured =
+        if problem.measures(Measured::Velocity) { Measured::Velocity } else { Measured::Position };
+    let (squares, of_samples) = of_kind(measured);
     Ok(Fit {
         dof,
         method: Method::OutputError,
         terms: problem.terms,
         lumped: point.plant,
-        covariance,
+        covariance: bread.unscaled(&covariance),
         thrust_covariance: Matrix4::zeros(),
-        t_freedom: freedom.max(1.0),
+        t_freedom,
         condition: bread.condition,
         inflation: bread.inflation(),
-        samples,
-        effective_samples,
-        residual_rms: (squares / samples as f64).sqrt(),
+        samples: problem.samples(),
+        effective_samples: effective_samples(found),
+        residual_rms: (squares / of_samples as f64).sqrt(),
         filters: Filters::default(),
         nuisances: Nuisances::default(),
         structure: Vec::new(),
@@ -185,111 +256,11 @@ pub(super) fn into_fit(
     })
 }
 
-/// The time of the smallest batches, s.
-pub(super) fn batch_s(stretches: &[Stretch]) -> f64 {
-    stretches.iter().map(Stretch::duration_s).sum::<f64>() / BATCHES.1 as f64
-}
-
-fn residual_sums(problem: &Problem<'_>, reduced: &Reduced, at: &Evaluated) -> Residuals {
-    let fitted = problem.terms.fitted();
-    let mut all = Residuals::default();
-    for (batches, own) in independent(at.batches.clone()).iter().zip(&reduced.own) {
-        for sums in batches {
-            let score = own.reduce(sums);
-            let of = |&term: &Term| score[term as usize] * reduced.scale[term as usize];
-            all.scores.push(DVector::from_iterator(fitted.len(), fitted.iter().map(of)));
-            all.sums.push(sums.influence);
-            all.square_sum += sums.influence_squares;
-        }
-    }
-    all
-}
-
-/// Joins batches in pairs until residuals a batch apart are independent, or few are left:
-/// many short batches tell a variance better, as long as each stands for itself.
-fn independent(mut stretches: Vec<Vec<Sums>>) -> Vec<Vec<Sums>> {
-    let count = |stretches: &[Vec<Sums>]| stretches.iter().map(Vec::len).sum::<usize>();
-    while count(&stretches) >= 2 * BATCHES.0 && neighbours_go_together(&stretches) {
-        let joined = |pair: &[Sums]| {
-            let mut sums = pair[0];
-            pair[1..].iter().for_each(|other| sums.add(other));
-            sums
-        };
-        let joined = |batches: &Vec<Sums>| batches.chunks(2).map(joined).collect();
-        let fewer: Vec<Vec<Sums>> = stretches.iter().map(joined).collect();
-        if count(&fewer) == count(&stretches) {
-            break;
-        }
-        stretches = fewer;
-    }
-    stretches
-}
-
-/// Whether the sums of neighbouring batches are correlated by more than chance makes them
-/// in one of twenty fits.
-fn neighbours_go_together(stretches: &[Vec<Sums>]) -> bool {
-    let (mut product, mut square, mut count) = (0.0, 0.0, 0_usize);
-    for batches in stretches {
-        let pairs = batches.windows(2);
-        product += pairs.map(|pair| pair[0].influence * pair[1].influence).sum::<f64>();
-        square += batches.iter().map(|sums| sums.influence.powi(2)).sum::<f64>();
-        count += batches.len();
-    }
-    product > 1.645 / (count as f64).sqrt() * square
-}
-
-/// The information on the fitted terms, columns of the Jacobian scaled to unit length.
-struct Bread {
-    fitted: Vec<Term>,
-    scale: Vec<f64>,
-    information: DMatrix<f64>,
-    inverse: DMatrix<f64>,
-    condition: f64,
-}
-
-impl Bread {
-    fn of(dof: Dof, reduced: &Reduced, terms: Terms) -> Result<Self, Error> {
-        let fitted = terms.fitted();
-        let needed = fitted.len();
-        let scale: Vec<f64> = fitted.iter().map(|&term| reduced.scale[term as usize]).collect();
-        let information = DMatrix::from_fn(needed, needed, |i, j| {
-            scale[i] * scale[j] * reduced.information[(fitted[i] as usize, fitted[j] as usize)]
-        });
-        let eigen = information.clone().symmetric_eigenvalues();
-        // Eigenvalues of JᵀJ are the squares of J's singular values.
-        let floor = EXCITATION_FLOOR.powi(2) * eigen.max();
-        let rank = eigen.iter().filter(|value| **value > floor).count();
-        let not_exciting = Error::NotExciting { dof, rank, needed };
-        if rank < needed {
-            return Err(not_exciting);
-        }
-        let inverse = information.clone().cholesky().ok_or(not_exciting)?.inverse();
-        let condition = (eigen.max() / eigen.min()).sqrt();
-        Ok(Self { fitted, scale, information, inverse, condition })
-    }
-
-    fn sandwich(&self, residuals: &Residuals) -> Matrix4<f64> {
-        let scaled = &self.inverse * residuals.meat() * &self.inverse;
-        let mut covariance = Matrix4::zeros();
-        for (i, row) in self.fitted.iter().enumerate() {
-            for (j, column) in self.fitted.iter().enumerate() {
-                covariance[(*row as usize, *column as usize)] =
-                    scaled[(i, j)] * self.scale[i] * self.scale[j];
-            }
-        }
-        covariance
-    }
-
-    /// VIF_j = (JᵀJ)⁻¹_jj times the square of column j, less its part along the bias.
-    fn inflation(&self) -> Vec<(Term, f64)> {
-        let bias = self.fitted.iter().position(|term| *term == Term::Bias);
-        let of = |(j, &term): (usize, &Term)| {
-            let along = bias.map_or(0.0, |bias| {
-                self.information[(j, bias)].powi(2) / self.information[(bias, bias)]
-            });
-            (term, (self.inverse[(j, j)] * (self.information[(j, j)] - along)).max(1.0))
-        };
-        let but_bias = self.fitted.iter().enumerate().filter(|(_, term)| **term != Term::Bias);
-        but_bias.map(of).collect()
-    }
+/// n σ² / (samples a batch · variance of batch means), never more than n.
+pub(super) fn effective_samples(found: &Found) -> f64 {
+    let sums = || found.optimum.at.batches.iter().flatten();
+    let long_run: f64 = sums().map(|sums| sums.influence.powi(2)).sum();
+    let squares: f64 = sums().map(|sums| sums.influence_squares).sum();
+    let n = found.problem().samples() as f64;
+    if long_run > 0.0 { (n * squares / long_run).min(n) } else { n }
 }

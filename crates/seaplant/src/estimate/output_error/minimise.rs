@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, Matrix2, Matrix4, Matrix4x2, Vector2, Vector4};
 
-use super::sensitivity::{Sums, Weighing, batches, residuals};
+use super::sensitivity::{Count, Residual, Sums, batches, residuals};
 use super::stretch::{Measured, Stretch};
 use crate::{LumpedParameters, State, Term, Terms};
 
@@ -12,20 +12,6 @@ pub(super) struct Problem<'a> {
     pub(super) terms: Terms,
     /// Time whose samples are summed into one batch, s.
     pub(super) batch_s: f64,
-}
-
-/// How residuals count.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Count {
-    pub(super) weighing: Weighing,
-    /// Standard deviations of velocity and of position.
-    pub(super) std: [f64; 2],
-}
-
-impl Count {
-    pub(super) fn std_of(&self, measured: Measured) -> f64 {
-        self.std[measured as usize]
-    }
 }
 
 /// A plant, and the state that each stretch starts from.
@@ -80,8 +66,7 @@ impl Problem<'_> {
     pub(super) fn evaluate(&self, point: &Point, count: &Count) -> Evaluated {
         let of = |(stretch, &start): (&Stretch, &State)| {
             let batch = ((self.batch_s / stretch.period_s).round() as usize).max(1);
-            let std = count.std_of(stretch.measured);
-            batches(stretch, &point.plant, start, batch, std, count.weighing)
+            batches(stretch, &point.plant, start, batch, count)
         };
         let batches: Vec<Vec<Sums>> = self.stretches.iter().zip(&point.starts).map(of).collect();
         let total = |batches: &Vec<Sums>| {
@@ -95,26 +80,34 @@ impl Problem<'_> {
         Evaluated { batches, totals, cost }
     }
 
-    /// Residuals of all stretches that measure one thing.
-    pub(super) fn residuals(&self, point: &Point, measured: Measured) -> Vec<f64> {
-        let stretches = self.stretches.iter().zip(&point.starts);
-        let of_kind = stretches.filter(|(stretch, _)| stretch.measured == measured);
-        of_kind.flat_map(|(stretch, &start)| residuals(stretch, &point.plant, start)).collect()
+    /// Residuals of what measures one thing, stretch by stretch.
+    pub(super) fn residuals(&self, point: &Point, measured: Measured) -> Vec<Vec<Residual>> {
+        let of = |(stretch, &start): (&Stretch, &State)| {
+            let mut all = residuals(stretch, &point.plant, start);
+            all.retain(|residual| residual.measured == measured);
+            all
+        };
+        self.stretches.iter().zip(&point.starts).map(of).collect()
+    }
+
+    pub(super) fn measures(&self, measured: Measured) -> bool {
+        self.stretches.iter().any(|stretch| stretch.measures(measured))
     }
 
     /// Root mean square of what was measured; of position, of how far it went.
     pub(super) fn measured_rms(&self, measured: Measured) -> f64 {
-        let of_kind = self.stretches.iter().filter(|stretch| stretch.measured == measured);
-        let (sum, count) = of_kind.fold((0.0, 0_usize), |(sum, count), stretch| {
-            (sum + stretch.squares(), count + stretch.samples.len())
-        });
+        let of_kind = self.stretches.iter().map(|stretch| stretch.squares(measured));
+        let (sum, count) = of_kind.fold((0.0, 0), |all, own| (all.0 + own.0, all.1 + own.1));
         (sum / count.max(1) as f64).sqrt()
     }
 
     /// Σ of squares of what was measured, in standard deviations.
     fn measured_squares(&self, count: &Count) -> f64 {
-        let of = |stretch: &Stretch| stretch.squares() / count.std_of(stretch.measured).powi(2);
-        self.stretches.iter().map(of).sum()
+        let of = |measured| {
+            let squares = self.stretches.iter().map(|stretch| stretch.squares(measured).0);
+            squares.sum::<f64>() / count.std_of(measured).powi(2)
+        };
+        of(Measured::Velocity) + of(Measured::Position)
     }
 
     /// Minimises the cost from a point.
@@ -230,6 +223,15 @@ impl Own {
     /// A score on the plant without what the initial state can answer.
     pub(super) fn reduce(&self, sums: &Sums) -> Vector4<f64> {
         sums.score.fixed_rows::<4>(0) - self.by_plant * sums.score.fixed_rows::<2>(4)
+    }
+
+    /// The information on the plant likewise.
+    pub(super) fn reduced_information(&self, sums: &Sums) -> Matrix4<f64> {
+        let shared = sums.information.fixed_view::<4, 4>(0, 0);
+        let cross = sums.information.fixed_view::<4, 2>(0, 4);
+        let start = sums.information.fixed_view::<2, 2>(4, 4);
+        let both = cross * self.by_plant.transpose();
+        shared - both - both.transpose() + self.by_plant * start * self.by_plant.transpose()
     }
 }
 

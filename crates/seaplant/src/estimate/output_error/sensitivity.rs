@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::drift::Drift;
 use super::stretch::{Measured, Sample, Step, Stretch};
 use crate::{LumpedParameters, State};
 
@@ -35,8 +36,8 @@ pub(super) struct Sums {
     pub(super) influence: f64,
     /// Σ ψ².
     pub(super) influence_squares: f64,
-    /// Σ r².
-    pub(super) squares: f64,
+    /// Σ r², of velocity and of position.
+    pub(super) squares: [f64; 2],
     /// How many samples.
     pub(super) samples: usize,
 }
@@ -48,47 +49,89 @@ impl Sums {
         self.cost += other.cost;
         self.influence += other.influence;
         self.influence_squares += other.influence_squares;
-        self.squares += other.squares;
+        self.squares[0] += other.squares[0];
+        self.squares[1] += other.squares[1];
         self.samples += other.samples;
     }
 }
 
+/// How residuals count.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Count {
+    pub(super) weighing: Weighing,
+    /// Standard deviations of a sample of velocity and of position.
+    pub(super) std: [f64; 2],
+    /// How position drifts beside that: [`Drift`].
+    pub(super) drift: f64,
+}
+
+/// Noise has settled when it changes by less than this part: what it moves the plant by
+/// is a part of that part of a standard deviation.
+const SETTLED: f64 = 1e-4;
+
+/// … and a drift, which shows in the cost by the square of its error, by less than this.
+const DRIFT_SETTLED: f64 = 1e-2;
+
+impl Count {
+    pub(super) fn std_of(&self, measured: Measured) -> f64 {
+        self.std[measured as usize]
+    }
+
+    /// Whether it would lead to the same optimum as another.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64, part: f64| (a - b).abs() <= part * a.abs();
+        let stds = self.std.iter().zip(other.std).all(|(&a, b)| near(a, b, SETTLED));
+        stds && near(self.drift, other.drift, DRIFT_SETTLED) && self.weighing == other.weighing
+    }
+}
+
 /// Simulates a stretch and adds up what its samples say, batch by batch.
-///
-/// `std` is the standard deviation that residuals are counted in.
 pub(super) fn batches(
     stretch: &Stretch,
     plant: &LumpedParameters,
     start: State,
     batch: usize,
-    std: f64,
-    weighing: Weighing,
+    count: &Count,
 ) -> Vec<Sums> {
-    let all = Pass { stretch, plant, start, batch, std };
-    match (stretch.measured, weighing) {
-        (Measured::Velocity, Weighing::Squares) => all.run::<5, false>(squares),
-        (Measured::Position, Weighing::Squares) => all.run::<6, true>(squares),
-        (Measured::Velocity, Weighing::Huber(limit)) => all.run::<5, false>(huber(limit)),
-        (Measured::Position, Weighing::Huber(limit)) => all.run::<6, true>(huber(limit)),
-        (Measured::Velocity, Weighing::HuberCurvature(limit)) => {
-            all.run::<5, false>(curvature(limit))
-        }
-        (Measured::Position, Weighing::HuberCurvature(limit)) => {
-            all.run::<6, true>(curvature(limit))
-        }
+    let all = Pass { stretch, plant, start, batch, count };
+    match (stretch.has_position, count.weighing) {
+        (false, Weighing::Squares) => all.run::<5, false>(squares),
+        (true, Weighing::Squares) => all.run::<6, true>(squares),
+        (false, Weighing::Huber(limit)) => all.run::<5, false>(huber(limit)),
+        (true, Weighing::Huber(limit)) => all.run::<6, true>(huber(limit)),
+        (false, Weighing::HuberCurvature(limit)) => all.run::<5, false>(curvature(limit)),
+        (true, Weighing::HuberCurvature(limit)) => all.run::<6, true>(curvature(limit)),
     }
 }
 
-/// Measured less simulated, at each sample.
-pub(super) fn residuals(stretch: &Stretch, plant: &LumpedParameters, start: State) -> Vec<f64> {
+/// Measured less simulated, of one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Residual {
+    pub(super) measured: Measured,
+    /// Since the start of its stretch.
+    pub(super) at_s: f64,
+    pub(super) value: f64,
+}
+
+/// The residual of each sample.
+pub(super) fn residuals(
+    stretch: &Stretch,
+    plant: &LumpedParameters,
+    start: State,
+) -> Vec<Residual> {
     let mut moving = Moving::from(start);
+    let mut at_s = 0.0;
     let mut steps = stretch.steps.iter();
     let residual = |sample: &Sample| {
-        steps.by_ref().take(sample.steps).for_each(|step| moving.advance::<true>(plant, step));
-        match stretch.measured {
-            Measured::Velocity => sample.value - moving.velocity,
-            Measured::Position => sample.value - moving.position,
+        for step in steps.by_ref().take(sample.steps as usize) {
+            moving.advance::<true>(plant, step);
+            at_s += step.span_s;
         }
+        let predicted = match sample.measured {
+            Measured::Velocity => moving.velocity,
+            Measured::Position => moving.position,
+        };
+        Residual { measured: sample.measured, at_s, value: sample.value - predicted }
     };
     stretch.samples.iter().map(residual).collect()
 }
@@ -123,7 +166,7 @@ struct Pass<'a> {
     plant: &'a LumpedParameters,
     start: State,
     batch: usize,
-    std: f64,
+    count: &'a Count,
 }
 
 impl Pass<'_> {
@@ -132,19 +175,32 @@ impl Pass<'_> {
         weigh: impl Fn(f64) -> Weighed,
     ) -> Vec<Sums> {
         let Stretch { samples, steps, .. } = self.stretch;
-        let per_std = 1.0 / self.std;
+        let [per_velocity, per_position] = self.count.std.map(|std| 1.0 / std);
+        // Rows of one kind are brought to standard deviations once, when they are summed.
+        let (now_per, then_per) = if POSITION { (per_velocity, 1.0) } else { (1.0, per_velocity) };
         let mut moving = Moving::from(self.start);
+        let mut drift = Drift::<N>::new(self.count.drift);
         let mut steps = steps.as_slice();
         let of_batch = |samples: &[Sample]| {
             let mut sums = Tight::<N>::default();
             for sample in samples {
-                let (now, later) = steps.split_at(sample.steps);
+                let (now, later) = steps.split_at(sample.steps as usize);
                 now.iter().for_each(|step| moving.advance::<POSITION>(self.plant, step));
+                if POSITION {
+                    now.iter().for_each(|step| drift.wait(step.span_s));
+                }
                 steps = later;
-                let (predicted, row) = moving.seen::<N, POSITION>();
-                sums.add(per_std * (sample.value - predicted), &row, &weigh);
+                if POSITION && sample.measured == Measured::Position {
+                    let residual = per_position * (sample.value - moving.position);
+                    let (r, row) = drift.take(residual, &moving.position_row(per_position));
+                    sums.add(Measured::Position, r, &row, &weigh);
+                } else {
+                    let r = per_velocity * (sample.value - moving.velocity);
+                    let row = moving.velocity_row(now_per);
+                    sums.add(Measured::Velocity, r, &row, &weigh);
+                }
             }
-            sums.into_sums(per_std, samples.len())
+            sums.into_sums(then_per, samples.len())
         };
         samples.chunks(self.batch).map(of_batch).collect()
     }
@@ -157,21 +213,31 @@ struct Tight<const N: usize> {
     cost: f64,
     influence: f64,
     influence_squares: f64,
-    squares: f64,
+    velocity_squares: f64,
+    position_squares: f64,
 }
 
 impl<const N: usize> Default for Tight<N> {
     fn default() -> Self {
         let (information, score) = ([[0.0; N]; N], [0.0; N]);
-        let (cost, influence, influence_squares, squares) = (0.0, 0.0, 0.0, 0.0);
-        Self { information, score, cost, influence, influence_squares, squares }
+        let (cost, influence, influence_squares) = (0.0, 0.0, 0.0);
+        let (velocity_squares, position_squares) = (0.0, 0.0);
+        Self {
+            information,
+            score,
+            cost,
+            influence,
+            influence_squares,
+            velocity_squares,
+            position_squares,
+        }
     }
 }
 
 impl<const N: usize> Tight<N> {
     #[expect(clippy::needless_range_loop, reason = "a tenth quicker than iterators")]
     #[inline(always)]
-    fn add(&mut self, r: f64, row: &[f64; N], weigh: impl Fn(f64) -> Weighed) {
+    fn add(&mut self, measured: Measured, r: f64, row: &[f64; N], weigh: impl Fn(f64) -> Weighed) {
         let (cost, influence, weight) = weigh(r);
         for i in 0..N {
             let weighed = weight * row[i];
@@ -183,22 +249,25 @@ impl<const N: usize> Tight<N> {
         self.cost += cost;
         self.influence += influence;
         self.influence_squares += influence * influence;
-        self.squares += r * r;
+        match measured {
+            Measured::Velocity => self.velocity_squares += r * r,
+            Measured::Position => self.position_squares += r * r,
+        }
     }
 
-    /// Rows were those of the motion; residuals were counted in standard deviations.
-    fn into_sums(self, per_std: f64, samples: usize) -> Sums {
+    /// Rows are yet to be multiplied by a factor.
+    fn into_sums(self, factor: f64, samples: usize) -> Sums {
         let at = |i: usize, j: usize| self.information[i.min(j)][i.max(j)];
         Sums {
             information: SMatrix::from_fn(|i, j| match i.max(j) < N {
-                true => per_std * per_std * at(i, j),
+                true => factor * factor * at(i, j),
                 false => 0.0,
             }),
-            score: SVector::from_fn(|i, _| per_std * self.score.get(i).unwrap_or(&0.0)),
+            score: SVector::from_fn(|i, _| factor * self.score.get(i).unwrap_or(&0.0)),
             cost: self.cost,
             influence: self.influence,
             influence_squares: self.influence_squares,
-            squares: self.squares,
+            squares: [self.velocity_squares, self.position_squares],
             samples,
         }
     }
@@ -292,14 +361,18 @@ impl Moving {
         }
     }
 
-    /// What is measured now, and its derivatives.
+    /// The derivatives of velocity, times a factor.
     #[inline(always)]
-    fn seen<const N: usize, const POSITION: bool>(&self) -> (f64, [f64; N]) {
-        let (value, by) = match POSITION {
-            true => (self.position, &self.position_by),
-            false => (self.velocity, &self.velocity_by),
-        };
-        (value, std::array::from_fn(|j| if j < OF_VELOCITY { by[j] } else { 1.0 }))
+    fn velocity_row<const N: usize>(&self, factor: f64) -> [f64; N] {
+        let of = |j| if j < OF_VELOCITY { factor * self.velocity_by[j] } else { 0.0 };
+        std::array::from_fn(of)
+    }
+
+    /// The derivatives of position, times a factor.
+    #[inline(always)]
+    fn position_row<const N: usize>(&self, factor: f64) -> [f64; N] {
+        let of = |j| if j < OF_VELOCITY { factor * self.position_by[j] } else { factor };
+        std::array::from_fn(of)
     }
 }
 
@@ -312,16 +385,31 @@ mod tests {
     const START: State = State { position: 2.0, velocity: -0.4 };
 
     /// Uneven samples of which some have no step of their own, some three.
-    fn stretch(measured: Measured) -> Stretch {
-        let sample = |k: usize| Sample { value: 0.1 * (k as f64).cos(), steps: (k * k) % 4 };
+    fn stretch(measured: &[Measured]) -> Stretch {
+        let sample = |k: usize| Sample {
+            measured: measured[k % measured.len()],
+            steps: ((k * k) % 4) as u32,
+            value: 0.1 * (k as f64).cos(),
+        };
         let samples: Vec<Sample> = (0..200).map(sample).collect();
-        let count: usize = samples.iter().map(|sample| sample.steps).sum();
-        let step = |k: usize| Step {
-            span_s: 0.04 + 0.06 * (k as f64).sin().powi(2),
-            tau: 1500.0 * (0.07 * k as f64).sin(),
+        let count: u32 = samples.iter().map(|sample| sample.steps).sum();
+        let step = |k: u32| Step {
+            span_s: 0.04 + 0.06 * f64::from(k).sin().powi(2),
+            tau: 1500.0 * (0.07 * f64::from(k)).sin(),
         };
         let steps = (0..count).map(step).collect();
-        Stretch { measured, start: START, steps, samples, period_s: 0.1 }
+        let has_position = measured.contains(&Measured::Position);
+        Stretch { has_position, start: START, steps, samples, period_s: 0.1 }
+    }
+
+    const KINDS: [&[Measured]; 3] = [
+        &[Measured::Velocity],
+        &[Measured::Position],
+        &[Measured::Velocity, Measured::Velocity, Measured::Position],
+    ];
+
+    fn counted(weighing: Weighing, drift: f64) -> Count {
+        Count { weighing, std: [0.5, 0.4], drift }
     }
 
     fn moved(j: usize, by: f64) -> (LumpedParameters, State) {
@@ -343,11 +431,14 @@ mod tests {
 
     #[test]
     fn sensitivities_are_the_slopes_of_the_simulation() {
-        for measured in [Measured::Velocity, Measured::Position] {
-            let stretch = stretch(measured);
+        for kinds in KINDS {
+            let stretch = stretch(kinds);
             let residuals = |j, by| {
                 let (plant, start) = moved(j, by);
-                residuals(&stretch, &plant, start)
+                let all = residuals(&stretch, &plant, start);
+                let per_std =
+                    |r: &Residual| r.value / counted(Weighing::Squares, 0.0).std_of(r.measured);
+                all.iter().map(per_std).collect::<Vec<f64>>()
             };
             let slope: Vec<Vec<f64>> = (0..UNKNOWNS)
                 .map(|j| {
@@ -359,21 +450,21 @@ mod tests {
             for (weighing, weighs) in
                 [(Weighing::Squares, f64::INFINITY), (Weighing::HuberCurvature(0.3), 0.3)]
             {
-                let parts = batches(&stretch, &PLANT, START, 37, 0.5, weighing);
+                let parts = batches(&stretch, &PLANT, START, 37, &counted(weighing, 0.0));
                 assert_eq!(parts.len(), 6);
                 let mut sums = Sums::default();
                 parts.iter().for_each(|part| sums.add(part));
                 for i in 0..UNKNOWNS {
                     for j in 0..UNKNOWNS {
-                        let of = |k: usize| match (at[k] / 0.5).abs() <= weighs {
-                            true => slope[i][k] * slope[j][k] / 0.25,
+                        let of = |k: usize| match at[k].abs() <= weighs {
+                            true => slope[i][k] * slope[j][k],
                             false => 0.0,
                         };
                         let expected: f64 = (0..at.len()).map(of).sum();
                         let size: f64 =
-                            (0..at.len()).map(|k| (slope[i][k] * slope[j][k] / 0.25).abs()).sum();
+                            (0..at.len()).map(|k| (slope[i][k] * slope[j][k]).abs()).sum();
                         let off = (sums.information[(i, j)] - expected).abs();
-                        assert!(off <= DIFFERENCES * size, "{measured:?} {i} {j}: {off} of {size}");
+                        assert!(off <= DIFFERENCES * size, "{kinds:?} {i} {j}: {off} of {size}");
                     }
                 }
             }
@@ -382,19 +473,20 @@ mod tests {
 
     #[test]
     fn the_score_is_the_slope_of_the_cost() {
-        for measured in [Measured::Velocity, Measured::Position] {
-            for weighing in [Weighing::Squares, Weighing::Huber(0.3)] {
-                let stretch = stretch(measured);
-                let cost = |j, by| {
+        for kinds in KINDS {
+            for (weighing, drift) in
+                [(Weighing::Squares, 0.0), (Weighing::Huber(0.3), 0.0), (Weighing::Squares, 0.7)]
+            {
+                let (stretch, count) = (stretch(kinds), counted(weighing, drift));
+                let at = |j, by| {
                     let (plant, start) = moved(j, by);
-                    let parts = batches(&stretch, &plant, start, 1000, 0.5, weighing);
-                    parts[0].cost
+                    batches(&stretch, &plant, start, 1000, &count)[0]
                 };
-                let score = batches(&stretch, &PLANT, START, 1000, 0.5, weighing)[0].score;
+                let score = at(0, 0.0).score;
                 for (j, step) in STEPS.into_iter().enumerate() {
-                    let slope = (cost(j, -step) - cost(j, step)) / (2.0 * step);
+                    let slope = (at(j, -step).cost - at(j, step).cost) / (2.0 * step);
                     let off = (score[j] - slope).abs() / slope.abs().max(1.0);
-                    assert!(off < 1e-5, "{measured:?} {weighing:?} {j}: {} {slope}", score[j]);
+                    assert!(off < 1e-5, "{kinds:?} {weighing:?} {j}: {} {slope}", score[j]);
                 }
             }
         }

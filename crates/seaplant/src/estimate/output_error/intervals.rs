@@ -1,0 +1,227 @@
+//! How sure an optimum is: what each batch of samples contributes to it.
+
+use nalgebra::{DMatrix, Matrix4, Vector4};
+
+use super::fit::Found;
+use super::minimise::{Evaluated, Own, Reduced};
+use super::sensitivity::Sums;
+use super::stretch::Stretch;
+use crate::regression::EXCITATION_FLOOR;
+use crate::terms::Term;
+use crate::{Dof, Error, Terms};
+
+/// Batches of a record: few enough that neighbours are no more than neighbours, enough to
+/// tell a variance.
+const BATCHES: usize = 30;
+
+/// The time of a batch, s.
+pub(super) fn batch_s(stretches: &[Stretch]) -> f64 {
+    stretches.iter().map(Stretch::duration_s).sum::<f64>() / BATCHES as f64
+}
+
+/// The information on the fitted terms, columns of the Jacobian scaled to unit length; of
+/// terms that are not fitted, one on the diagonal.
+pub(super) struct Bread {
+    fitted: Vec<Term>,
+    /// Zero for terms that are not fitted.
+    scale: Vector4<f64>,
+    information: Matrix4<f64>,
+    inverse: Matrix4<f64>,
+    pub(super) condition: f64,
+}
+
+impl Bread {
+    pub(super) fn of(dof: Dof, reduced: &Reduced, terms: Terms) -> Result<Self, Error> {
+        let fitted = terms.fitted();
+        let needed = fitted.len();
+        let mut scale = Vector4::zeros();
+        fitted.iter().for_each(|&term| scale[term as usize] = reduced.scale[term as usize]);
+        let mut information = reduced.information.component_mul(&(scale * scale.transpose()));
+        let eigen = DMatrix::from_fn(needed, needed, |i, j| {
+            information[(fitted[i] as usize, fitted[j] as usize)]
+        })
+        .symmetric_eigenvalues();
+        // Eigenvalues of JᵀJ are the squares of J's singular values.
+        let floor = EXCITATION_FLOOR.powi(2) * eigen.max();
+        let rank = eigen.iter().filter(|value| **value > floor).count();
+        let not_exciting = Error::NotExciting { dof, rank, needed };
+        if rank < needed {
+            return Err(not_exciting);
+        }
+        let others = Term::ALL.into_iter().filter(|term| !terms.has(*term));
+        others.for_each(|term| information[(term as usize, term as usize)] = 1.0);
+        let inverse = information.cholesky().ok_or(not_exciting)?.inverse();
+        let condition = (eigen.max() / eigen.min()).sqrt();
+        Ok(Self { fitted, scale, information, inverse, condition })
+    }
+
+    /// By how much each batch moves the optimum, stretch by stretch.
+    ///
+    /// Where a batch is, the optimum was drawn to it: what it contributes is told by the
+    /// information of the others. `(A − A_b)⁻¹ s_b` is what leaving it out would change.
+    pub(super) fn influences(&self, reduced: &Reduced, at: &Evaluated) -> Influences {
+        let of = |(batches, own): (&Vec<Sums>, &Own)| {
+            batches.iter().map(|sums| self.influence(own, sums)).collect()
+        };
+        let stretches = at.batches.iter().zip(&reduced.own).map(of).collect();
+        Influences { terms: self.fitted.len(), stretches }
+    }
+
+    fn influence(&self, own: &Own, sums: &Sums) -> Vector4<f64> {
+        let score = own.reduce(sums).component_mul(&self.scale);
+        let scales = self.scale * self.scale.transpose();
+        let batch = own.reduced_information(sums).component_mul(&scales);
+        match (self.information - batch).cholesky() {
+            Some(others) => others.solve(&score),
+            // All that is known of some term came with this batch.
+            None => self.inverse * score,
+        }
+    }
+
+    /// A covariance of the scaled terms as that of `[α, β, μ, bias]`.
+    pub(super) fn unscaled(&self, covariance: &Matrix4<f64>) -> Matrix4<f64> {
+        covariance.component_mul(&(self.scale * self.scale.transpose()))
+    }
+
+    /// VIF_j = (JᵀJ)⁻¹_jj times the square of column j, less its part along the bias.
+    pub(super) fn inflation(&self) -> Vec<(Term, f64)> {
+        let bias = Term::Bias as usize;
+        let of = |&term: &Term| {
+            let j = term as usize;
+            // Without a bias its row is zero.
+            let along = self.information[(j, bias)].powi(2) / self.information[(bias, bias)];
+            (term, (self.inverse[(j, j)] * (self.information[(j, j)] - along)).max(1.0))
+        };
+        self.fitted.iter().filter(|term| **term != Term::Bias).map(of).collect()
+    }
+}
+
+/// How much neighbouring batches resemble each other in what they contribute to some term.
+pub(super) fn likeness(dof: Dof, found: &Found) -> Result<f64, Error> {
+    let at = &found.optimum.at;
+    let reduced = Reduced::of(&at.totals, 0.0);
+    let bread = Bread::of(dof, &reduced, found.terms)?;
+    Ok(bread.influences(&reduced, at).likeness().max())
+}
+
+/// What each batch of each stretch contributes to the terms.
+pub(super) struct Influences {
+    /// How many terms are fitted; to the others nothing is contributed.
+    terms: usize,
+    stretches: Vec<Vec<Vector4<f64>>>,
+}
+
+/// Batches that resemble their neighbours more than this say too little of a variance.
+const MOST_ALIKE: f64 = 0.9;
+
+/// Student's t of fewer degrees of freedom has no variance to speak of.
+pub(super) const LEAST_FREEDOM: f64 = 3.0;
+
+impl Influences {
+    fn batches(&self) -> usize {
+        self.stretches.iter().map(Vec::len).sum()
+    }
+
+    /// How neighbouring batches are correlated in each term.
+    ///
+    /// A fit of p terms takes as many shapes out of the residuals, and where those are
+    /// slow its neighbours look less alike than they are: by `(p + (p + 3) r) / n` for
+    /// powers of time, of which `(1 + 4 r) / n` for a mean alone is the best known.
+    fn likeness(&self) -> Vector4<f64> {
+        let (mut product, mut square) = (Vector4::zeros(), Vector4::zeros());
+        for batches in &self.stretches {
+            batches.windows(2).for_each(|pair| product += pair[0].component_mul(&pair[1]));
+            batches.iter().for_each(|own| square += own.component_mul(own));
+        }
+        let (n, p) = (self.batches() as f64, self.terms as f64);
+        let corrected = |product: f64, square: f64| {
+            if square == 0.0 {
+                return 0.0;
+            }
+            let r: f64 = product / square;
+            (r + (p + (p + 3.0) * r) / n).clamp(0.0, MOST_ALIKE)
+        };
+        product.zip_map(&square, corrected)
+    }
+
+    /// Covariance of their sum, and degrees of freedom of its t quantiles.
+    ///
+    /// Degrees of freedom are those of the term whose batches are most alike: for the
+    /// others intervals are wider than they need be. Each term's contributions are taken as `ψ_b = r ψ_(b−1) + w_b`; the covariance is
+    /// that of w, with what the sum of so correlated contributions varies more.
+    pub(super) fn covariance(&self) -> (Matrix4<f64>, f64) {
+        let likeness = self.likeness();
+        let n = self.batches() as f64;
+        let (mut covariance, mut gain) = (Matrix4::zeros(), Vector4::zeros());
+        for batches in &self.stretches {
+            let mut before: Option<&Vector4<f64>> = None;
+            for own in batches {
+                let new = match before {
+                    Some(before) => own - likeness.component_mul(before),
+                    None => own.component_mul(&likeness.map(|r| (1.0 - r * r).sqrt())),
+                };
+                covariance += new * new.transpose();
+                before = Some(own);
+            }
+            gain += likeness.map(|r| variance_of_sum(batches.len(), r) / n);
+        }
+        let gain = Matrix4::from_diagonal(&gain.map(f64::sqrt));
+        let r = likeness.max();
+        let freedom = n * (1.0 - r) / (1.0 + r) - self.terms as f64;
+        (gain * covariance * gain, freedom.max(LEAST_FREEDOM))
+    }
+}
+
+/// Variance of the sum of n numbers, each r times the one before and something new of
+/// variance one.
+fn variance_of_sum(n: usize, r: f64) -> f64 {
+    let pairs: f64 = (1..n).map(|k| 2.0 * (n - k) as f64 * r.powi(k as i32)).sum();
+    (n as f64 + pairs) / (1.0 - r * r)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    #[test]
+    fn sums_vary_as_the_geometric_series_says() {
+        // Three numbers of variance 1/(1 − ¼): 3 + 2 (2 · ½ + ¼) times that.
+        assert!((variance_of_sum(3, 0.5) - 5.5 / 0.75).abs() < 1e-12);
+        assert_eq!(variance_of_sum(7, 0.0), 7.0);
+    }
+
+    fn alike(r: f64, stretches: usize, each: usize, random: &mut ChaCha8Rng) -> Influences {
+        let mut normal = || -> f64 { StandardNormal.sample(random) };
+        let mut stretch = || {
+            let mut x = normal();
+            let mut next = || {
+                let now = x;
+                x = r * x + (1.0 - r * r).sqrt() * normal();
+                Vector4::new(now, 0.0, 0.0, 0.0)
+            };
+            (0..each).map(|_| next()).collect()
+        };
+        Influences { terms: 1, stretches: (0..stretches).map(|_| stretch()).collect() }
+    }
+
+    #[test]
+    fn the_covariance_is_that_of_sums_of_alike_batches() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        for (stretches, each) in [(1, 2000), (40, 50)] {
+            for r in [0.0, 0.6] {
+                let influences = alike(r, stretches, each, &mut random);
+                let expected = stretches as f64 * (1.0 - r * r) * variance_of_sum(each, r);
+                let (covariance, freedom) = influences.covariance();
+                // A correlation of 2000 pairs is off by a fiftieth, its series by thrice that.
+                let ratio = covariance[(0, 0)] / expected;
+                assert!((0.75..1.35).contains(&ratio), "{stretches} {r}: {ratio}");
+                let independent = 2000.0 * (1.0 - r) / (1.0 + r);
+                assert!((0.7..1.2).contains(&(freedom / independent)), "{r}: {freedom}");
+            }
+        }
+    }
+}
