@@ -51,6 +51,7 @@ const LEAST_BLOCKS: f64 = 8.0;
 ///     force,
 ///     thrusters: Vec::new(),
 ///     lever_rates: None,
+///     turning: None,
 ///     position: None,
 /// };
 /// let options = OutputErrorOptions::default();
