@@ -6,13 +6,14 @@ use nalgebra::{DMatrix, Matrix4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::minimise::{Optimum, limits, scaled_inverse, unit_diagonal};
+use super::minimise::{Optimum, scaled_inverse, unit_diagonal};
 use super::parameters::{UNKNOWNS, Unknown, Values};
 use super::problem::{Kind, Prior, Problem, Record};
 use super::schedule::Measurements;
 use super::strength::covariance_with_thrust;
 use super::structure::{Candidate, Decision, Fitted, Search, Usual};
 use super::together::TwoPlants;
+use crate::caveat::spoken;
 use crate::estimate::{DelayedFit, Estimate, Fit, Method, Nuisances, check_trials};
 use crate::terms::Term;
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms, Timed};
@@ -372,18 +373,20 @@ fn nuisances(
 /// A disturbance below this part of what thrust does is none to speak of.
 const SLIGHT_DISTURBANCE: f64 = 0.05;
 
-/// A disturbance that wants to forget faster than the method lets it.
+/// Tethers, currents and swell change over longer than this, s.
+const QUICK_S: f64 = 1.0;
+
+/// A disturbance that is quicker than anything that pulls at a vehicle from outside.
 fn hurried_disturbance(fit: &Fit, axes: &[AxisRecord]) -> Option<Caveat> {
-    let shortest_s = limits(Unknown::LogCorrelation).0.exp();
     let (correlation_s, disturbance) =
         fit.nuisances.correlation_s.zip(fit.nuisances.disturbance)?;
     let thrust = fit.lumped.alpha * force_rms(axes);
     let matters = disturbance.value > SLIGHT_DISTURBANCE * thrust;
-    // At the limit itself, give or take rounding.
-    (matters && correlation_s.value < 1.001 * shortest_s).then(|| {
+    (matters && correlation_s.value < QUICK_S).then(|| {
         let message = format!(
-            "what moves the vehicle in {} beside its thrust changes within {shortest_s} s, the least that the method allows for, and is {:.0} % as strong as the thrust: the model lacks something quick (another axis, the rudder, a smoothed or noisy sensor), and its intervals are rough",
+            "what moves the vehicle in {} beside its thrust changes within {} s and is {:.0} % as strong as the thrust: the model lacks something quick (another axis, the rudder, a smoothed or noisy sensor), and its intervals are rough",
             fit.dof,
+            spoken(correlation_s.value),
             100.0 * disturbance.value / thrust
         );
         Caveat::warning(CaveatCode::ResidualsNotWhite, message)

@@ -192,8 +192,8 @@ pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
         Unknown::Lag => (0.0, 3.0),
         Unknown::Delay => (-1.0, 3.0),
         Unknown::LogReverseRatio | Unknown::LogForwardRatio => (-1.5, 1.5),
-        // A disturbance that forgets within a second is noise, one of an hour a bias.
-        Unknown::LogCorrelation => (0.0, 8.0),
+        // A disturbance that forgets between two samples is noise, one of an hour a bias.
+        Unknown::LogCorrelation => (-3.0, 8.0),
         Unknown::LogDisturbance | Unknown::LogVelocityNoise | Unknown::LogPositionNoise => {
             (-25.0, 5.0)
         }
