@@ -18,8 +18,8 @@ mod vehicle_file;
 pub use bench::{Bench, BenchColumns, read_bench};
 pub use campaign::{Campaign, bollard_result, fit_bench, read_logs};
 pub use campaign_file::{
-    BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, FitEntry, LogEntry, SteadyEntry,
-    TimeEntry, TrialEntry,
+    BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, FitEntry, LogEntry, StampEntry,
+    SteadyEntry, TimeEntry, TrialEntry,
 };
 pub use error::Error;
 pub use inspect::{ChannelSummary, InspectedFile, Inspection, inspect};

@@ -39,6 +39,49 @@ pub enum Error {
         looks_like: String,
     },
 
+    /// A file whose structure is damaged past reading.
+    #[error(
+        "{} cannot be read as {format}: at byte {byte}, {found}; copy the file again from where it \
+         was recorded, or export it as CSV",
+        path.display()
+    )]
+    Corrupt {
+        /// The file.
+        path: PathBuf,
+        /// What it is, such as "an MCAP file".
+        format: &'static str,
+        /// Where the damage is, in bytes from the start.
+        byte: u64,
+        /// What is there.
+        found: String,
+    },
+
+    /// A file of a known format with something in it that the reader does not know.
+    #[error("{} is {format} {detail}, which is not read; {advice}", path.display())]
+    Unsupported {
+        /// The file.
+        path: PathBuf,
+        /// What it is, such as "an MCAP file".
+        format: &'static str,
+        /// What is not known, in words that follow the format: "with xz compression".
+        detail: String,
+        /// What to do.
+        advice: &'static str,
+    },
+
+    /// A file of a known format without a number in it.
+    #[error(
+        "{} ({format}) holds no numbers with times; check that the recording was saved and copied \
+         whole",
+        path.display()
+    )]
+    NoSamples {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        format: String,
+    },
+
     /// The file holds nothing, or only blank lines.
     #[error("{} is empty; check that the recording was saved and copied whole", path.display())]
     Empty {
@@ -261,6 +304,17 @@ pub enum Error {
         line: u64,
         /// That text.
         text: String,
+    },
+
+    /// The column is there, and is nothing that a channel can be.
+    #[error("column {column:?} of {} {why}; choose another", path.display())]
+    LeftOut {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// Why, in words that follow its name: "is a list of varying length".
+        why: &'static str,
     },
 
     /// A unit that is not known.

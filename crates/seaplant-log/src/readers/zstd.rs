@@ -1,0 +1,14 @@
+//! Zstandard archives of any log.
+
+use crate::content::Content;
+use crate::{Error, Log, ReadOptions, format};
+
+/// Whether bytes start like a zstd archive.
+pub(crate) fn recognises(head: &[u8]) -> bool {
+    head.starts_with(b"\x28\xb5\x2f\xfd")
+}
+
+/// Reads a zstd archive.
+pub(crate) fn read(content: Content, _options: &ReadOptions) -> Result<Log, Error> {
+    Err(format::unsupported(&content))
+}
