@@ -53,11 +53,11 @@ impl Assembly {
         for time in &mut group.time_s {
             *time += self.offset_s;
         }
-        let records = group.time_s.len();
-        let order = self.order(&group.name, &group.time_s);
-        for column in group.columns {
+        let (times, kept) = self.times(&group.name, &group.time_s);
+        for mut column in group.columns {
+            column.samples.truncate(kept);
             let heading = column.heading.clone();
-            match channel(&order.times, &mut self.bases, records, column) {
+            match channel(&times, &mut self.bases, kept, column) {
                 Ok(channel) => self.log.channels.push(channel),
                 Err(left_out) => {
                     self.odd.empty.push(heading.column);
@@ -67,7 +67,8 @@ impl Assembly {
         }
     }
 
-    fn order(&mut self, name: &str, time_s: &[f64]) -> Order {
+    /// The times of a group's records, and how many of these are kept.
+    fn times(&mut self, name: &str, time_s: &[f64]) -> (Times, usize) {
         let records = time_s.len();
         let mut until = records;
         let mut reset = None;
@@ -96,7 +97,7 @@ impl Assembly {
         if let Some(repeated) = order.repeated {
             self.odd.repeated.add(name, repeated.count, records);
         }
-        order
+        (order.times, until)
     }
 
     /// Takes one column of a table in, `rows` rows long.

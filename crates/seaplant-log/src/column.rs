@@ -91,6 +91,19 @@ impl Samples {
         }
     }
 
+    /// Forgets all but the first `rows` rows.
+    pub(crate) fn truncate(&mut self, rows: usize) {
+        let kept = match &mut self.rows {
+            Some(present) => {
+                let kept = present.partition_point(|&row| row < rows);
+                present.truncate(kept);
+                kept
+            }
+            None => rows,
+        };
+        self.values.truncate(kept);
+    }
+
     /// Each value with its row.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let row = |k: usize| self.rows.as_ref().map_or(k, |rows| rows[k]);
@@ -155,6 +168,9 @@ mod tests {
         let values = vec![1.0, f64::NAN, 3.0, f64::INFINITY];
         let samples = Samples::of(values);
         assert_eq!(samples.iter().collect::<Vec<_>>(), [(0, 1.0), (2, 3.0)]);
+        let mut short = Samples::of(vec![1.0, f64::NAN, 3.0]);
+        short.truncate(2);
+        assert_eq!(short.iter().collect::<Vec<_>>(), [(0, 1.0)]);
         let dense = samples.dense(4);
         assert_eq!((dense[0], dense[2]), (1.0, 3.0));
         assert!(dense[1].is_nan() && dense[3].is_nan());
