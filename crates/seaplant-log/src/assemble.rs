@@ -136,6 +136,7 @@ impl Assembly {
     /// # Errors
     /// [`Error::Io`].
     pub(crate) fn table(mut self, format: String) -> Result<Log, Error> {
+        self.log.notes.extend(self.origin.notes());
         self.log.sources.push(self.origin.source(format)?);
         Ok(self.log)
     }

@@ -1,7 +1,7 @@
 //! A file's bytes on their way to a reader: looked at first, hashed as they pass.
 
 use std::fs::File;
-use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, Chain, Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -9,6 +9,11 @@ use sha2::{Digest, Sha256};
 
 use crate::Error;
 use crate::log::Source;
+use crate::note::Note;
+use crate::unpack::{self, Unpacking};
+
+/// An archive's bytes.
+pub(crate) type Packed = BufReader<Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>>;
 
 /// How much of a file is looked at to tell what it is.
 pub(crate) const HEAD: usize = 256 * 1024;
@@ -50,8 +55,39 @@ impl Content {
 
     fn new(path: &Path, raw: Box<dyn Read + Send>, is_file: bool) -> Result<Self, Error> {
         let hashed = Hashed(Arc::new(Mutex::new(Raw { raw, hash: Sha256::new(), bytes: 0 })));
-        let origin = Origin { path: path.to_owned(), raw: hashed.clone() };
+        let unpacking = Vec::new();
+        let origin = Origin { path: path.to_owned(), raw: hashed.clone(), unpacking };
         Self::with_head(origin, Box::new(hashed), is_file)
+    }
+
+    /// What an archive holds. `packing` says what archive it is: "gzip".
+    ///
+    /// # Errors
+    /// [`Error::Io`], [`Error::Archive`], [`Error::TooMuch`]; [`Error::Unsupported`] of an archive
+    /// in an archive in an archive.
+    pub(crate) fn unpack(
+        mut self,
+        packing: &'static str,
+        unpacker: impl FnOnce(Packed) -> io::Result<Box<dyn Read + Send>>,
+    ) -> Result<Self, Error> {
+        /// An archive in an archive may be an accident; more is not.
+        const DEEP: usize = 2;
+        if self.origin.unpacking.len() >= DEEP {
+            let (path, detail) = (self.path().to_owned(), "in archives in archives".to_owned());
+            let (format, advice) = ("an archive", "unpack it first");
+            return Err(Error::Unsupported { path, format, detail, advice });
+        }
+        let packed = BufReader::new(Cursor::new(self.head).chain(self.rest));
+        let raw = self.origin.raw.clone();
+        let (unpacked, state) = unpack::Unpacked::new(packing, raw, unpacker(packed));
+        self.origin.unpacking.push(Arc::clone(&state));
+        let content = Self::with_head(self.origin, Box::new(unpacked), false)?;
+        match state.cut() {
+            Some((0, reason)) => {
+                Err(Error::Archive { path: content.path().to_owned(), packing, reason })
+            }
+            _ => Ok(content),
+        }
     }
 
     fn with_head(
@@ -135,6 +171,8 @@ impl Seek for Seekable {
 pub(crate) struct Origin {
     path: PathBuf,
     raw: Hashed,
+    /// The archives around it, the outermost first.
+    unpacking: Vec<Arc<Unpacking>>,
 }
 
 impl Origin {
@@ -146,6 +184,20 @@ impl Origin {
         Error::io(&self.path, source)
     }
 
+    /// Whether an archive around it ends before its time.
+    pub(crate) fn is_cut(&self) -> bool {
+        self.unpacking.iter().any(|unpacking| unpacking.cut().is_some())
+    }
+
+    /// What is to be said of the archives around it, once all is read.
+    pub(crate) fn notes(&self) -> impl Iterator<Item = Note> + '_ {
+        self.unpacking.iter().filter_map(|unpacking| {
+            let (path, packing) = (self.path.clone(), unpacking.packing());
+            let (byte, reason) = unpacking.cut()?;
+            Some(Note::ArchiveCut { path, packing, byte, reason })
+        })
+    }
+
     /// The file with its hash; reads whatever of it was not read yet.
     ///
     /// # Errors
@@ -154,13 +206,15 @@ impl Origin {
         io::copy(&mut self.raw.clone(), &mut io::sink()).map_err(|e| self.failed(e))?;
         let raw = self.raw.lock();
         let digest = raw.hash.clone().finalize();
+        let packings = self.unpacking.iter().rev().map(|unpacking| unpacking.packing());
+        let format = packings.fold(format, |format, packing| format!("{format}, {packing}"));
         let sha256 = digest.iter().map(|byte| format!("{byte:02x}")).collect();
         Ok(Source { path: self.path.clone(), bytes: raw.bytes, sha256, format })
     }
 }
 
 /// The file's own bytes, hashed as they are read.
-struct Raw {
+pub(crate) struct Raw {
     raw: Box<dyn Read + Send>,
     hash: Sha256,
     bytes: u64,
@@ -168,9 +222,14 @@ struct Raw {
 
 /// Shared by what reads and by the [`Origin`], which reads what others leave.
 #[derive(Clone)]
-struct Hashed(Arc<Mutex<Raw>>);
+pub(crate) struct Hashed(Arc<Mutex<Raw>>);
 
 impl Hashed {
+    /// How many bytes of the file were read so far.
+    pub(crate) fn passed(&self) -> u64 {
+        self.lock().bytes
+    }
+
     fn lock(&self) -> MutexGuard<'_, Raw> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::lookup::list;
 use crate::unit::Dimension;
+use crate::unpack::TooMuch;
 
 /// Why a log could not be read, or a column not be found.
 #[derive(Debug, thiserror::Error)]
@@ -54,6 +55,36 @@ pub enum Error {
         byte: u64,
         /// What is there.
         found: String,
+    },
+
+    /// A packed file that holds far more than a log of its size can.
+    #[error(
+        "{}: {packed} bytes unpack to more than {unpacked}, which no log does; if it is one, unpack \
+         it first",
+        path.display()
+    )]
+    TooMuch {
+        /// The file.
+        path: PathBuf,
+        /// The packed bytes read.
+        packed: u64,
+        /// The bytes that they unpacked to.
+        unpacked: u64,
+    },
+
+    /// An archive of which nothing can be unpacked.
+    #[error(
+        "{} is a {packing} archive that {reason} from its start; copy it again from where it was \
+         made",
+        path.display()
+    )]
+    Archive {
+        /// The file.
+        path: PathBuf,
+        /// What archive: "gzip".
+        packing: &'static str,
+        /// What is wrong, in words that follow "that": "is cut off".
+        reason: String,
     },
 
     /// A file of a known format with something in it that the reader does not know.
@@ -345,6 +376,10 @@ pub enum Error {
 
 impl Error {
     pub(crate) fn io(path: &Path, source: io::Error) -> Self {
+        let too_much = source.get_ref().and_then(|inner| inner.downcast_ref::<TooMuch>());
+        if let Some(&TooMuch { unpacked, packed }) = too_much {
+            return Self::TooMuch { path: path.to_owned(), packed, unpacked };
+        }
         Self::Io { path: path.to_owned(), source }
     }
 }

@@ -12,6 +12,7 @@
 //!    `tests/robust/`, which damages them by the thousand, and in `fuzz/`.
 
 use crate::content::Content;
+use crate::grid::{self, Grid};
 use crate::readers::{
     arrow_ipc, dataflash, gzip, hdf5, mat5, mcap, nmea, parquet, pd0, rosbag1, sqlite, text, tlog,
     xlsx, zstd,
@@ -122,6 +123,19 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
         Format::Hdf5 => hdf5::read(content, options),
         Format::Pd0 => pd0::read(content, options),
         Format::Unsupported(_) => Err(unsupported(&content)),
+    }
+}
+
+/// Reads a table of any format that has tables.
+///
+/// # Errors
+/// [`Error::Binary`] of a format without tables; those of the reader.
+pub(crate) fn table(content: Content) -> Result<Grid, Error> {
+    match Format::of(content.head()) {
+        Format::Text => grid::read(content, &mut |_| Ok(None)),
+        Format::Gzip => table(gzip::unpack(content)?),
+        Format::Zstd => table(zstd::unpack(content)?),
+        _ => Err(unsupported(&content)),
     }
 }
 

@@ -180,6 +180,10 @@ impl<'a> Rows<'a> {
             if !reader.read_byte_record(&mut record).map_err(|e| self.failed(e))? {
                 break;
             }
+            // Half a number is another number.
+            if reader.get_ref().is_cut_before(reader.position().byte()) {
+                break;
+            }
             let line = layout::line_of(&reader, newline, before, &record);
             open_quote = layout::has_open_quote(&record).then_some(line);
             read += 1;

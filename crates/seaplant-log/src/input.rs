@@ -20,6 +20,12 @@ pub(crate) struct Input {
     encoding: Option<&'static str>,
     squeeze: Option<Squeeze>,
     scratch: Vec<u8>,
+    /// How many bytes were handed out.
+    given: u64,
+    /// Whether the last of them ends a line.
+    at_line_end: bool,
+    /// Where they end within a line because the archive around them ends.
+    cut: Option<u64>,
 }
 
 /// What ends a line, which tells how far the CSV reader's count of lines is ahead.
@@ -37,6 +43,7 @@ impl Input {
     /// [`Error::Io`], [`Error::Binary`], [`Error::Empty`].
     pub(crate) fn new(content: Content) -> Result<Self, Error> {
         let (origin, mut head, mut whole, mut rest) = content.into_parts();
+        lengthen(&mut head, &mut whole, &mut rest).map_err(|e| origin.failed(e))?;
         let marked = encoding_rs::Encoding::for_bom(&head);
         let wide = marked.map(|(encoding, _)| encoding).filter(|e| *e != encoding_rs::UTF_8);
         if wide.is_some() {
@@ -61,6 +68,9 @@ impl Input {
             encoding: wide.map(encoding_rs::Encoding::name),
             squeeze: None,
             scratch: Vec::new(),
+            given: 0,
+            at_line_end: false,
+            cut: None,
         })
     }
 
@@ -98,6 +108,12 @@ impl Input {
         self.squeeze = Some(Squeeze::default());
     }
 
+    /// Whether the archive around the text ends within the line before `byte`, counted in what was
+    /// handed out.
+    pub(crate) fn is_cut_before(&self, byte: u64) -> bool {
+        self.cut.is_some_and(|cut| cut < byte)
+    }
+
     /// Where the text came from.
     pub(crate) fn into_origin(self) -> Origin {
         self.origin
@@ -119,11 +135,9 @@ impl Input {
         }
         Ok(n)
     }
-}
 
-impl Read for Input {
-    /// Needs a buffer of two bytes at least; the CSV reader's is larger by far.
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+    /// Fills a buffer with the text, blanks squeezed if they are to be.
+    fn squeezed(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let Some(mut squeeze) = self.squeeze.take() else { return self.fill(buffer) };
         let mut scratch = std::mem::take(&mut self.scratch);
         // A blank held back from the last buffer may come before the first byte of this one.
@@ -138,6 +152,22 @@ impl Read for Input {
         self.squeeze = Some(squeeze);
         self.scratch = scratch;
         Ok(written)
+    }
+}
+
+impl Read for Input {
+    /// Needs a buffer of two bytes at least; the CSV reader's is larger by far.
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let closing = self.closing.len();
+        let n = self.squeezed(buffer)?;
+        if self.closing.len() < closing && !self.at_line_end && self.origin.is_cut() {
+            self.cut.get_or_insert(self.given);
+        }
+        self.given += n as u64;
+        if let Some(last) = buffer[..n].last() {
+            self.at_line_end = matches!(last, b'\n' | b'\r');
+        }
+        Ok(n)
     }
 }
 
@@ -182,6 +212,20 @@ impl Squeeze {
         }
         written
     }
+}
+
+/// Reads on until the head holds some lines, however long these are.
+fn lengthen(head: &mut Vec<u8>, whole: &mut bool, rest: &mut dyn Read) -> io::Result<()> {
+    /// Enough to tell the header from the rows.
+    const LINES: usize = 10;
+    /// Ten lines of a hundred thousand columns.
+    const MOST: usize = 16 << 20;
+    let is_end = |&&b: &&u8| b == b'\n' || b == b'\r';
+    while !*whole && head.len() < MOST && head.iter().filter(is_end).count() < LINES {
+        let more = head.len() as u64;
+        *whole = (rest.take(more).read_to_end(head)? as u64) < more;
+    }
+    Ok(())
 }
 
 /// Refuses what is no text.

@@ -44,6 +44,7 @@ mod table;
 mod tabular;
 mod time;
 mod unit;
+mod unpack;
 
 pub use error::Error;
 pub use log::{Channel, Gap, Log, Source};

@@ -168,6 +168,17 @@ pub enum Note {
         /// The latest time before the cut, s, where it is known.
         last_s: Option<f64>,
     },
+    /// An archive that ends before its time or is damaged; what could be unpacked was read.
+    ArchiveCut {
+        /// The file.
+        path: PathBuf,
+        /// What archive: "gzip".
+        packing: &'static str,
+        /// How many bytes could be unpacked.
+        byte: u64,
+        /// What is wrong, in words that follow the archive: "is cut off".
+        reason: String,
+    },
     /// Records that are damaged; they were skipped.
     CorruptRecords {
         /// The file.
@@ -267,6 +278,7 @@ impl Note {
             | Self::Encoding { path, .. }
             | Self::Truncated { path, .. }
             | Self::CorruptRecords { path, .. }
+            | Self::ArchiveCut { path, .. }
             | Self::Clock { path, .. }
             | Self::ClockStepped { path, .. }
             | Self::RecordsWithoutTime { path, .. }
@@ -379,6 +391,10 @@ impl fmt::Display for Note {
                 }
                 f.write_str("; all before was read")
             }
+            Self::ArchiveCut { packing, byte, reason, .. } => write!(
+                f,
+                "the {packing} archive {reason}; the {byte} bytes that could be unpacked were read"
+            ),
             Self::CorruptRecords { count, first_byte, bytes, .. } => write!(
                 f,
                 "{}, the first at byte {first_byte}; {bytes} bytes skipped",

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use crate::column::Column;
 use crate::content::Content;
-use crate::grid::{self, Lines};
+use crate::grid::Lines;
 use crate::log::{LeftOut, Reason, Source};
 use crate::lookup::{self, Candidate};
 use crate::note::Note;
-use crate::{Error, Unit};
+use crate::{Error, Unit, format};
 
 /// A table of numbers whose rows need no order.
 #[derive(Debug, Clone)]
@@ -50,7 +50,7 @@ pub struct TableColumn {
 /// # Errors
 /// Those of [`read`](crate::read()) but for the ones about time.
 pub fn read_table(path: &Path) -> Result<Table, Error> {
-    let grid = grid::read(Content::open(path)?, &mut |_| Ok(None))?;
+    let grid = format::table(Content::open(path)?)?;
     if grid.rows == 0 {
         return Err(Error::TooFewRows { path: path.to_owned(), rows: 0, needed: 1 });
     }
@@ -65,6 +65,7 @@ pub fn read_table(path: &Path) -> Result<Table, Error> {
     }
     let first_line = grid.lines.of(0);
     let (header_line, lines) = (grid.header_line, grid.lines);
+    notes.extend(grid.origin.notes());
     let source = grid.origin.source(grid.format)?;
     let (path, rows) = (path.to_owned(), grid.rows);
     Ok(Table { path, source, columns, header_line, first_line, notes, rows, lines })

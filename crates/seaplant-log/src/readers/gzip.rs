@@ -1,5 +1,7 @@
 //! Gzip archives of any log.
 
+use flate2::bufread::MultiGzDecoder;
+
 use crate::content::Content;
 use crate::{Error, Log, ReadOptions, format};
 
@@ -8,7 +10,18 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(b"\x1f\x8b")
 }
 
-/// Reads a gzip archive.
-pub(crate) fn read(content: Content, _options: &ReadOptions) -> Result<Log, Error> {
-    Err(format::unsupported(&content))
+/// What a gzip archive holds.
+///
+/// # Errors
+/// As [`Content::unpack`].
+pub(crate) fn unpack(content: Content) -> Result<Content, Error> {
+    content.unpack("gzip", |packed| Ok(Box::new(MultiGzDecoder::new(packed))))
+}
+
+/// Reads the log in a gzip archive.
+///
+/// # Errors
+/// Those of [`unpack`], and of the format within.
+pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
+    format::read(unpack(content)?, options)
 }

@@ -5,4 +5,5 @@
 mod common;
 mod harness;
 
+mod packed;
 mod text;
