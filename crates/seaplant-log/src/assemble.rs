@@ -1,6 +1,7 @@
 //! From samples to a log: what every reader hands its finds to.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::hash::{DefaultHasher, Hasher};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -31,13 +32,13 @@ pub(crate) struct Assembly {
     offset_s: f64,
     log: Log,
     /// The time bases in use, for channels to share.
-    bases: Vec<Arc<[f64]>>,
+    bases: Bases,
     odd: Odd,
 }
 
 impl Assembly {
     pub(crate) fn new(origin: Origin, options: &ReadOptions) -> Self {
-        let (log, bases, odd) = (Log::default(), Vec::new(), Odd::default());
+        let (log, bases, odd) = (Log::default(), Bases::new(), Odd::default());
         Self { origin, offset_s: options.offset_s, log, bases, odd }
     }
 
@@ -145,7 +146,7 @@ impl Assembly {
 /// The channel that a column of `rows` rows makes, unless it has no sample.
 fn channel(
     times: &Times,
-    bases: &mut Vec<Arc<[f64]>>,
+    bases: &mut Bases,
     rows: usize,
     column: Column,
 ) -> Result<Channel, LeftOut> {
@@ -164,7 +165,7 @@ fn channel(
 /// The samples of a column in order of time, one at a time.
 fn timed(
     times: &Times,
-    bases: &mut Vec<Arc<[f64]>>,
+    bases: &mut Bases,
     rows: usize,
     samples: Samples,
 ) -> (Arc<[f64]>, Vec<f64>) {
@@ -187,13 +188,20 @@ fn timed(
     (time_s, values)
 }
 
+/// The time bases in use, by a hash of theirs: among thousands of columns, none is compared with
+/// all others.
+type Bases = HashMap<u64, Vec<Arc<[f64]>>>;
+
 /// One allocation for equal time bases.
-fn share(bases: &mut Vec<Arc<[f64]>>, time_s: Vec<f64>) -> Arc<[f64]> {
-    if let Some(base) = bases.iter().find(|base| ***base == *time_s) {
+fn share(bases: &mut Bases, time_s: Vec<f64>) -> Arc<[f64]> {
+    let mut hasher = DefaultHasher::new();
+    time_s.iter().for_each(|time| hasher.write_u64(time.to_bits()));
+    let alike = bases.entry(hasher.finish()).or_default();
+    if let Some(base) = alike.iter().find(|base| ***base == *time_s) {
         return Arc::clone(base);
     }
     let base: Arc<[f64]> = time_s.into();
-    bases.push(Arc::clone(&base));
+    alike.push(Arc::clone(&base));
     base
 }
 

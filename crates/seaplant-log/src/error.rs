@@ -87,6 +87,32 @@ pub enum Error {
         reason: String,
     },
 
+    /// A file of a known format that its reader gives up on.
+    #[error(
+        "{} cannot be read as {format}: {found}; copy the file again from where it was recorded, or \
+         export it as CSV",
+        path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What it is, such as "a Parquet file".
+        format: &'static str,
+        /// What is wrong.
+        found: String,
+    },
+
+    /// A workbook without the sheet that was asked for.
+    #[error("{} has no sheet {wanted:?}; its sheets are {}", path.display(), list(sheets))]
+    NoSheet {
+        /// The file.
+        path: PathBuf,
+        /// The sheet asked for.
+        wanted: String,
+        /// Every sheet that holds cells.
+        sheets: Vec<String>,
+    },
+
     /// A file of a known format with something in it that the reader does not know.
     #[error("{} is {format} {detail}, which is not read; {advice}", path.display())]
     Unsupported {

@@ -135,6 +135,7 @@ pub(crate) fn table(content: Content) -> Result<Grid, Error> {
         Format::Text => grid::read(content, &mut |_| Ok(None)),
         Format::Gzip => table(gzip::unpack(content)?),
         Format::Zstd => table(zstd::unpack(content)?),
+        Format::Xlsx => xlsx::grid(content, None, &mut |_| Ok(None)),
         _ => Err(unsupported(&content)),
     }
 }

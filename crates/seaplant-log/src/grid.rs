@@ -71,24 +71,16 @@ pub(crate) fn read(content: Content, choose_time: ChooseTime<'_>) -> Result<Grid
     } else if layout.header.iter().any(|cell| std::str::from_utf8(cell).is_err()) {
         notes.push(Note::Encoding { path: path.to_owned(), encoding: "windows-1252" });
     }
-    let mut headings = std::mem::take(&mut layout.headings);
-    tell_headings_apart(&mut headings, path, &mut notes);
-    let time = choose_time(&headings)?;
     if layout.delimiter == Delimiter::Blanks {
         input.squeeze_blanks();
     }
-    let mut rows = Rows::new(path, headings, time, layout.delimiter);
+    let mut rows = Rows::new(path, &mut layout, notes, choose_time)?;
     let (origin, format) = rows.read_all(input, &layout)?;
-    let Rows { columns, row, lines, decimal_comma, irregular, stamped, .. } = rows;
-    notes.extend(decimal_comma);
-    notes.extend(irregular.into_notes(path, columns.len()));
-    let stamped = stamped.unwrap_or(false);
-    let header_line = layout.header_line;
-    Ok(Grid { origin, format, columns, rows: row, lines, header_line, stamped, notes })
+    Ok(rows.into_grid(origin, format, &layout))
 }
 
 /// Gives every column a name and a header text of its own.
-pub(crate) fn tell_headings_apart(headings: &mut [Heading], path: &Path, notes: &mut Vec<Note>) {
+fn tell_headings_apart(headings: &mut [Heading], path: &Path, notes: &mut Vec<Note>) {
     for (k, heading) in headings.iter_mut().enumerate().filter(|(_, h)| h.nameless) {
         heading.column = format!("column {}", k + 1);
         heading.name = heading.column.clone();
@@ -97,8 +89,9 @@ pub(crate) fn tell_headings_apart(headings: &mut [Heading], path: &Path, notes: 
 }
 
 /// The state of reading row after row.
-struct Rows<'a> {
+pub(crate) struct Rows<'a> {
     path: &'a Path,
+    notes: Vec<Note>,
     columns: Vec<Column>,
     time: Option<usize>,
     /// Whether the time column holds date-times; its first readable cell tells.
@@ -150,23 +143,45 @@ impl Irregular {
 }
 
 impl<'a> Rows<'a> {
-    fn new(
+    /// Ready for the first row below the header.
+    ///
+    /// # Errors
+    /// Those of `choose_time`.
+    pub(crate) fn new(
         path: &'a Path,
-        headings: Vec<Heading>,
-        time: Option<usize>,
-        delimiter: Delimiter,
-    ) -> Self {
-        Self {
+        layout: &mut Layout,
+        mut notes: Vec<Note>,
+        choose_time: ChooseTime<'_>,
+    ) -> Result<Self, Error> {
+        let mut headings = std::mem::take(&mut layout.headings);
+        tell_headings_apart(&mut headings, path, &mut notes);
+        let time = choose_time(&headings)?;
+        Ok(Self {
             path,
+            notes,
             columns: headings.into_iter().map(Column::empty).collect(),
             time,
             stamped: None,
-            decimal: Decimal::of(delimiter.byte()),
+            decimal: Decimal::of(layout.delimiter.byte()),
             row: 0,
             lines: Lines::default(),
             decimal_comma: None,
             irregular: Irregular::default(),
-        }
+        })
+    }
+
+    /// The table, once all rows are taken.
+    pub(crate) fn into_grid(self, origin: Origin, format: String, layout: &Layout) -> Grid {
+        let Self { columns, row, lines, decimal_comma, irregular, stamped, mut notes, .. } = self;
+        notes.extend(decimal_comma);
+        notes.extend(irregular.into_notes(self.path, columns.len()));
+        let (rows, stamped, header_line) = (row, stamped.unwrap_or(false), layout.header_line);
+        Grid { origin, format, columns, rows, lines, header_line, stamped, notes }
+    }
+
+    /// How many columns there are.
+    pub(crate) fn width(&self) -> usize {
+        self.columns.len()
     }
 
     fn read_all(&mut self, input: Input, layout: &Layout) -> Result<(Origin, String), Error> {
@@ -213,7 +228,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Takes one record of the table in.
-    fn take(&mut self, record: &ByteRecord, line: u64, layout: &Layout) {
+    pub(crate) fn take(&mut self, record: &ByteRecord, line: u64, layout: &Layout) {
         if layout::is_comment(record) {
             return;
         }

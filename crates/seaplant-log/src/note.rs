@@ -133,6 +133,15 @@ pub enum Note {
         /// The others.
         others: Vec<String>,
     },
+    /// A workbook has several sheets, and the first was read.
+    SheetChosen {
+        /// The file.
+        path: PathBuf,
+        /// The one read.
+        sheet: String,
+        /// The others.
+        others: Vec<String>,
+    },
     /// No unit of time is stated; seconds were assumed.
     TimeUnitAssumed {
         /// The file.
@@ -273,6 +282,7 @@ impl Note {
             | Self::AllMissing { path, .. }
             | Self::DuplicateColumn { path, .. }
             | Self::TimeChosen { path, .. }
+            | Self::SheetChosen { path, .. }
             | Self::TimeUnitAssumed { path, .. }
             | Self::DecimalComma { path, .. }
             | Self::Encoding { path, .. }
@@ -371,6 +381,11 @@ impl fmt::Display for Note {
             Self::TimeChosen { column, others, .. } => write!(
                 f,
                 "column {column:?} is taken as time, though {} could be too",
+                crate::lookup::list(others)
+            ),
+            Self::SheetChosen { sheet, others, .. } => write!(
+                f,
+                "the first sheet, {sheet:?}, is read, and not {}",
                 crate::lookup::list(others)
             ),
             Self::TimeUnitAssumed { column, period_s, .. } => write!(

@@ -43,7 +43,33 @@ pub fn hammer(
     seed: &[u8],
     options: &ReadOptions,
     limits: Limits,
-    repair: fn(&mut Vec<u8>),
+    repair: impl Fn(&mut Vec<u8>),
+) {
+    run(name, seed, options, limits, |mut bytes, round| {
+        if round % 2 == 0 {
+            repair(&mut bytes);
+        }
+        bytes
+    });
+}
+
+/// Damages `seed`, a part of a file, in many ways, and reads the whole that `wrap` makes of it.
+pub fn hammer_within(
+    name: &str,
+    seed: &[u8],
+    options: &ReadOptions,
+    limits: Limits,
+    wrap: impl Fn(&[u8]) -> Vec<u8>,
+) {
+    run(name, seed, options, limits, |part, _| wrap(&part));
+}
+
+fn run(
+    name: &str,
+    seed: &[u8],
+    options: &ReadOptions,
+    limits: Limits,
+    finish: impl Fn(Vec<u8>, u64) -> Vec<u8>,
 ) {
     // One at a time, for memory is measured of the whole process.
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
@@ -51,7 +77,7 @@ pub fn hammer(
     let seconds = std::env::var("SEAPLANT_ROBUST_SECONDS").ok();
     let seconds = seconds.map(|text| Duration::from_secs(text.parse().expect("whole seconds")));
     let (start, mut round) = (Instant::now(), 0);
-    check(name, seed, options, limits, 0);
+    check(name, &finish(seed.to_vec(), 1), options, limits, 0);
     while seconds.map_or(round < ROUNDS, |seconds| start.elapsed() < seconds) {
         round += 1;
         let mut dice = Dice(round);
@@ -59,10 +85,7 @@ pub fn hammer(
         for _ in 0..=dice.below(4) {
             damage(&mut bytes, &mut dice);
         }
-        if round % 2 == 0 {
-            repair(&mut bytes);
-        }
-        check(name, &bytes, options, limits, round);
+        check(name, &finish(bytes, round), options, limits, round);
     }
     if seconds.is_some() {
         eprintln!("{name}: {round} damaged files in {:.0} s", start.elapsed().as_secs_f64());
