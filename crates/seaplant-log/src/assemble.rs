@@ -123,7 +123,6 @@ impl Assembly {
     /// [`Error::NoSamples`] of a log without a channel, [`Error::Io`].
     pub(crate) fn log(mut self, format: &str) -> Result<Log, Error> {
         let path = self.origin.path().to_owned();
-        std::mem::take(&mut self.odd).notes(&path, &mut self.log.notes);
         if self.log.channels.is_empty() {
             return Err(Error::NoSamples { path, format: format.to_owned() });
         }
@@ -137,6 +136,7 @@ impl Assembly {
     /// # Errors
     /// [`Error::Io`].
     pub(crate) fn table(mut self, format: String) -> Result<Log, Error> {
+        self.odd.notes(self.origin.path(), &mut self.log.notes);
         self.log.notes.extend(self.origin.notes());
         self.log.sources.push(self.origin.source(format)?);
         Ok(self.log)

@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use crate::Unit;
+use crate::cell::{Cell, excerpt};
 use crate::heading::Heading;
 use crate::note::Note;
 
@@ -22,8 +23,23 @@ impl Column {
 
     /// A column called `name`, a value for each row, `NaN` where one is missing.
     pub(crate) fn new(name: String, unit: Option<Unit>, values: Vec<f64>) -> Self {
-        let heading = Heading { column: name.clone(), name, unit, nameless: false };
+        let (nameless, instant) = (false, false);
+        let heading = Heading { column: name.clone(), name, unit, nameless, instant };
         Self { heading, samples: Samples::of(values), text: None }
+    }
+
+    /// Takes one cell in, of which `found` was found.
+    #[inline]
+    pub(crate) fn push(&mut self, row: usize, line: u64, found: Cell, cell: &[u8]) {
+        match found {
+            Cell::Number(value) => self.samples.push(row, value),
+            Cell::Missing => self.samples.skip(row),
+            Cell::Text => {
+                self.samples.skip(row);
+                let first = || Text { line, text: excerpt(cell), count: 0 };
+                self.text.get_or_insert_with(first).count += 1;
+            }
+        }
     }
 
     /// Whether this is what a delimiter at the end of every line makes: no name, no value.

@@ -136,6 +136,8 @@ pub(crate) fn table(content: Content) -> Result<Grid, Error> {
         Format::Gzip => table(gzip::unpack(content)?),
         Format::Zstd => table(zstd::unpack(content)?),
         Format::Xlsx => xlsx::grid(content, None, &mut |_| Ok(None)),
+        Format::Parquet => parquet::grid(content, &mut |_| Ok(None)),
+        Format::ArrowIpc => arrow_ipc::grid(content, &mut |_| Ok(None)),
         _ => Err(unsupported(&content)),
     }
 }

@@ -6,7 +6,7 @@ use csv::ByteRecord;
 
 use crate::Error;
 use crate::cell::{Cell, Decimal, excerpt, stamp};
-use crate::column::{Column, Text, tell_apart};
+use crate::column::{Column, tell_apart};
 use crate::content::{Content, Origin};
 use crate::heading::Heading;
 use crate::input::Input;
@@ -25,6 +25,10 @@ pub(crate) struct Grid {
     /// Whether the time column holds date-times.
     pub(crate) stamped: bool,
     pub(crate) notes: Vec<Note>,
+    /// Columns that hold no series of numbers by their type, and why: see [`Assembly::leave_out`].
+    ///
+    /// [`Assembly::leave_out`]: crate::assemble::Assembly::leave_out
+    pub(crate) left_out: Vec<(String, &'static str)>,
 }
 
 /// The line of each row, kept as the few places where lines and rows part.
@@ -37,6 +41,11 @@ impl Lines {
         if self.0.is_empty() || self.of(row) != line {
             self.0.push((row, line));
         }
+    }
+
+    /// Lines of a table that has none: rows counted from 1.
+    pub(crate) fn of_rows() -> Self {
+        Self(vec![(0, 1)])
     }
 
     /// The line of a row.
@@ -80,7 +89,7 @@ pub(crate) fn read(content: Content, choose_time: ChooseTime<'_>) -> Result<Grid
 }
 
 /// Gives every column a name and a header text of its own.
-fn tell_headings_apart(headings: &mut [Heading], path: &Path, notes: &mut Vec<Note>) {
+pub(crate) fn tell_headings_apart(headings: &mut [Heading], path: &Path, notes: &mut Vec<Note>) {
     for (k, heading) in headings.iter_mut().enumerate().filter(|(_, h)| h.nameless) {
         heading.column = format!("column {}", k + 1);
         heading.name = heading.column.clone();
@@ -176,7 +185,8 @@ impl<'a> Rows<'a> {
         notes.extend(decimal_comma);
         notes.extend(irregular.into_notes(self.path, columns.len()));
         let (rows, stamped, header_line) = (row, stamped.unwrap_or(false), layout.header_line);
-        Grid { origin, format, columns, rows, lines, header_line, stamped, notes }
+        let left_out = Vec::new();
+        Grid { origin, format, columns, rows, lines, header_line, stamped, notes, left_out }
     }
 
     /// How many columns there are.
@@ -273,37 +283,29 @@ impl<'a> Rows<'a> {
         let before = self.decimal;
         let found = match self.decimal.read(cell) {
             found if self.time != Some(k) => found,
-            found => self.time_cell(found, cell),
+            found => time_cell(&mut self.stamped, found, cell),
         };
         if self.decimal != before && self.decimal == Decimal::Comma {
             let (path, text) = (self.path.to_owned(), excerpt(cell));
             self.decimal_comma = Some(Note::DecimalComma { path, line, text });
         }
-        let column = &mut self.columns[k];
-        match found {
-            Cell::Number(value) => column.samples.push(row, value),
-            Cell::Missing => column.samples.skip(row),
-            Cell::Text => {
-                column.samples.skip(row);
-                let first = || Text { line, text: excerpt(cell), count: 0 };
-                column.text.get_or_insert_with(first).count += 1;
-            }
-        }
+        self.columns[k].push(row, line, found, cell);
     }
+}
 
-    /// Reads a cell of the time column, which holds numbers or date-times, never both.
-    fn time_cell(&mut self, found: Cell, cell: &[u8]) -> Cell {
-        match found {
-            Cell::Number(_) if *self.stamped.get_or_insert(false) => Cell::Text,
-            Cell::Text if self.stamped != Some(false) => match stamp(cell) {
-                Some(seconds) => {
-                    self.stamped = Some(true);
-                    Cell::Number(seconds)
-                }
-                None => Cell::Text,
-            },
-            found => found,
-        }
+/// Reads a cell of the time column, which holds numbers or date-times, never both: the first
+/// readable one tells.
+pub(crate) fn time_cell(stamped: &mut Option<bool>, found: Cell, cell: &[u8]) -> Cell {
+    match found {
+        Cell::Number(_) if *stamped.get_or_insert(false) => Cell::Text,
+        Cell::Text if *stamped != Some(false) => match stamp(cell) {
+            Some(seconds) => {
+                *stamped = Some(true);
+                Cell::Number(seconds)
+            }
+            None => Cell::Text,
+        },
+        found => found,
     }
 }
 

@@ -31,6 +31,7 @@ mod content;
 mod error;
 mod format;
 mod grid;
+mod guard;
 mod heading;
 mod input;
 mod layout;

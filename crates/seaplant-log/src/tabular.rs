@@ -44,6 +44,7 @@ fn assemble(grid: Grid, times: &Times, options: &ReadOptions) -> Result<Log, Err
         column.note(&path, grid.rows).into_iter().for_each(|note| assembly.note(note));
         assembly.column(times, grid.rows, column);
     }
+    grid.left_out.into_iter().for_each(|(column, why)| assembly.leave_out(column, why));
     assembly.table(grid.format)
 }
 

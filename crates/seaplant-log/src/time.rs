@@ -65,6 +65,10 @@ pub(crate) fn choose(
 fn recognise(headings: &[Heading], path: &Path) -> Result<Chosen, Error> {
     let mut ranked: Vec<(usize, usize)> =
         headings.iter().enumerate().filter_map(|(k, h)| Some((rank(h)?, k))).collect();
+    let instants = headings.iter().enumerate().filter(|(_, h)| h.instant);
+    if let (true, [(only, _)]) = (ranked.is_empty(), &instants.collect::<Vec<_>>()[..]) {
+        ranked.push((NAMES.len(), *only));
+    }
     ranked.sort_unstable();
     let Some(&(_, index)) = ranked.first() else {
         let named = headings.iter().filter(|h| !h.nameless);

@@ -1,6 +1,7 @@
 //! One module for each format.
 
 pub(crate) mod arrow_ipc;
+pub(crate) mod columnar;
 pub(crate) mod dataflash;
 pub(crate) mod gzip;
 pub(crate) mod hdf5;

@@ -1,7 +1,6 @@
 //! Excel workbooks.
 
 use std::io::{self, BufReader, Read};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use calamine::{DataRef, Reader, SheetType, Xlsx, XlsxCellReader, XlsxError};
@@ -14,7 +13,7 @@ use crate::grid::{ChooseTime, Grid, Rows};
 use crate::layout::{self, Delimiter};
 use crate::note::Note;
 use crate::unpack::{TooMuch, limit};
-use crate::{Error, Log, ReadOptions, tabular};
+use crate::{Error, Log, ReadOptions, guard, tabular};
 
 /// What messages call the format.
 const FORMAT: &str = "an Excel workbook";
@@ -283,15 +282,8 @@ fn date_time(days: f64, from_1904: bool) -> String {
     }
 }
 
-/// What calamine finds. Numbers that it trusts can make it panic.
 fn guarded<T>(path: &Path, find: impl FnOnce() -> Result<T, XlsxError>) -> Result<T, Error> {
-    match catch_unwind(AssertUnwindSafe(find)) {
-        Ok(found) => found.map_err(|error| damaged(error, path)),
-        Err(_) => {
-            let found = "its parts contradict each other".to_owned();
-            Err(Error::Damaged { path: path.to_owned(), format: FORMAT, found })
-        }
-    }
+    guard::guarded(path, FORMAT, find)
 }
 
 fn damaged(error: XlsxError, path: &Path) -> Error {

@@ -5,6 +5,7 @@
 mod common;
 mod harness;
 
+mod arrow;
 mod packed;
 mod text;
 mod xlsx;
