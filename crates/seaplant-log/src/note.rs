@@ -95,6 +95,15 @@ pub enum Note {
         /// How many cells.
         count: usize,
     },
+    /// Rows that cannot be read; those before them were.
+    UnreadableRows {
+        /// The file.
+        path: PathBuf,
+        /// The first of them, counted from 1.
+        first_row: u64,
+        /// Why.
+        reason: String,
+    },
     /// A column of text; it was left out.
     TextColumn {
         /// The file.
@@ -278,6 +287,7 @@ impl Note {
             | Self::RepeatedHeader { path, .. }
             | Self::RunOnCell { path, .. }
             | Self::NotANumber { path, .. }
+            | Self::UnreadableRows { path, .. }
             | Self::TextColumn { path, .. }
             | Self::AllMissing { path, .. }
             | Self::DuplicateColumn { path, .. }
@@ -368,6 +378,10 @@ impl fmt::Display for Note {
                 f,
                 "column {column:?} has {} not a number (here {text:?}); counted as missing",
                 first_of(*count, "cell that is", "cells that are")
+            ),
+            Self::UnreadableRows { first_row, reason, .. } => write!(
+                f,
+                "the rows from {first_row} on cannot be read ({reason}); those before were"
             ),
             Self::TextColumn { column, text, .. } => {
                 write!(f, "column {column:?} holds text (here {text:?}); left out")

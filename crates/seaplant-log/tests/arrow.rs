@@ -88,6 +88,26 @@ fn a_parquet_file_that_is_cut_is_refused() {
 }
 
 #[test]
+fn damage_in_the_middle_leaves_the_rows_before_it() {
+    let Some(made) = made("arrow") else { return };
+    let mut bytes = std::fs::read(made.file("zstd.feather")).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 2000].fill(0x5a);
+    let sample = Sample::new("zstd.feather", bytes);
+    let log = open(sample.path());
+    // Batches are of 600 rows.
+    let whole = made.expected("zstd.feather");
+    for channel in log.channels() {
+        let expected = whole.iter().find(|expected| expected.column == channel.column).unwrap();
+        assert!(channel.len() + channel.missing == 600 || channel.len() + channel.missing == 1200);
+        assert_eq!(channel.values(), &expected.values[..channel.len()]);
+    }
+    let told = notes(&log);
+    let rows = told.iter().filter(|note| note.starts_with("zstd.feather: the rows from "));
+    assert_eq!(rows.count(), 1, "{told:?}");
+}
+
+#[test]
 fn a_compression_that_is_not_read_is_named() {
     let Some(made) = made("arrow") else { return };
     let path = made.file("brotli.parquet");

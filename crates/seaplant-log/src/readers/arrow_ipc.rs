@@ -5,7 +5,7 @@ use std::path::Path;
 
 use arrow_array::RecordBatch;
 use arrow_ipc::reader::{FileReader, StreamReader};
-use arrow_ipc::{Message, MessageHeader, root_as_footer, root_as_message};
+use arrow_ipc::{Block, Message, MessageHeader, root_as_footer, root_as_message};
 use arrow_schema::{ArrowError, SchemaRef};
 
 use crate::content::{Content, Origin};
@@ -18,6 +18,9 @@ use crate::{Error, Log, ReadOptions, tabular};
 
 /// What messages call the format.
 const FORMAT: &str = "an Arrow file";
+
+/// What the format is called beside a file.
+const NAME: &str = "Arrow IPC";
 
 /// What stands at both ends of a file.
 const MAGIC: &[u8] = b"ARROW1";
@@ -44,57 +47,58 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     tabular::read(&path, options, |choose_time| grid(content, choose_time))
 }
 
-/// Reads the table in an Arrow file. One that is cut off gives the batches before the cut, for a
-/// file is a stream with an index behind it.
+/// Reads the table in an Arrow file. One that is cut off or damaged gives the batches before, for
+/// a file is a stream with an index behind it.
 ///
 /// # Errors
 /// [`Error::Damaged`], [`Error::TooMuch`]; those of `choose_time`.
 pub(crate) fn grid(content: Content, choose_time: ChooseTime<'_>) -> Result<Grid, Error> {
     let (origin, bytes) = content.bytes()?;
-    let is_file = bytes.starts_with(MAGIC);
     let path = origin.path().to_owned();
     let size = bytes.len() as u64;
-    if is_file && bytes.ends_with(MAGIC) {
-        check_blocks(&bytes, &path)?;
+    if bytes.starts_with(MAGIC) && is_indexed(&bytes) {
         let reader = guarded(&path, FORMAT, || FileReader::try_new(Cursor::new(bytes), None))?;
         return batches(reader.schema(), reader, &path, size, choose_time)
-            .map(|table| table.into_grid(origin, "Arrow IPC"));
+            .map(|table| table.into_grid(origin, NAME));
     }
-    stream(bytes, if is_file { STREAM } else { 0 }, origin, choose_time)
+    stream(bytes, origin, choose_time)
 }
 
-fn stream(
-    mut bytes: Vec<u8>,
-    start: usize,
-    origin: Origin,
-    choose_time: ChooseTime<'_>,
-) -> Result<Grid, Error> {
+fn stream(mut bytes: Vec<u8>, origin: Origin, choose_time: ChooseTime<'_>) -> Result<Grid, Error> {
     let (path, size) = (origin.path().to_owned(), bytes.len() as u64);
-    let (end, is_whole) = whole_messages(&bytes, start, &path)?;
+    let start = if bytes.starts_with(MAGIC) { STREAM } else { 0 };
+    let (end, ending) = sound_messages(&bytes, start);
     bytes.truncate(end);
-    bytes.drain(..start);
+    bytes.drain(..start.min(end));
     let reader = guarded(&path, FORMAT, || StreamReader::try_new(Cursor::new(bytes), None))?;
     let table = batches(reader.schema(), reader, &path, size, choose_time)?;
-    let mut grid = table.into_grid(origin, "Arrow IPC");
-    // The index of a file is missed with its end.
-    if start > 0 || !is_whole {
-        grid.notes.push(Note::Truncated { path, byte: end as u64, last_s: None });
+    let mut grid = table.into_grid(origin, NAME);
+    match ending {
+        Ending::Marked => {}
+        Ending::Cut => {
+            grid.notes.push(Note::Truncated { path, byte: end as u64, last_s: None });
+        }
+        Ending::TooMuch(too_much) if grid.rows == 0 => {
+            return Err(Error::io(&path, std::io::Error::other(too_much)));
+        }
+        Ending::TooMuch(too_much) => {
+            let (first_row, reason) = (grid.rows as u64 + 1, too_much.to_string());
+            grid.notes.push(Note::UnreadableRows { path, first_row, reason });
+        }
     }
     Ok(grid)
 }
 
 fn batches<'a>(
     schema: SchemaRef,
-    mut reader: impl Iterator<Item = Result<RecordBatch, ArrowError>>,
+    reader: impl Iterator<Item = Result<RecordBatch, ArrowError>>,
     path: &'a Path,
     size: u64,
     choose_time: ChooseTime<'_>,
 ) -> Result<Columnar<'a>, Error> {
     let mut table = Columnar::new(schema.fields(), path, size, choose_time)?;
     let fields: Vec<usize> = (0..schema.fields().len()).collect();
-    while let Some(batch) = guarded(path, FORMAT, || reader.next().transpose())? {
-        table.take(&batch, &fields)?;
-    }
+    table.take_all(reader, &fields, FORMAT)?;
     Ok(table)
 }
 
@@ -119,50 +123,58 @@ fn next(bytes: &[u8], at: usize) -> Option<Next<'_>> {
     Some(Next::Message { message, body: body..end })
 }
 
-/// How far the messages from `start` on are whole, and whether the stream ends there by itself.
-fn whole_messages(bytes: &[u8], start: usize, path: &Path) -> Result<(usize, bool), Error> {
-    let mut at = start;
-    while let Some(Next::Message { message, body }) = next(bytes, at) {
-        let Some(content) = bytes.get(body.clone()) else { break };
-        check_unpacked(&message, content, bytes.len(), path)?;
-        at = body.end;
-    }
-    let is_whole = at == bytes.len() || matches!(next(bytes, at), Some(Next::End));
-    Ok((at, is_whole))
+/// How a stream ends.
+enum Ending {
+    /// As it should.
+    Marked,
+    /// Within a message, or where none stands.
+    Cut,
+    /// Before a message that claims to hold more than it can.
+    TooMuch(TooMuch),
 }
 
-/// Looks at every message that the index of a file names.
-fn check_blocks(bytes: &[u8], path: &Path) -> Result<(), Error> {
-    let damaged = |found: &str| Error::Damaged {
-        path: path.to_owned(),
-        format: FORMAT,
-        found: found.to_owned(),
-    };
-    let lost = || damaged("the index at its end is damaged");
-    let before_magic = &bytes[..bytes.len() - MAGIC.len()];
-    let (before, length) = before_magic.split_last_chunk().ok_or_else(lost)?;
-    let length = u32::from_le_bytes(*length) as usize;
-    let footer = before.len().checked_sub(length).map(|start| &before[start..]).ok_or_else(lost)?;
-    let footer = root_as_footer(footer).map_err(|_| lost())?;
-    let blocks = footer.dictionaries().into_iter().flatten();
-    for block in blocks.chain(footer.recordBatches().into_iter().flatten()) {
-        let wrong = || damaged("the index at its end points at no message");
-        let at = usize::try_from(block.offset()).map_err(|_| wrong())?;
-        let Some(Next::Message { message, body }) = next(bytes, at) else { return Err(wrong()) };
-        let content = bytes.get(body).ok_or_else(wrong)?;
-        check_unpacked(&message, content, bytes.len(), path)?;
+/// How far the messages from `start` on are whole and sound.
+fn sound_messages(bytes: &[u8], start: usize) -> (usize, Ending) {
+    let mut at = start;
+    loop {
+        match next(bytes, at) {
+            Some(Next::End) => return (at, Ending::Marked),
+            None if at == bytes.len() => return (at, Ending::Marked),
+            None => return (at, Ending::Cut),
+            Some(Next::Message { message, body }) => {
+                let Some(content) = bytes.get(body.clone()) else { return (at, Ending::Cut) };
+                if let Err(too_much) = check_unpacked(&message, content, bytes.len()) {
+                    return (at, Ending::TooMuch(too_much));
+                }
+                at = body.end;
+            }
+        }
     }
-    Ok(())
+}
+
+/// Whether a file ends in an index, and all messages that it names are sound.
+fn is_indexed(bytes: &[u8]) -> bool {
+    let footer = || {
+        let (rest, length) = bytes.strip_suffix(MAGIC)?.split_last_chunk()?;
+        let start = rest.len().checked_sub(u32::from_le_bytes(*length) as usize)?;
+        root_as_footer(&rest[start..]).ok()
+    };
+    let Some(footer) = footer() else { return false };
+    let sound = |block: &Block| {
+        let at = usize::try_from(block.offset()).ok()?;
+        let Some(Next::Message { message, .. }) = next(bytes, at) else { return None };
+        // The reader goes by the index, not by the message, to find its body.
+        let body = at.checked_add(usize::try_from(block.metaDataLength()).ok()?)?;
+        check_unpacked(&message, bytes.get(body..)?, bytes.len()).ok()
+    };
+    let dictionaries = footer.dictionaries().into_iter().flatten();
+    let batches = footer.recordBatches().into_iter().flatten();
+    dictionaries.chain(batches).all(|block| sound(block).is_some())
 }
 
 /// Refuses a message whose buffers claim to unpack to more than a file of its size may hold: they
 /// are believed when memory is taken.
-fn check_unpacked(
-    message: &Message<'_>,
-    body: &[u8],
-    size: usize,
-    path: &Path,
-) -> Result<(), Error> {
+fn check_unpacked(message: &Message<'_>, body: &[u8], size: usize) -> Result<(), TooMuch> {
     let dictionary = message.header_as_dictionary_batch().and_then(|batch| batch.data());
     let Some(batch) = message.header_as_record_batch().or(dictionary) else { return Ok(()) };
     if batch.compression().is_none() {
@@ -176,8 +188,5 @@ fn check_unpacked(
         u64::try_from(length).ok()
     });
     let (packed, unpacked) = (size as u64, claimed.fold(0, u64::saturating_add));
-    if unpacked > limit(packed) {
-        return Err(Error::io(path, std::io::Error::other(TooMuch { unpacked, packed })));
-    }
-    Ok(())
+    if unpacked > limit(packed) { Err(TooMuch { unpacked, packed }) } else { Ok(()) }
 }

@@ -14,12 +14,13 @@ use arrow_array::types::{
 };
 use arrow_array::{Array, ArrayRef, RecordBatch, StructArray};
 use arrow_buffer::NullBuffer;
-use arrow_schema::{DataType, Field, Fields, TimeUnit};
+use arrow_schema::{ArrowError, DataType, Field, Fields, TimeUnit};
 
 use crate::cell::Decimal;
 use crate::column::Column;
 use crate::content::Origin;
 use crate::grid::{ChooseTime, Grid, Lines, tell_headings_apart, time_cell};
+use crate::guard::guarded;
 use crate::heading::Heading;
 use crate::note::Note;
 use crate::unpack::{TooMuch, limit};
@@ -76,11 +77,32 @@ impl<'a> Columnar<'a> {
         fields
     }
 
-    /// Takes rows in; `fields` are the places in the schema of the batch's columns.
+    /// Takes all rows in. `fields` are the places in the schema of the batches' columns, `format`
+    /// is what messages call the file. Damage ends the rows, with a note if there are any before.
     ///
     /// # Errors
-    /// [`Error::TooMuch`].
-    pub(crate) fn take(&mut self, batch: &RecordBatch, fields: &[usize]) -> Result<(), Error> {
+    /// [`Error::TooMuch`], [`Error::Damaged`].
+    pub(crate) fn take_all(
+        &mut self,
+        mut batches: impl Iterator<Item = Result<RecordBatch, ArrowError>>,
+        fields: &[usize],
+        format: &'static str,
+    ) -> Result<(), Error> {
+        loop {
+            match guarded(self.path, format, || batches.next().transpose()) {
+                Ok(Some(batch)) => self.take(&batch, fields)?,
+                Ok(None) => return Ok(()),
+                Err(Error::Damaged { path, found: reason, .. }) if self.rows > 0 => {
+                    let first_row = self.rows as u64 + 1;
+                    self.notes.push(Note::UnreadableRows { path, first_row, reason });
+                    return Ok(());
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    fn take(&mut self, batch: &RecordBatch, fields: &[usize]) -> Result<(), Error> {
         let bytes = (batch.num_rows() * self.leaves.len() * size_of::<f64>()) as u64;
         self.left = self.left.checked_sub(bytes).ok_or_else(|| {
             let (packed, unpacked) = (self.size, limit(self.size));

@@ -71,10 +71,8 @@ fn chunks(
     let mut table = Columnar::new(reader.schema().fields(), path, size, choose_time)?;
     let fields = table.fields();
     let mask = ProjectionMask::roots(reader.parquet_schema(), fields.iter().copied());
-    let mut batches = guarded(path, FORMAT, || reader.with_projection(mask).build())?;
-    while let Some(batch) = guarded(path, FORMAT, || batches.next().transpose())? {
-        table.take(&batch, &fields)?;
-    }
+    let batches = guarded(path, FORMAT, || reader.with_projection(mask).build())?;
+    table.take_all(batches, &fields, FORMAT)?;
     Ok(table.into_grid(origin, "Parquet"))
 }
 
