@@ -31,8 +31,11 @@ pub enum Error {
     #[error("no log file was given; name at least one")]
     NoFiles,
 
-    /// The file is not text.
-    #[error("{} is not a text table but looks like {looks_like}; export it as CSV", path.display())]
+    /// The file is neither text nor of another format that is read.
+    #[error(
+        "{} is of no format that is read but looks like {looks_like}; export it as CSV",
+        path.display()
+    )]
     Binary {
         /// The file.
         path: PathBuf,

@@ -48,6 +48,7 @@ mod unit;
 mod unpack;
 
 pub use error::Error;
+pub use guard::is_guarded;
 pub use log::{Channel, Gap, Log, Source};
 pub use note::Note;
 pub use read::{ReadOptions, Stamp, TimeColumn, read, read_bytes};

@@ -39,18 +39,25 @@ pub struct TimeColumn {
     pub unit: Option<String>,
 }
 
-/// Reads a text table as a log.
+/// Reads a file as a log.
 ///
-/// Commas, semicolons, tabs or blanks part the cells; lines that start with `#`, `%` or `//`, and
-/// whatever stands above the header, are passed over. The header is the row of names above the
-/// numbers; `u_velo [m/s]` and `T1 (us)` state units, as does a row of units below the names. Time
-/// is the column that `options` name, else one called `time`, `t`, `timestamp` and the like:
+/// What it is, its first bytes tell, never its name: a text table; an Excel workbook, of which
+/// the sheet that `options` name is read, else the first; a Parquet or Arrow file, of which
+/// instants, numbers, flags and texts are read and structs flattened to `a.b`; or any of these in a
+/// gzip or zstd archive.
+///
+/// Of a table of text, commas, semicolons, tabs or blanks part the cells; lines that start with `#`,
+/// `%` or `//`, and whatever stands above the header, are passed over. The header is the row of
+/// names above the numbers; `u_velo [m/s]` and `T1 (us)` state units, as does a row of units below
+/// the names. Time is the column that `options` name, else one called `time`, `t`, `timestamp` and the like:
 /// numbers, ISO 8601 date-times (seconds since the Unix epoch; UTC where no offset is stated), or
 /// times of day (seconds since midnight). Empty cells, `NaN`, `NA` and the like are missing: the
 /// channel has no sample there. [`Log::notes`] tells whatever else was decided or dropped.
 ///
 /// # Errors
-/// Of the file: [`Error::Io`], [`Error::Directory`], [`Error::Binary`], [`Error::Empty`].
+/// Of the file: [`Error::Io`], [`Error::Directory`], [`Error::Binary`], [`Error::Empty`],
+/// [`Error::Archive`], [`Error::TooMuch`], [`Error::Damaged`], [`Error::Unsupported`],
+/// [`Error::NoSheet`].
 /// Of the table: [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`],
 /// [`Error::OpenQuote`], [`Error::TooFewRows`]. Of time: [`Error::NoTime`], [`Error::NoChannel`]
 /// for a column that `options` name, [`Error::TimeUnit`], [`Error::TimeNotReadable`],

@@ -43,7 +43,8 @@ pub struct TableColumn {
     text: Option<(u64, String)>,
 }
 
-/// Reads a text table that needs no time column.
+/// Reads a table that needs no time column: text, the first sheet of a workbook, Parquet, Arrow,
+/// or one of these in an archive.
 ///
 /// Delimiter, header, units, missing values: as [`read`](crate::read()).
 ///

@@ -52,7 +52,7 @@ fn binary_files_are_named_for_what_they_are() {
     ];
     for (bytes, name) in cases {
         let expected =
-            format!("log.csv is not a text table but looks like {name}; export it as CSV");
+            format!("log.csv is of no format that is read but looks like {name}; export it as CSV");
         assert_eq!(failure(bytes), expected);
     }
 }

@@ -232,7 +232,7 @@ fn random_bytes_are_no_log() {
     workshop.write("log.csv", bytes);
     assert_eq!(
         workshop.refusal(),
-        "trial `run 1`: log.csv is not a text table but looks like binary data; export it as CSV"
+        "trial `run 1`: log.csv is of no format that is read but looks like binary data; export it as CSV"
     );
 }
 
@@ -242,7 +242,7 @@ fn a_packed_log_is_to_be_unpacked() {
     workshop.write("log.csv", b"BZh91AY&SY");
     assert_eq!(
         workshop.refusal(),
-        "trial `run 1`: log.csv is not a text table but looks like a bzip2 archive (unpack it \
+        "trial `run 1`: log.csv is of no format that is read but looks like a bzip2 archive (unpack it \
          first); export it as CSV"
     );
 }
