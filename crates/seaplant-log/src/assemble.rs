@@ -386,9 +386,9 @@ mod tests {
         assert_eq!(
             notes(&log),
             [
+                "log.bin: a second column is headed \"a\"; it is named \"a.2\" here",
                 "log.bin: \"b\" has no value in any record; left out",
                 "log.bin: \"image\" is a list of varying length; left out",
-                "log.bin: a second column is headed \"a\"; it is named \"a.2\" here",
             ]
         );
     }

@@ -28,7 +28,7 @@ pub(crate) struct Content {
     whole: bool,
     rest: Box<dyn Read + Send>,
     origin: Origin,
-    /// Whether the bytes are those of the file at the origin's path.
+    /// Whether the bytes are those of the file at the origin's path, and may be read again.
     is_file: bool,
 }
 
@@ -39,10 +39,11 @@ impl Content {
     /// [`Error::Io`], [`Error::Directory`].
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
         let failed = |source| Error::io(path, source);
-        if std::fs::metadata(path).map_err(failed)?.is_dir() {
+        let metadata = std::fs::metadata(path).map_err(failed)?;
+        if metadata.is_dir() {
             return Err(Error::Directory { path: path.to_owned() });
         }
-        Self::new(path, Box::new(File::open(path).map_err(failed)?), true)
+        Self::new(path, Box::new(File::open(path).map_err(failed)?), metadata.is_file())
     }
 
     /// Bytes in place of a file; `path` is what messages call them.

@@ -7,9 +7,10 @@
 //!    to an [`Assembly`](crate::assemble::Assembly), which sorts them, drops what is no number or
 //!    repeats a time, and makes the [`Log`]. A table goes through [`tabular`](crate::tabular).
 //! 2. A [`Format`] with its name, a line in [`Format::RECOGNISED`] and one in [`read`].
-//! 3. Tests in `tests/NAME.rs`: every channel against files that an independent writer makes (see
-//!    `tests/common/python.rs`), and errors and notes by their whole text. Seeds of the format in
-//!    `tests/robust/`, which damages them by the thousand, and in `fuzz/`.
+//! 3. Tests in `tests/NAME.rs`: every channel against files that an independent writer makes by
+//!    `tests/reference/make_NAME.py` (see `tests/common/python.rs`), and errors and notes by their
+//!    whole text. Small files of the same script for `tests/robust/`, which damages them by the
+//!    thousand, and for `scripts/fuzz NAME`, which searches further.
 
 use crate::content::Content;
 use crate::grid::{self, Grid};
@@ -67,7 +68,8 @@ impl Format {
         if let Some((_, format)) = Self::RECOGNISED.iter().find(|(is, _)| is(head)) {
             return *format;
         }
-        if let Some((_, name)) = MAGIC.iter().find(|(magic, _)| head.starts_with(magic)) {
+        let stands = |at: usize, magic| head.get(at..).is_some_and(|rest| rest.starts_with(magic));
+        if let Some((_, _, name)) = MAGIC.iter().find(|(at, magic, _)| stands(*at, magic)) {
             return Self::Unsupported(name);
         }
         let marked = encoding_rs::Encoding::for_bom(head).is_some();
@@ -148,19 +150,22 @@ pub(crate) fn unsupported(content: &Content) -> Error {
     Error::Binary { path: content.path().to_owned(), looks_like }
 }
 
-/// First bytes of other formats that people take for logs, and what to call them.
-const MAGIC: &[(&[u8], &str)] = &[
-    (b"PK\x03\x04", "a zip archive (unpack it first)"),
-    (b"\xd0\xcf\x11\xe0", "an old Excel workbook (.xls)"),
-    (b"CDF\x01", "a NetCDF file"),
-    (b"CDF\x02", "a NetCDF file"),
-    (b"CDF\x05", "a NetCDF file"),
-    (b"ULog\x01\x12\x35", "a PX4 ULog"),
-    (b"BZh", "a bzip2 archive (unpack it first)"),
-    (b"\xfd7zXZ", "an xz archive (unpack it first)"),
-    (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive (unpack it first)"),
-    (b"FEA1", "an old Feather file (version 1)"),
-    (b"%PDF", "a PDF document"),
+/// Bytes of other formats that people take for logs, where these stand, and what to call them.
+const MAGIC: &[(usize, &[u8], &str)] = &[
+    (30, b"mimetypeapplication/vnd.oasis", "an OpenDocument file"),
+    (0, b"PK\x03\x04", "a zip archive (unpack it first)"),
+    (0, b"\xd0\xcf\x11\xe0", "an Excel workbook of the old kind (.xls) or with a password"),
+    (0, b"CDF\x01", "a NetCDF file"),
+    (0, b"CDF\x02", "a NetCDF file"),
+    (0, b"CDF\x05", "a NetCDF file"),
+    (0, b"ULog\x01\x12\x35", "a PX4 ULog"),
+    (0, b"\x93NUMPY", "a NumPy array"),
+    (0, b"BZh", "a bzip2 archive (unpack it first)"),
+    (0, b"\xfd7zXZ", "an xz archive (unpack it first)"),
+    (0, b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive (unpack it first)"),
+    (257, b"ustar", "a tar archive (unpack it first)"),
+    (0, b"FEA1", "a Feather file of version 1"),
+    (0, b"%PDF", "a PDF document"),
 ];
 
 /// Whether bytes are no text: a NUL, or more control characters than any text has.

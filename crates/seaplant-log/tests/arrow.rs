@@ -75,6 +75,15 @@ fn an_arrow_file_that_is_cut_gives_the_batches_before_the_cut() {
 }
 
 #[test]
+fn an_arrow_file_of_nothing_but_its_mark_is_refused() {
+    for bytes in [&b"ARROW1"[..], b"ARROW1\0\0", b"ARROW1\0\0ARROW1"] {
+        let sample = Sample::new("log.arrow", bytes);
+        let error = read(sample.path(), &ReadOptions::default()).unwrap_err();
+        assert!(matches!(error, Error::Damaged { .. }), "{error}");
+    }
+}
+
+#[test]
 fn a_parquet_file_that_is_cut_is_refused() {
     let Some(made) = made("arrow") else { return };
     let bytes = std::fs::read(made.file("old.parquet")).unwrap();

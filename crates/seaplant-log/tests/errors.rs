@@ -42,9 +42,16 @@ fn no_file_at_all_is_refused() {
 
 #[test]
 fn binary_files_are_named_for_what_they_are() {
-    let cases: [(&[u8], &str); 6] = [
+    let tar = [&[b'a'; 257][..], b"ustar\0"].concat();
+    let cases: [(&[u8], &str); 9] = [
         (b"PK\x03\x04....", "a zip archive (unpack it first)"),
-        (b"\xd0\xcf\x11\xe0....", "an old Excel workbook (.xls)"),
+        (b"\xd0\xcf\x11\xe0....", "an Excel workbook of the old kind (.xls) or with a password"),
+        (
+            b"PK\x03\x04..........................mimetypeapplication/vnd.oasis.opendocument",
+            "an OpenDocument file",
+        ),
+        (b"\x93NUMPY\x01\0", "a NumPy array"),
+        (&tar, "a tar archive (unpack it first)"),
         (b"CDF\x01....", "a NetCDF file"),
         (b"ULog\x01\x12\x35", "a PX4 ULog"),
         (b"BZh9", "a bzip2 archive (unpack it first)"),

@@ -45,7 +45,7 @@ fn a_sheet_is_had_by_its_name() {
     }
     assert_eq!(
         without_folder(&named("Plot").unwrap_err().to_string(), &path),
-        "log.xlsx has no sheet \"Plot\"; its sheets are \"Dive 12\", \"Ballast\""
+        "log.xlsx has no sheet \"Plot\"; its sheets are \"Hidden\", \"Dive 12\", \"Ballast\""
     );
 }
 

@@ -69,7 +69,7 @@ fn stream(mut bytes: Vec<u8>, origin: Origin, choose_time: ChooseTime<'_>) -> Re
     let start = if bytes.starts_with(MAGIC) { STREAM } else { 0 };
     let (end, ending) = sound_messages(&bytes, start);
     bytes.truncate(end);
-    bytes.drain(..start.min(end));
+    bytes.drain(..start.min(bytes.len()));
     let reader = guarded(&path, FORMAT, || StreamReader::try_new(Cursor::new(bytes), None))?;
     let table = batches(reader.schema(), reader, &path, size, choose_time)?;
     let mut grid = table.into_grid(origin, NAME);

@@ -3,7 +3,7 @@
 use std::io::{self, BufReader, Read};
 use std::path::Path;
 
-use calamine::{DataRef, Reader, SheetType, Xlsx, XlsxCellReader, XlsxError};
+use calamine::{DataRef, Reader, Sheet, SheetType, SheetVisible, Xlsx, XlsxCellReader, XlsxError};
 use csv::ByteRecord;
 use zip::ZipArchive;
 
@@ -98,21 +98,27 @@ fn unpacked_size(file: &mut BufReader<Seekable>, path: &Path) -> Result<u64, Err
     let size = io::Seek::seek(file, io::SeekFrom::End(0)).map_err(|e| Error::io(path, e))?;
     let most = limit(size);
     let mut archive = ZipArchive::new(file).map_err(|error| damaged(error.into(), path))?;
-    let mut unpacked = 0;
+    let mut unpacked: u64 = 0;
     for part in 0..archive.len() {
         let part = archive.by_index(part).map_err(|error| damaged(error.into(), path))?;
-        unpacked += if part.name().is_ok_and(|name| name.contains("worksheets/")) {
-            part.size()
-        } else {
-            let mut part = part.take(most + 1);
-            // Damage is found again where it matters.
-            io::copy(&mut part, &mut io::sink()).unwrap_or_default()
-        };
+        let is_sheet = part.name().is_ok_and(|name| name.contains("worksheets/"));
+        let bytes = if is_sheet { part.size() } else { length(part.take(most + 1)) };
+        unpacked = unpacked.saturating_add(bytes);
         if unpacked > most {
             return Err(Error::io(path, io::Error::other(TooMuch { unpacked, packed: size })));
         }
     }
     Ok(most)
+}
+
+/// How many bytes there are up to the end, or to damage, which is found again where it matters.
+fn length(mut part: impl Read) -> u64 {
+    let mut buffer = vec![0; 64 * 1024];
+    let mut length = 0;
+    while let Ok(read @ 1..) = part.read(&mut buffer) {
+        length += read as u64;
+    }
+    length
 }
 
 fn choose_sheet(
@@ -121,9 +127,10 @@ fn choose_sheet(
     path: &Path,
     notes: &mut Vec<Note>,
 ) -> Result<String, Error> {
-    let sheets =
-        workbook.sheets_metadata().iter().filter(|sheet| sheet.typ == SheetType::WorkSheet);
-    let mut sheets: Vec<String> = sheets.map(|sheet| sheet.name.clone()).collect();
+    let sheets = workbook.sheets_metadata().iter();
+    let with_cells = sheets.filter(|sheet| sheet.typ == SheetType::WorkSheet);
+    let is_seen = |sheet: &&Sheet| wanted.is_some() || sheet.visible == SheetVisible::Visible;
+    let mut sheets: Vec<String> = with_cells.filter(is_seen).map(|s| s.name.clone()).collect();
     if let Some(wanted) = wanted {
         let exact = sheets.iter().find(|sheet| *sheet == wanted);
         let near = || sheets.iter().find(|sheet| sheet.to_lowercase() == wanted.to_lowercase());
@@ -133,7 +140,7 @@ fn choose_sheet(
         });
     }
     if sheets.is_empty() {
-        let found = "it has no sheet with cells".to_owned();
+        let found = "it shows no sheet with cells".to_owned();
         return Err(Error::Damaged { path: path.to_owned(), format: FORMAT, found });
     }
     let sheet = sheets.remove(0);

@@ -54,6 +54,7 @@ def main():
         other.append([k, 0.5 * k])
     expected.channel("log.xlsx/Ballast", "mass (kg)", range(10), [0.5 * k for k in range(10)], unit="kg")
     book.create_chartsheet("Plot", 0)
+    book.create_sheet("Hidden", 0).sheet_state = "hidden"
     book.save(folder / "log.xlsx")
 
     # Time as date cells, in both calendars; as times of day; as durations past a day.
