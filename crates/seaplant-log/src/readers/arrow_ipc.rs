@@ -163,9 +163,10 @@ fn is_indexed(bytes: &[u8]) -> bool {
     let sound = |block: &Block| {
         let at = usize::try_from(block.offset()).ok()?;
         let Some(Next::Message { message, .. }) = next(bytes, at) else { return None };
-        // The reader goes by the index, not by the message, to find its body.
+        // The reader goes by the index, not by the message, to find its body and take memory for it.
         let body = at.checked_add(usize::try_from(block.metaDataLength()).ok()?)?;
-        check_unpacked(&message, bytes.get(body..)?, bytes.len()).ok()
+        let end = body.checked_add(usize::try_from(block.bodyLength()).ok()?)?;
+        check_unpacked(&message, bytes.get(body..end)?, bytes.len()).ok()
     };
     let dictionaries = footer.dictionaries().into_iter().flatten();
     let batches = footer.recordBatches().into_iter().flatten();
