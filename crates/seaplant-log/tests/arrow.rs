@@ -117,6 +117,45 @@ fn damage_in_the_middle_leaves_the_rows_before_it() {
 }
 
 #[test]
+fn a_page_that_claims_a_list_of_billions_is_not_believed() {
+    let Some(made) = made("arrow") else { return };
+    let mut bytes = std::fs::read(made.file("seed-none.parquet")).unwrap();
+    // The first header, behind the mark: a list of 2³¹ − 1 doubles in place of its type.
+    bytes[4..11].copy_from_slice(&[0x19, 0xf7, 0xff, 0xff, 0xff, 0xff, 0x07]);
+    let sample = Sample::new("log.parquet", bytes);
+    let error = read(sample.path(), &ReadOptions::default()).unwrap_err();
+    assert_eq!(
+        without_folder(&error.to_string(), sample.path()),
+        "log.parquet cannot be read as a Parquet file: the headers of its pages are damaged; copy \
+         the file again from where it was recorded, or export it as CSV"
+    );
+}
+
+#[test]
+fn a_row_group_with_damaged_headers_ends_the_rows() {
+    let Some(made) = made("arrow") else { return };
+    let mut bytes = std::fs::read(made.file("types.parquet")).unwrap();
+    // Four groups of 700 rows at most: half of the file is within the second or third.
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 40_000].fill(0xff);
+    let sample = Sample::new("types.parquet", bytes);
+    let log = open(sample.path());
+    let told = notes(&log);
+    let cut = told.iter().find(|note| note.starts_with("types.parquet: the rows from "));
+    assert!(
+        cut.unwrap_or_else(|| panic!("{told:?}")).contains("headers of their pages"),
+        "{cut:?}"
+    );
+    let whole = made.expected("types.parquet");
+    for channel in log.channels() {
+        let rows = channel.len() + channel.missing;
+        assert!(rows == 700 || rows == 1400, "{rows}");
+        let expected = whole.iter().find(|expected| expected.column == channel.column).unwrap();
+        assert_eq!(channel.values(), &expected.values[..channel.len()], "{}", channel.column);
+    }
+}
+
+#[test]
 fn a_compression_that_is_not_read_is_named() {
     let Some(made) = made("arrow") else { return };
     let path = made.file("brotli.parquet");

@@ -9,6 +9,7 @@ pub(crate) mod mat5;
 pub(crate) mod mcap;
 pub(crate) mod nmea;
 pub(crate) mod parquet;
+pub(crate) mod parquet_pages;
 pub(crate) mod pd0;
 pub(crate) mod rosbag1;
 pub(crate) mod sqlite;

@@ -5,14 +5,17 @@ use std::path::Path;
 
 use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::arrow_reader::{ArrowReaderMetadata, ParquetRecordBatchReaderBuilder};
 use parquet::basic::Compression;
+use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::ChunkReader;
 
 use crate::content::{Content, Origin, Seekable};
 use crate::grid::{ChooseTime, Grid};
 use crate::guard::guarded;
+use crate::note::Note;
 use crate::readers::columnar::Columnar;
+use crate::readers::parquet_pages::sound_groups;
 use crate::{Error, Log, ReadOptions, tabular};
 
 /// What messages call the format.
@@ -66,26 +69,35 @@ fn chunks(
     choose_time: ChooseTime<'_>,
 ) -> Result<Grid, Error> {
     let path = &origin.path().to_owned();
-    let reader = guarded(path, FORMAT, || ParquetRecordBatchReaderBuilder::try_new(chunks))?;
-    check_compression(&reader, path)?;
-    let mut table = Columnar::new(reader.schema().fields(), path, size, choose_time)?;
+    let metadata =
+        guarded(path, FORMAT, || ArrowReaderMetadata::load(&chunks, Default::default()))?;
+    check_compression(metadata.metadata(), path)?;
+    let groups = metadata.metadata().num_row_groups();
+    let sound =
+        guarded(path, FORMAT, || Ok::<_, Error>(sound_groups(&chunks, metadata.metadata(), size)))?;
+    if sound == 0 && groups > 0 {
+        let found = "the headers of its pages are damaged".to_owned();
+        return Err(Error::Damaged { path: path.to_owned(), format: FORMAT, found });
+    }
+    let mut table = Columnar::new(metadata.schema().fields(), path, size, choose_time)?;
     let fields = table.fields();
-    let mask = ProjectionMask::roots(reader.parquet_schema(), fields.iter().copied());
-    let batches = guarded(path, FORMAT, || reader.with_projection(mask).build())?;
+    let mask = ProjectionMask::roots(metadata.parquet_schema(), fields.iter().copied());
+    let reader = ParquetRecordBatchReaderBuilder::new_with_metadata(chunks, metadata);
+    let reader = reader.with_projection(mask).with_row_groups((0..sound).collect());
+    let batches = guarded(path, FORMAT, || reader.build())?;
     table.take_all(batches, &fields, FORMAT)?;
-    Ok(table.into_grid(origin, "Parquet"))
+    let mut grid = table.into_grid(origin, "Parquet");
+    if sound < groups {
+        let (path, first_row) = (path.to_owned(), grid.rows as u64 + 1);
+        let reason = "the headers of their pages are damaged".to_owned();
+        grid.notes.push(Note::UnreadableRows { path, first_row, reason });
+    }
+    Ok(grid)
 }
 
-fn check_compression<T>(
-    reader: &ParquetRecordBatchReaderBuilder<T>,
-    path: &Path,
-) -> Result<(), Error>
-where
-    T: ChunkReader + 'static,
-{
-    let groups = reader.metadata().row_groups().iter();
-    let mut compressions =
-        groups.flat_map(|group| group.columns()).map(|column| column.compression());
+fn check_compression(metadata: &ParquetMetaData, path: &Path) -> Result<(), Error> {
+    let groups = metadata.row_groups().iter();
+    let mut compressions = groups.flat_map(|group| group.columns()).map(|c| c.compression());
     let unread = |c: &Compression| matches!(c, Compression::BROTLI(_) | Compression::LZO);
     let Some(compression) = compressions.find(unread) else { return Ok(()) };
     Err(Error::Unsupported {
