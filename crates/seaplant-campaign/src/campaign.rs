@@ -92,7 +92,7 @@ impl Campaign {
         check_thrusters(&self.path, &channels, &self.vehicle)?;
         let logs = entry.log.files().iter().map(|log| toml_file::resolve(&self.path, log));
         let logs = logs.collect::<Result<Vec<_>, _>>()?;
-        let read = read_trial(&self.path, &logs, file.time.as_ref(), entry, &channels)?;
+        let read = read_trial(&self.path, &logs, file, entry, &channels)?;
         let names = read.inputs.iter().map(|input| input.path.clone()).collect();
         self.files_of.insert(entry.name.clone(), names);
         for input in read.inputs {
@@ -139,11 +139,12 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, E
         to_s: None,
         segments_s: Vec::new(),
         offset_s: BTreeMap::new(),
+        sheet: None,
         channels: BTreeMap::new(),
     };
     let channels = channel_map(campaign, &file, &entry)?;
     check_thrusters(campaign, &channels, &vehicle)?;
-    let read = read_trial(campaign, logs, file.time.as_ref(), &entry, &channels)?;
+    let read = read_trial(campaign, logs, &file, &entry, &channels)?;
     let trial =
         Trial::using_up(read.setup, read.recording, &vehicle).map_err(Error::model(campaign))?;
     Ok(trial.with_caveats(read.caveats))

@@ -9,6 +9,7 @@ use seaplant::estimate::{
     EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, PaperOptions,
 };
 use seaplant::{Dof, Method, Role, Term, VelocitySource};
+use seaplant_log::Stamp;
 use serde::{Deserialize, Serialize};
 
 use crate::bench::BenchColumns;
@@ -22,6 +23,9 @@ pub struct CampaignFile {
     /// Where time is in the logs; recognised by name if not said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<TimeEntry>,
+    /// The sheet of each workbook; its first if not said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sheet: Option<String>,
     /// The trials.
     pub trial: Vec<TrialEntry>,
     /// Which column holds which quantity, in every trial that does not say otherwise.
@@ -74,6 +78,28 @@ pub struct TimeEntry {
     /// The rate of a log without a time column, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub equal_sampling_hz: Option<f64>,
+    /// Which time of a ROS message counts; the header's if not said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stamp: Option<StampEntry>,
+}
+
+/// Which of a message's two times counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StampEntry {
+    /// That in its header; of messages without one, that of receipt.
+    Header,
+    /// That at which it was recorded.
+    Receive,
+}
+
+impl From<StampEntry> for Stamp {
+    fn from(entry: StampEntry) -> Self {
+        match entry {
+            StampEntry::Header => Self::Header,
+            StampEntry::Receive => Self::Receive,
+        }
+    }
 }
 
 /// A trial: one stretch of one log.
@@ -101,6 +127,9 @@ pub struct TrialEntry {
     /// Seconds to add to the clock of a file, by its name as in `log`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub offset_s: BTreeMap<String, f64>,
+    /// The sheet of a workbook, in place of the campaign's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sheet: Option<String>,
     /// Columns that are called otherwise in this trial.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub channels: BTreeMap<String, ChannelEntry>,

@@ -19,7 +19,7 @@ pub use bench::{Bench, BenchColumns, read_bench};
 pub use campaign::{Campaign, bollard_result, fit_bench, read_logs};
 pub use campaign_file::{
     Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, FitEntry, LogEntry,
-    SteadyEntry, TimeEntry, TrialEntry,
+    StampEntry, SteadyEntry, TimeEntry, TrialEntry,
 };
 pub use error::Error;
 pub use inspect::{ChannelSummary, InspectedFile, Inspection, inspect};

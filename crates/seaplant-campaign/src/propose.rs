@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use seaplant::{Dof, Quantity};
-use seaplant_log::Log;
+use seaplant_log::{Log, ReadOptions};
 
 mod activity;
 mod campaign_text;
@@ -50,8 +50,9 @@ struct ProposedTrial {
 /// Proposes the files for a log.
 ///
 /// `files` are the log's files as the user named them, in the log's order; the campaign
-/// names them relative to `base`, the folder that it will be written to.
-pub fn propose(log: &Log, files: &[PathBuf], base: &Path) -> Proposal {
+/// names them relative to `base`, the folder that it will be written to. `options` are what
+/// they were read with, so that the campaign reads them alike.
+pub fn propose(log: &Log, files: &[PathBuf], base: &Path, options: &ReadOptions) -> Proposal {
     let sessions = sessions(log);
     let mapping = map(log, &sessions);
     let mut trials: Vec<ProposedTrial> = Vec::new();
@@ -61,7 +62,7 @@ pub fn propose(log: &Log, files: &[PathBuf], base: &Path) -> Proposal {
     make_names_differ(&mut trials);
     hold_out_the_last(&mut trials);
     let (vehicle_toml, of_vehicle) = vehicle_text::write(log, &mapping);
-    let (campaign_toml, of_campaign) = campaign_text::write(log, &mapping, &trials);
+    let (campaign_toml, of_campaign) = campaign_text::write(log, &mapping, &trials, options);
     let open_questions = [("vehicle.toml", of_vehicle), ("campaign.toml", of_campaign)]
         .into_iter()
         .flat_map(|(file, all)| all.into_iter().map(move |question| format!("{file}: {question}")))

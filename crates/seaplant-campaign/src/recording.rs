@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use seaplant::results::InputFile;
 use seaplant::{Caveat, CaveatCode, Quantity, Recording, Timed, TrialSetup};
-use seaplant_log::{Channel, Log, ReadOptions, TimeColumn, Unit};
+use seaplant_log::{Channel, Log, ReadOptions, Stamp, TimeColumn, Unit};
 
 use crate::Error;
-use crate::campaign_file::{Between, ChannelEntry, TimeEntry, TrialEntry};
+use crate::campaign_file::{Between, CampaignFile, ChannelEntry, TrialEntry};
 use crate::units::dimension_of;
 
 /// Which column holds which quantity.
@@ -28,11 +28,11 @@ pub(crate) struct TrialRead {
 pub(crate) fn read_trial(
     path: &Path,
     logs: &[PathBuf],
-    time: Option<&TimeEntry>,
+    file: &CampaignFile,
     entry: &TrialEntry,
     channels: &ChannelMap,
 ) -> Result<TrialRead, Error> {
-    let files = read_options(path, logs, time, entry)?;
+    let files = read_options(path, logs, file, entry)?;
     let log = Log::open(&files)
         .map_err(|source| Error::Log { trial: entry.name.clone(), source: Box::new(source) })?;
     let mut caveats: Vec<Caveat> = log
@@ -135,10 +135,11 @@ impl Clock {
 fn read_options(
     path: &Path,
     logs: &[PathBuf],
-    time: Option<&TimeEntry>,
+    campaign: &CampaignFile,
     entry: &TrialEntry,
 ) -> Result<Vec<(PathBuf, ReadOptions)>, Error> {
     let files = entry.log.files();
+    let time = campaign.time.as_ref();
     if let Some(stray) =
         entry.offset_s.keys().find(|name| !files.iter().any(|file| file == Path::new(name)))
     {
@@ -155,6 +156,8 @@ fn read_options(
             }),
             offset_s: offset_s.map_or(0.0, |(_, offset_s)| *offset_s),
             equal_sampling_hz: time.and_then(|time| time.equal_sampling_hz),
+            sheet: entry.sheet.as_ref().or(campaign.sheet.as_ref()).cloned(),
+            stamp: time.and_then(|time| time.stamp).map_or_else(Stamp::default, Stamp::from),
         }
     };
     Ok(logs.iter().cloned().zip(files.iter().map(options)).collect())

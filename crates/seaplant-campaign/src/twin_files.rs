@@ -51,6 +51,7 @@ pub fn twin_files(twin: &TwinCampaign) -> Result<Vec<TextFile>, Box<dyn std::err
     let campaign = CampaignFile {
         vehicle: "vehicle.toml".into(),
         time: None,
+        sheet: None,
         trial: trials,
         channels,
         methods: None,
@@ -87,6 +88,7 @@ fn trial_entry(trial: &TwinTrial, logs: Vec<PathBuf>) -> TrialEntry {
         to_s: None,
         segments_s: Vec::new(),
         offset_s: BTreeMap::new(),
+        sheet: None,
         channels: BTreeMap::new(),
     }
 }

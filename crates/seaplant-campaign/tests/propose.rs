@@ -10,9 +10,10 @@ use seaplant::{Dof, Role};
 use seaplant_campaign::{
     Campaign, CampaignFile, Proposal, VehicleFile, propose, read_toml, read_vehicle,
 };
+use seaplant_log::ReadOptions;
 
 fn propose_in(folder: &Folder, files: &[PathBuf]) -> (Proposal, CampaignFile) {
-    let proposal = propose(&open(files), files, folder.path());
+    let proposal = propose(&open(files), files, folder.path(), &ReadOptions::default());
     folder.write("vehicle.toml", &proposal.vehicle_toml);
     let path = folder.write("campaign.toml", &proposal.campaign_toml);
     let campaign =

@@ -181,6 +181,35 @@ pub struct Init {
     /// Write over files that are there.
     #[arg(long)]
     pub force: bool,
+    /// How to read the log.
+    #[command(flatten)]
+    pub reading: Reading,
+}
+
+/// How to read a log.
+#[derive(Debug, Args)]
+pub struct Reading {
+    /// The time column of a table, if its name does not say so.
+    #[arg(long, value_name = "COLUMN")]
+    pub time: Option<String>,
+    /// The rate of a table without a time column.
+    #[arg(long, value_name = "HZ", conflicts_with = "time")]
+    pub equal_sampling_hz: Option<f64>,
+    /// The sheet of a workbook; its first if not given.
+    #[arg(long, value_name = "NAME")]
+    pub sheet: Option<String>,
+    /// Which time of a ROS message counts.
+    #[arg(long, value_name = "WHICH", default_value = "header")]
+    pub stamp: MessageStamp,
+}
+
+/// Which time of a message counts.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum MessageStamp {
+    /// That in its header; of messages without one, that of receipt.
+    Header,
+    /// That at which it was recorded.
+    Receive,
 }
 
 /// Show a log's channels: units, rates, spans, gaps and suspicious values.
@@ -190,12 +219,9 @@ pub struct Inspect {
     /// The log, or the files that were logged side by side.
     #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
-    /// The time column, if its name does not say so.
-    #[arg(long, value_name = "COLUMN")]
-    pub time: Option<String>,
-    /// The rate of a log without a time column.
-    #[arg(long, value_name = "HZ", conflicts_with = "time")]
-    pub equal_sampling_hz: Option<f64>,
+    /// How to read the log.
+    #[command(flatten)]
+    pub reading: Reading,
 }
 
 /// Fit every degree of freedom of a campaign and write the report.

@@ -1,5 +1,9 @@
 //! The commands, one a file.
 
+use seaplant_log::{ReadOptions, Stamp, TimeColumn};
+
+use crate::args::{MessageStamp, Reading};
+
 pub mod completions;
 pub mod demo;
 pub mod identify;
@@ -12,3 +16,17 @@ pub mod simulate;
 pub mod thruster;
 pub mod twin;
 pub mod validate;
+
+/// How a user wants logs read.
+fn read_options(reading: &Reading) -> ReadOptions {
+    ReadOptions {
+        time: reading.time.clone().map(|column| TimeColumn { column, unit: None }),
+        equal_sampling_hz: reading.equal_sampling_hz,
+        sheet: reading.sheet.clone(),
+        stamp: match reading.stamp {
+            MessageStamp::Header => Stamp::Header,
+            MessageStamp::Receive => Stamp::Receive,
+        },
+        ..Default::default()
+    }
+}

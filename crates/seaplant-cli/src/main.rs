@@ -13,6 +13,7 @@ use args::{Arguments, Command};
 use output::Output;
 
 fn main() -> ExitCode {
+    keep_readers_quiet();
     let arguments = Arguments::parse();
     arguments.color.write_global();
     let output = Output { json: arguments.json, quiet: arguments.quiet };
@@ -23,6 +24,16 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Panics of other crates' readers on damaged logs are told as errors, and need not be printed.
+fn keep_readers_quiet() {
+    let print = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if !seaplant_log::is_guarded() {
+            print(panic);
+        }
+    }));
 }
 
 fn run(command: Command, output: Output) -> anyhow::Result<ExitCode> {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::lookup::list;
 use crate::unit::Dimension;
+use crate::unpack::TooMuch;
 
 /// Why a log could not be read, or a column not be found.
 #[derive(Debug, thiserror::Error)]
@@ -30,13 +31,115 @@ pub enum Error {
     #[error("no log file was given; name at least one")]
     NoFiles,
 
-    /// The file is not text.
-    #[error("{} is not a text table but looks like {looks_like}; export it as CSV", path.display())]
+    /// The file is neither text nor of another format that is read.
+    #[error(
+        "{} is of no format that is read but looks like {looks_like}; export it as CSV",
+        path.display()
+    )]
     Binary {
         /// The file.
         path: PathBuf,
         /// What its first bytes say it is.
         looks_like: String,
+    },
+
+    /// A file whose structure is damaged past reading.
+    #[error(
+        "{} cannot be read as {format}: at byte {byte}, {found}; copy the file again from where it \
+         was recorded, or export it as CSV",
+        path.display()
+    )]
+    Corrupt {
+        /// The file.
+        path: PathBuf,
+        /// What it is, such as "an MCAP file".
+        format: &'static str,
+        /// Where the damage is, in bytes from the start.
+        byte: u64,
+        /// What is there.
+        found: String,
+    },
+
+    /// A packed file that holds far more than a log of its size can.
+    #[error(
+        "{}: {packed} bytes unpack to more than {unpacked}, which no log does; if it is one, unpack \
+         it first",
+        path.display()
+    )]
+    TooMuch {
+        /// The file.
+        path: PathBuf,
+        /// The packed bytes read.
+        packed: u64,
+        /// The bytes that they unpacked to.
+        unpacked: u64,
+    },
+
+    /// An archive of which nothing can be unpacked.
+    #[error(
+        "{} is a {packing} archive that {reason} from its start; copy it again from where it was \
+         made",
+        path.display()
+    )]
+    Archive {
+        /// The file.
+        path: PathBuf,
+        /// What archive: "gzip".
+        packing: &'static str,
+        /// What is wrong, in words that follow "that": "is cut off".
+        reason: String,
+    },
+
+    /// A file of a known format that its reader gives up on.
+    #[error(
+        "{} cannot be read as {format}: {found}; copy the file again from where it was recorded, or \
+         export it as CSV",
+        path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What it is, such as "a Parquet file".
+        format: &'static str,
+        /// What is wrong.
+        found: String,
+    },
+
+    /// A workbook without the sheet that was asked for.
+    #[error("{} has no sheet {wanted:?}; its sheets are {}", path.display(), list(sheets))]
+    NoSheet {
+        /// The file.
+        path: PathBuf,
+        /// The sheet asked for.
+        wanted: String,
+        /// Every sheet that holds cells.
+        sheets: Vec<String>,
+    },
+
+    /// A file of a known format with something in it that the reader does not know.
+    #[error("{} is {format} {detail}, which is not read; {advice}", path.display())]
+    Unsupported {
+        /// The file.
+        path: PathBuf,
+        /// What it is, such as "an MCAP file".
+        format: &'static str,
+        /// What is not known, in words that follow the format: "with xz compression".
+        detail: String,
+        /// What to do.
+        advice: &'static str,
+    },
+
+    /// A file of a known format without a number in it.
+    #[error(
+        "{} ({format}) holds no numbers with times; check that the recording was saved and copied \
+         whole",
+        path.display()
+    )]
+    NoSamples {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        format: String,
     },
 
     /// The file holds nothing, or only blank lines.
@@ -263,6 +366,17 @@ pub enum Error {
         text: String,
     },
 
+    /// The column is there, and is nothing that a channel can be.
+    #[error("column {column:?} of {} {why}; choose another", path.display())]
+    LeftOut {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// Why, in words that follow its name: "is a list of varying length".
+        why: &'static str,
+    },
+
     /// A unit that is not known.
     #[error("unknown unit {unit:?}; {}", unit_advice(nearest))]
     UnknownUnit {
@@ -291,6 +405,10 @@ pub enum Error {
 
 impl Error {
     pub(crate) fn io(path: &Path, source: io::Error) -> Self {
+        let too_much = source.get_ref().and_then(|inner| inner.downcast_ref::<TooMuch>());
+        if let Some(&TooMuch { unpacked, packed }) = too_much {
+            return Self::TooMuch { path: path.to_owned(), packed, unpacked };
+        }
         Self::Io { path: path.to_owned(), source }
     }
 }

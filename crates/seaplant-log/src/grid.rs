@@ -1,97 +1,34 @@
 //! A text table in memory: columns of numbers, those present only.
 
-use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use csv::ByteRecord;
 
 use crate::Error;
 use crate::cell::{Cell, Decimal, excerpt, stamp};
+use crate::column::{Column, Samples, tell_apart};
+use crate::content::{Content, Origin};
 use crate::heading::Heading;
 use crate::input::Input;
 use crate::layout::{self, Delimiter, Layout};
-use crate::log::Source;
 use crate::note::Note;
 
 /// A table as read, before anything is known of time.
 pub(crate) struct Grid {
-    pub(crate) source: Source,
-    pub(crate) columns: Vec<GridColumn>,
+    pub(crate) origin: Origin,
+    /// What the file is, such as "comma-separated text".
+    pub(crate) format: String,
+    pub(crate) columns: Vec<Column>,
     pub(crate) rows: usize,
     pub(crate) lines: Lines,
     pub(crate) header_line: u64,
     /// Whether the time column holds date-times.
     pub(crate) stamped: bool,
     pub(crate) notes: Vec<Note>,
-}
-
-/// One column: its header, and the numbers that it holds.
-pub(crate) struct GridColumn {
-    pub(crate) heading: Heading,
-    pub(crate) samples: Samples,
-    pub(crate) text: Option<Text>,
-}
-
-impl GridColumn {
-    /// Whether this is what a delimiter at the end of every line makes: no name, no value.
-    pub(crate) fn is_margin(&self) -> bool {
-        self.heading.nameless && self.samples.values.is_empty() && self.text.is_none()
-    }
-
-    /// What is to be said of the cells that hold no number.
-    pub(crate) fn note(&self, path: &Path, rows: usize) -> Option<Note> {
-        let (path, column) = (path.to_owned(), self.heading.column.clone());
-        let empty = self.samples.values.is_empty();
-        match &self.text {
-            Some(Text { line, text, .. }) if empty => {
-                Some(Note::TextColumn { path, column, line: *line, text: text.clone() })
-            }
-            Some(Text { line, text, count }) => {
-                let (line, text, count) = (*line, text.clone(), *count);
-                Some(Note::NotANumber { path, column, line, text, count })
-            }
-            None if empty => Some(Note::AllMissing { path, column, rows }),
-            None => None,
-        }
-    }
-}
-
-/// Text where numbers were expected.
-pub(crate) struct Text {
-    pub(crate) line: u64,
-    pub(crate) text: String,
-    pub(crate) count: usize,
-}
-
-/// The numbers of a column, and the rows that they stand in.
-#[derive(Debug, Default)]
-pub(crate) struct Samples {
-    pub(crate) values: Vec<f64>,
-    /// `None` while no row lacks a value.
-    pub(crate) rows: Option<Vec<usize>>,
-}
-
-impl Samples {
-    #[inline]
-    fn push(&mut self, row: usize, value: f64) {
-        if let Some(rows) = &mut self.rows {
-            rows.push(row);
-        }
-        self.values.push(value);
-    }
-
-    #[inline]
-    fn skip(&mut self, row: usize) {
-        if self.rows.is_none() {
-            self.rows = Some((0..row).collect());
-        }
-    }
-
-    /// Each value with its row.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let row = |k: usize| self.rows.as_ref().map_or(k, |rows| rows[k]);
-        self.values.iter().enumerate().map(move |(k, &value)| (row(k), value))
-    }
+    /// Columns that hold no series of numbers by their type, and why: see [`Assembly::leave_out`].
+    ///
+    /// [`Assembly::leave_out`]: crate::assemble::Assembly::leave_out
+    pub(crate) left_out: Vec<(String, &'static str)>,
 }
 
 /// The line of each row, kept as the few places where lines and rows part.
@@ -104,6 +41,11 @@ impl Lines {
         if self.0.is_empty() || self.of(row) != line {
             self.0.push((row, line));
         }
+    }
+
+    /// Lines of a table that has none: rows counted from 1.
+    pub(crate) fn of_rows() -> Self {
+        Self(vec![(0, 1)])
     }
 
     /// The line of a row.
@@ -119,12 +61,18 @@ impl Lines {
     }
 }
 
-/// Reads a text table. `choose_time` says which column may hold date-times.
-pub(crate) fn read(
-    path: &Path,
-    choose_time: impl FnOnce(&[Heading]) -> Result<Option<usize>, Error>,
-) -> Result<Grid, Error> {
-    let mut input = Input::open(path)?;
+/// Says which column of a table is time, if any is: it may hold date-times.
+pub(crate) type ChooseTime<'a> = &'a mut dyn FnMut(&[Heading]) -> Result<Option<usize>, Error>;
+
+/// Reads a text table.
+///
+/// # Errors
+/// Of the file: [`Error::Io`], [`Error::Binary`], [`Error::Empty`]. Of the table:
+/// [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`], [`Error::OpenQuote`],
+/// [`Error::TooFewRows`]; those of `choose_time`.
+pub(crate) fn read(content: Content, choose_time: ChooseTime<'_>) -> Result<Grid, Error> {
+    let mut input = Input::new(content)?;
+    let path = &input.path().to_owned();
     let mut layout = layout::find(&input)?;
     let mut notes = Vec::new();
     if let Some(encoding) = input.encoding() {
@@ -132,53 +80,31 @@ pub(crate) fn read(
     } else if layout.header.iter().any(|cell| std::str::from_utf8(cell).is_err()) {
         notes.push(Note::Encoding { path: path.to_owned(), encoding: "windows-1252" });
     }
-    let headings = tell_apart(std::mem::take(&mut layout.headings), path, &mut notes);
-    let time = choose_time(&headings)?;
     if layout.delimiter == Delimiter::Blanks {
         input.squeeze_blanks();
     }
-    let mut rows = Rows::new(path, headings, time, layout.delimiter);
-    let source = rows.read_all(input, &layout)?;
-    let Rows { columns, row, lines, decimal_comma, irregular, stamped, .. } = rows;
-    notes.extend(decimal_comma);
-    notes.extend(irregular.into_notes(path, columns.len()));
-    let stamped = stamped.unwrap_or(false);
-    Ok(Grid { source, columns, rows: row, lines, header_line: layout.header_line, stamped, notes })
+    let mut rows = Rows::new(path, &mut layout, notes, choose_time)?;
+    let (origin, format) = rows.read_all(input, &layout)?;
+    Ok(rows.into_grid(origin, format, &layout))
 }
 
 /// Gives every column a name and a header text of its own.
-fn tell_apart(mut headings: Vec<Heading>, path: &Path, notes: &mut Vec<Note>) -> Vec<Heading> {
+pub(crate) fn tell_headings_apart(headings: &mut [Heading], path: &Path, notes: &mut Vec<Note>) {
     for (k, heading) in headings.iter_mut().enumerate().filter(|(_, h)| h.nameless) {
         heading.column = format!("column {}", k + 1);
         heading.name = heading.column.clone();
     }
-    let mut taken: HashSet<String> = headings.iter().map(|h| h.column.clone()).collect();
-    let mut copies: HashMap<String, usize> = HashMap::new();
-    for heading in &mut headings {
-        let column = heading.column.clone();
-        let copy = copies.entry(column.clone()).or_insert(0);
-        *copy += 1;
-        if *copy == 1 {
-            continue;
-        }
-        while !taken.insert(format!("{column}.{copy}")) {
-            *copy += 1;
-        }
-        heading.column = format!("{column}.{copy}");
-        heading.name = format!("{}.{copy}", heading.name);
-        let renamed = heading.name.clone();
-        notes.push(Note::DuplicateColumn { path: path.to_owned(), column, renamed });
-    }
-    headings
+    tell_apart(headings.iter_mut().map(|h| (&mut h.column, &mut h.name)), path, notes);
 }
 
 /// So many rows tell how long rows are.
 const SAMPLED_ROWS: usize = 1024;
 
 /// The state of reading row after row.
-struct Rows<'a> {
+pub(crate) struct Rows<'a> {
     path: &'a Path,
-    columns: Vec<GridColumn>,
+    notes: Vec<Note>,
+    columns: Vec<Column>,
     time: Option<usize>,
     /// Whether the time column holds date-times; its first readable cell tells.
     stamped: Option<bool>,
@@ -229,27 +155,49 @@ impl Irregular {
 }
 
 impl<'a> Rows<'a> {
-    fn new(
+    /// Ready for the first row below the header.
+    ///
+    /// # Errors
+    /// Those of `choose_time`.
+    pub(crate) fn new(
         path: &'a Path,
-        headings: Vec<Heading>,
-        time: Option<usize>,
-        delimiter: Delimiter,
-    ) -> Self {
-        let column = |heading| GridColumn { heading, samples: Samples::default(), text: None };
-        Self {
+        layout: &mut Layout,
+        mut notes: Vec<Note>,
+        choose_time: ChooseTime<'_>,
+    ) -> Result<Self, Error> {
+        let mut headings = std::mem::take(&mut layout.headings);
+        tell_headings_apart(&mut headings, path, &mut notes);
+        let time = choose_time(&headings)?;
+        Ok(Self {
             path,
-            columns: headings.into_iter().map(column).collect(),
+            notes,
+            columns: headings.into_iter().map(Column::empty).collect(),
             time,
             stamped: None,
-            decimal: Decimal::of(delimiter.byte()),
+            decimal: Decimal::of(layout.delimiter.byte()),
             row: 0,
             lines: Lines::default(),
             decimal_comma: None,
             irregular: Irregular::default(),
-        }
+        })
     }
 
-    fn read_all(&mut self, input: Input, layout: &Layout) -> Result<Source, Error> {
+    /// The table, once all rows are taken.
+    pub(crate) fn into_grid(self, origin: Origin, format: String, layout: &Layout) -> Grid {
+        let Self { columns, row, lines, decimal_comma, irregular, stamped, mut notes, .. } = self;
+        notes.extend(decimal_comma);
+        notes.extend(irregular.into_notes(self.path, columns.len()));
+        let (rows, stamped, header_line) = (row, stamped.unwrap_or(false), layout.header_line);
+        let left_out = Vec::new();
+        Grid { origin, format, columns, rows, lines, header_line, stamped, notes, left_out }
+    }
+
+    /// How many columns there are.
+    pub(crate) fn width(&self) -> usize {
+        self.columns.len()
+    }
+
+    fn read_all(&mut self, input: Input, layout: &Layout) -> Result<(Origin, String), Error> {
         let newline = input.newline();
         let mut reader = layout::csv_reader(input, layout.delimiter);
         let mut record = ByteRecord::new();
@@ -258,6 +206,10 @@ impl<'a> Rows<'a> {
         loop {
             let before = reader.position().line();
             if !reader.read_byte_record(&mut record).map_err(|e| self.failed(e))? {
+                break;
+            }
+            // Half a number is another number.
+            if reader.get_ref().is_cut_before(reader.position().byte()) {
                 break;
             }
             let line = layout::line_of(&reader, newline, before, &record);
@@ -280,7 +232,7 @@ impl<'a> Rows<'a> {
         if self.decimal == Decimal::Comma {
             format.push_str(", decimal comma");
         }
-        Ok(reader.get_ref().source(format))
+        Ok((reader.into_inner().into_origin(), format))
     }
 
     /// Makes room for all rows at once, as many as the file seems to have: columns that grow
@@ -304,7 +256,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Takes one record of the table in.
-    fn take(&mut self, record: &ByteRecord, line: u64, layout: &Layout) {
+    pub(crate) fn take(&mut self, record: &ByteRecord, line: u64, layout: &Layout) {
         if layout::is_comment(record) {
             return;
         }
@@ -349,37 +301,29 @@ impl<'a> Rows<'a> {
         let before = self.decimal;
         let found = match self.decimal.read(cell) {
             found if self.time != Some(k) => found,
-            found => self.time_cell(found, cell),
+            found => time_cell(&mut self.stamped, found, cell),
         };
         if self.decimal != before && self.decimal == Decimal::Comma {
             let (path, text) = (self.path.to_owned(), excerpt(cell));
             self.decimal_comma = Some(Note::DecimalComma { path, line, text });
         }
-        let column = &mut self.columns[k];
-        match found {
-            Cell::Number(value) => column.samples.push(row, value),
-            Cell::Missing => column.samples.skip(row),
-            Cell::Text => {
-                column.samples.skip(row);
-                let first = || Text { line, text: excerpt(cell), count: 0 };
-                column.text.get_or_insert_with(first).count += 1;
-            }
-        }
+        self.columns[k].push(row, line, found, cell);
     }
+}
 
-    /// Reads a cell of the time column, which holds numbers or date-times, never both.
-    fn time_cell(&mut self, found: Cell, cell: &[u8]) -> Cell {
-        match found {
-            Cell::Number(_) if *self.stamped.get_or_insert(false) => Cell::Text,
-            Cell::Text if self.stamped != Some(false) => match stamp(cell) {
-                Some(seconds) => {
-                    self.stamped = Some(true);
-                    Cell::Number(seconds)
-                }
-                None => Cell::Text,
-            },
-            found => found,
-        }
+/// Reads a cell of the time column, which holds numbers or date-times, never both: the first
+/// readable one tells.
+pub(crate) fn time_cell(stamped: &mut Option<bool>, found: Cell, cell: &[u8]) -> Cell {
+    match found {
+        Cell::Number(_) if *stamped.get_or_insert(false) => Cell::Text,
+        Cell::Text if *stamped != Some(false) => match stamp(cell) {
+            Some(seconds) => {
+                *stamped = Some(true);
+                Cell::Number(seconds)
+            }
+            None => Cell::Text,
+        },
+        found => found,
     }
 }
 
@@ -401,12 +345,12 @@ mod tests {
     }
 
     #[test]
-    fn names_are_told_apart_without_taking_one_that_exists() {
-        let headings = ["u", "u.2", "u", "", "u"].map(Heading::parse).into();
+    fn a_column_without_a_name_is_called_by_its_place() {
+        let mut headings = ["u", "", "u"].map(Heading::parse);
         let mut notes = Vec::new();
-        let told = tell_apart(headings, Path::new("log.csv"), &mut notes);
-        let names: Vec<&str> = told.iter().map(|h| h.column.as_str()).collect();
-        assert_eq!(names, ["u", "u.2", "u.3", "column 4", "u.4"]);
-        assert_eq!(notes.len(), 2);
+        tell_headings_apart(&mut headings, Path::new("log.csv"), &mut notes);
+        let names: Vec<&str> = headings.iter().map(|h| h.column.as_str()).collect();
+        assert_eq!(names, ["u", "column 2", "u.2"]);
+        assert_eq!(notes.len(), 1);
     }
 }

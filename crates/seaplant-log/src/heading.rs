@@ -12,6 +12,8 @@ pub(crate) struct Heading {
     pub(crate) unit: Option<Unit>,
     /// Whether the header's cell was empty.
     pub(crate) nameless: bool,
+    /// Whether the column holds instants by its type, whatever its name.
+    pub(crate) instant: bool,
 }
 
 impl Heading {
@@ -24,10 +26,11 @@ impl Heading {
             let unit = if counts { None } else { Unit::find(inside) }?;
             Some((name.to_owned(), unit))
         });
-        match split {
-            Some((name, unit)) => Self { column, name, unit: Some(unit), nameless: false },
-            None => Self { name: column.clone(), nameless: column.is_empty(), column, unit: None },
-        }
+        let (name, unit) = match split {
+            Some((name, unit)) => (name, Some(unit)),
+            None => (column.clone(), None),
+        };
+        Self { nameless: column.is_empty(), instant: false, column, name, unit }
     }
 }
 

@@ -1,32 +1,31 @@
-//! A file as a stream of text bytes: hashed as it passes, byte-order mark gone, binary refused.
+//! A text as a stream of bytes: in UTF-8 or near it, byte-order mark gone, runs of blanks squeezed.
 
-use std::fs::File;
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
-
-use sha2::{Digest, Sha256};
+use std::path::Path;
 
 use crate::Error;
-use crate::log::Source;
+use crate::content::{Content, Origin};
+use crate::format::is_binary;
 
-/// How much of a file is looked at to tell what it is.
-const HEAD: usize = 256 * 1024;
-
-/// A text file, its first [`HEAD`] bytes at hand, the rest to be read.
+/// A text, its first bytes at hand, the rest to be read.
 pub(crate) struct Input {
-    path: PathBuf,
+    origin: Origin,
     head: Vec<u8>,
     at: usize,
     /// Whether `head` is the whole text.
     whole: bool,
-    file: File,
-    hash: Sha256,
-    bytes: u64,
+    rest: Box<dyn Read + Send>,
     newline: Newline,
     closing: &'static [u8],
     encoding: Option<&'static str>,
     squeeze: Option<Squeeze>,
     scratch: Vec<u8>,
+    /// How many bytes were handed out.
+    given: u64,
+    /// Whether the last of them ends a line.
+    at_line_end: bool,
+    /// Where they end within a line because the archive around them ends.
+    cut: Option<u64>,
 }
 
 /// What ends a line, which tells how far the CSV reader's count of lines is ahead.
@@ -38,51 +37,45 @@ pub(crate) enum Newline {
 }
 
 impl Input {
-    /// Opens a text file.
+    /// Takes the bytes of a text.
     ///
     /// # Errors
-    /// [`Error::Io`], [`Error::Directory`], [`Error::Binary`], [`Error::Empty`].
-    pub(crate) fn open(path: &Path) -> Result<Self, Error> {
-        let failed = |source| Error::io(path, source);
-        if std::fs::metadata(path).map_err(failed)?.is_dir() {
-            return Err(Error::Directory { path: path.to_owned() });
-        }
-        let mut file = File::open(path).map_err(failed)?;
-        let mut head = Vec::new();
-        (&mut file).take(HEAD as u64).read_to_end(&mut head).map_err(failed)?;
-        let mut whole = head.len() < HEAD;
+    /// [`Error::Io`], [`Error::Binary`], [`Error::Empty`].
+    pub(crate) fn new(content: Content) -> Result<Self, Error> {
+        let (origin, mut head, mut whole, mut rest) = content.into_parts();
+        lengthen(&mut head, &mut whole, &mut rest).map_err(|e| origin.failed(e))?;
         let marked = encoding_rs::Encoding::for_bom(&head);
         let wide = marked.map(|(encoding, _)| encoding).filter(|e| *e != encoding_rs::UTF_8);
         if wide.is_some() {
-            file.read_to_end(&mut head).map_err(failed)?;
+            rest.read_to_end(&mut head).map_err(|e| origin.failed(e))?;
             whole = true;
         }
-        let (hash, bytes) = (Sha256::new_with_prefix(&head), head.len() as u64);
         head.drain(..marked.map_or(0, |(_, mark)| mark));
         if let Some(wide) = wide {
             head = wide.decode_without_bom_handling(&head).0.into_owned().into_bytes();
         }
-        check(&head, whole, path)?;
+        check(&head, whole, origin.path())?;
         let newline = newline(&head);
         Ok(Self {
-            path: path.to_owned(),
+            origin,
             head,
             at: 0,
             whole,
-            file,
-            hash,
-            bytes,
+            rest,
             newline,
             // The end of the last record must count as a line like any other.
             closing: if newline == Newline::CrLf { b"\r\n" } else { b"\n" },
             encoding: wide.map(encoding_rs::Encoding::name),
             squeeze: None,
             scratch: Vec::new(),
+            given: 0,
+            at_line_end: false,
+            cut: None,
         })
     }
 
     pub(crate) fn path(&self) -> &Path {
-        &self.path
+        self.origin.path()
     }
 
     pub(crate) fn newline(&self) -> Newline {
@@ -115,11 +108,15 @@ impl Input {
         self.squeeze = Some(Squeeze::default());
     }
 
-    /// What was read, to be called at its end.
-    pub(crate) fn source(&self, format: String) -> Source {
-        let digest = self.hash.clone().finalize();
-        let sha256 = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        Source { path: self.path.clone(), bytes: self.bytes, sha256, format }
+    /// Whether the archive around the text ends within the line before `byte`, counted in what was
+    /// handed out.
+    pub(crate) fn is_cut_before(&self, byte: u64) -> bool {
+        self.cut.is_some_and(|cut| cut < byte)
+    }
+
+    /// Where the text came from.
+    pub(crate) fn into_origin(self) -> Origin {
+        self.origin
     }
 
     fn fill(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
@@ -129,22 +126,18 @@ impl Input {
             self.at += n;
             return Ok(n);
         }
-        let n = if self.whole { 0 } else { self.file.read(buffer)? };
+        let n = if self.whole { 0 } else { self.rest.read(buffer)? };
         if n == 0 {
             let n = buffer.len().min(self.closing.len());
             buffer[..n].copy_from_slice(&self.closing[..n]);
             self.closing = &self.closing[n..];
             return Ok(n);
         }
-        self.hash.update(&buffer[..n]);
-        self.bytes += n as u64;
         Ok(n)
     }
-}
 
-impl Read for Input {
-    /// Needs a buffer of two bytes at least; the CSV reader's is larger by far.
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+    /// Fills a buffer with the text, blanks squeezed if they are to be.
+    fn squeezed(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let Some(mut squeeze) = self.squeeze.take() else { return self.fill(buffer) };
         let mut scratch = std::mem::take(&mut self.scratch);
         // A blank held back from the last buffer may come before the first byte of this one.
@@ -159,6 +152,22 @@ impl Read for Input {
         self.squeeze = Some(squeeze);
         self.scratch = scratch;
         Ok(written)
+    }
+}
+
+impl Read for Input {
+    /// Needs a buffer of two bytes at least; the CSV reader's is larger by far.
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let closing = self.closing.len();
+        let n = self.squeezed(buffer)?;
+        if self.closing.len() < closing && !self.at_line_end && self.origin.is_cut() {
+            self.cut.get_or_insert(self.given);
+        }
+        self.given += n as u64;
+        if let Some(last) = buffer[..n].last() {
+            self.at_line_end = matches!(last, b'\n' | b'\r');
+        }
+        Ok(n)
     }
 }
 
@@ -205,11 +214,26 @@ impl Squeeze {
     }
 }
 
+/// Reads on until the head holds some lines, however long these are.
+fn lengthen(head: &mut Vec<u8>, whole: &mut bool, rest: &mut dyn Read) -> io::Result<()> {
+    /// Enough to tell the header from the rows.
+    const LINES: usize = 10;
+    /// Ten lines of a hundred thousand columns.
+    const MOST: usize = 16 << 20;
+    let is_end = |&&b: &&u8| b == b'\n' || b == b'\r';
+    while !*whole && head.len() < MOST && head.iter().filter(is_end).count() < LINES {
+        let more = head.len() as u64;
+        *whole = (rest.take(more).read_to_end(head)? as u64) < more;
+    }
+    Ok(())
+}
+
 /// Refuses what is no text.
 fn check(head: &[u8], whole: bool, path: &Path) -> Result<(), Error> {
     let path = path.to_owned();
-    if let Some(name) = binary(head) {
-        return Err(Error::Binary { path, looks_like: name.to_owned() });
+    // A mark of UTF-16 may stand in front of anything.
+    if is_binary(head) {
+        return Err(Error::Binary { path, looks_like: "binary data".to_owned() });
     }
     if whole && head.iter().all(u8::is_ascii_whitespace) {
         return Err(Error::Empty { path });
@@ -226,50 +250,6 @@ fn newline(head: &[u8]) -> Newline {
         None if head.contains(&b'\r') => Newline::Cr,
         None => Newline::Lf,
     }
-}
-
-/// First bytes of the formats that people take for logs, and what to call them.
-const MAGIC: &[(&[u8], &str)] = &[
-    (b"\x1f\x8b", "a gzip archive (unpack it first)"),
-    (b"PK\x03\x04", "a zip archive or an Excel workbook (.xlsx)"),
-    (b"\xd0\xcf\x11\xe0", "an old Excel workbook (.xls)"),
-    (b"\x89HDF", "an HDF5 file or a MATLAB 7.3 file"),
-    (b"MATLAB 5.0", "a MATLAB file"),
-    (b"CDF\x01", "a NetCDF file"),
-    (b"CDF\x02", "a NetCDF file"),
-    (b"#ROSBAG", "a ROS 1 bag"),
-    (b"\x89MCAP", "an MCAP file"),
-    (b"SQLite format 3", "an SQLite database, perhaps a ROS 2 bag"),
-    (b"PAR1", "a Parquet file"),
-    (b"ARROW1", "an Arrow file"),
-    (b"\xa3\x95\x80", "an ArduPilot DataFlash log (.BIN)"),
-    (b"ULog\x01\x12\x35", "a PX4 ULog"),
-    (b"\x7f\x7f", "a Teledyne RDI PD0 file"),
-    (b"BZh", "a bzip2 archive (unpack it first)"),
-    (b"\x28\xb5\x2f\xfd", "a zstd archive (unpack it first)"),
-    (b"\xfd7zXZ", "an xz archive (unpack it first)"),
-    (b"%PDF", "a PDF document"),
-];
-
-/// What the bytes look like, unless they are text.
-fn binary(head: &[u8]) -> Option<&'static str> {
-    /// How far control characters are counted.
-    const LOOK: usize = 8 * 1024;
-    if let Some((_, name)) = MAGIC.iter().find(|(magic, _)| head.starts_with(magic)) {
-        return Some(name);
-    }
-    let start = &head[..head.len().min(LOOK)];
-    let is_control = |b: u8| b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c) || b == 0x7f;
-    let control = start.iter().filter(|&&b| is_control(b)).count();
-    if is_mavlink(start) {
-        return Some("a MAVLink telemetry log (.tlog)");
-    }
-    (start.contains(&0) || 50 * control > start.len()).then_some("binary data")
-}
-
-/// Eight bytes of time, then a MAVLink start mark.
-fn is_mavlink(head: &[u8]) -> bool {
-    head.len() > 8 && head[0] == 0 && matches!(head[8], 0xfe | 0xfd)
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Where in a text the table is: the delimiter, the header, the first row of numbers.
 
+use std::path::Path;
+
 use csv::ByteRecord;
 
 use crate::Error;
@@ -8,7 +10,7 @@ use crate::heading::{Heading, lone_unit};
 use crate::input::{Input, Newline, Squeeze};
 
 /// How many rows are looked at.
-const ROWS: usize = 300;
+pub(crate) const ROWS: usize = 300;
 
 /// The shape of a table in a text.
 #[derive(Debug)]
@@ -29,12 +31,15 @@ pub(crate) enum Delimiter {
     Semicolon,
     Tab,
     Blanks,
+    /// None: the cells of a sheet.
+    Cells,
 }
 
 impl Delimiter {
     pub(crate) fn byte(self) -> u8 {
         match self {
-            Self::Comma => b',',
+            // Numbers in the cells of a sheet have a point, as those between commas do.
+            Self::Comma | Self::Cells => b',',
             Self::Semicolon => b';',
             // Blanks arrive as tabs: see `Squeeze`.
             Self::Tab | Self::Blanks => b'\t',
@@ -47,6 +52,7 @@ impl Delimiter {
             Self::Semicolon => "semicolon-separated text",
             Self::Tab => "tab-separated text",
             Self::Blanks => "blank-separated text",
+            Self::Cells => "Excel workbook",
         }
     }
 }
@@ -192,7 +198,31 @@ pub(crate) fn find(input: &Input) -> Result<Layout, Error> {
     match (best, open_quote) {
         (Some((_, layout)), _) => Ok(layout),
         (None, Some(line)) => Err(Error::OpenQuote { path: input.path().to_owned(), line }),
-        (None, None) => Err(why_not(input, &failed.map(|(_, rows)| rows).unwrap_or_default())),
+        (None, None) => {
+            let rows = failed.map(|(_, rows)| rows).unwrap_or_default();
+            Err(why_not(&rows, input.is_whole(), input.path()))
+        }
+    }
+}
+
+/// Finds the table at the start of a sheet, whose first rows, [`ROWS`] or all, are given with
+/// their numbers.
+///
+/// # Errors
+/// As [`find`].
+pub(crate) fn find_in_sheet(sample: &[(u64, ByteRecord)], path: &Path) -> Result<Layout, Error> {
+    let decimal = Decimal::of(Delimiter::Cells.byte());
+    let mut width = 0;
+    let row = |(line, record): &(u64, ByteRecord)| {
+        // A sheet leaves out the empty cells at the end of a row.
+        width = width.max(record.len());
+        let empty = std::iter::repeat_n(&b""[..], width - record.len());
+        Row::new(record.iter().chain(empty).collect(), *line, decimal)
+    };
+    let rows: Vec<Row> = sample.iter().map(row).collect();
+    match header(&rows, Delimiter::Cells) {
+        Some((_, at)) => Ok(layout(&rows, at, Delimiter::Cells)),
+        None => Err(why_not(&rows, sample.len() < ROWS, path)),
     }
 }
 
@@ -218,7 +248,8 @@ fn sample(text: &[u8], delimiter: Delimiter, newline: Newline) -> Vec<Row> {
 /// Of two, one that is no comment; then the later, which is nearer to the numbers.
 fn header(rows: &[Row], delimiter: Delimiter) -> Option<(usize, usize)> {
     // Any text is one column of another delimiter, and "0,1" then a decimal comma.
-    let least = if delimiter == Delimiter::Comma { 1 } else { 2 };
+    let alone = matches!(delimiter, Delimiter::Comma | Delimiter::Cells);
+    let least = if alone { 1 } else { 2 };
     let score = |at: usize| -> usize {
         let below = rows[at + 1..].iter().filter(|row| row.is_data() && rows[at].heads(row));
         below.map(|row| 2 * row.numbers - row.texts).sum()
@@ -259,12 +290,12 @@ fn row_of_names(rows: &[Row], at: usize) -> Option<usize> {
 }
 
 /// Why no table was found in these rows.
-fn why_not(input: &Input, rows: &[Row]) -> Error {
-    let path = input.path().to_owned();
+fn why_not(rows: &[Row], whole: bool, path: &Path) -> Error {
+    let path = path.to_owned();
     let Some(first) = rows.iter().position(Row::is_data) else {
         let texts: Vec<&Row> = rows.iter().filter(|row| !row.comment).collect();
         return match texts[..] {
-            [only] if only.record.len() > 1 && input.is_whole() => {
+            [only] if only.record.len() > 1 && whole => {
                 Error::TooFewRows { path, rows: 0, needed: 1 }
             }
             _ => Error::NotATable { path, rows: rows.len() },

@@ -22,24 +22,35 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
+#![allow(dead_code, reason = "for the readers to come")]
 
+mod assemble;
 mod cell;
+mod column;
+mod content;
 mod error;
+mod format;
 mod grid;
+mod guard;
 mod heading;
 mod input;
 mod layout;
 mod log;
 mod lookup;
 mod note;
+mod order;
 mod read;
+mod readers;
 mod table;
+mod tabular;
 mod time;
 mod unit;
+mod unpack;
 
 pub use error::Error;
+pub use guard::is_guarded;
 pub use log::{Channel, Gap, Log, Source};
 pub use note::Note;
-pub use read::{ReadOptions, TimeColumn, read};
+pub use read::{ReadOptions, Stamp, TimeColumn, read, read_bytes};
 pub use table::{Table, TableColumn, read_table};
 pub use unit::{Dimension, Unit};

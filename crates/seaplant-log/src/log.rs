@@ -65,17 +65,28 @@ pub(crate) struct LeftOut {
     pub(crate) name: String,
     pub(crate) source: usize,
     pub(crate) rows: usize,
-    /// The first text in it, and its line.
-    pub(crate) text: Option<(u64, String)>,
+    pub(crate) reason: Reason,
+}
+
+/// Why a column is no channel.
+#[derive(Debug, Clone)]
+pub(crate) enum Reason {
+    /// It holds no value.
+    Missing,
+    /// It holds text, such as this.
+    Text { line: u64, text: String },
+    /// It is of a kind that is no series of numbers, in words that follow its name.
+    Kind(&'static str),
 }
 
 impl LeftOut {
     /// The error of asking for this column.
     pub(crate) fn error(&self, path: &Path) -> Error {
         let (path, column) = (path.to_owned(), self.column.clone());
-        match self.text.clone() {
-            Some((line, text)) => Error::AllText { path, column, line, text },
-            None => Error::AllMissing { path, column, rows: self.rows },
+        match self.reason.clone() {
+            Reason::Missing => Error::AllMissing { path, column, rows: self.rows },
+            Reason::Text { line, text } => Error::AllText { path, column, line, text },
+            Reason::Kind(why) => Error::LeftOut { path, column, why },
         }
     }
 }

@@ -95,6 +95,15 @@ pub enum Note {
         /// How many cells.
         count: usize,
     },
+    /// Rows that cannot be read; those before them were.
+    UnreadableRows {
+        /// The file.
+        path: PathBuf,
+        /// The first of them, counted from 1.
+        first_row: u64,
+        /// Why.
+        reason: String,
+    },
     /// A column of text; it was left out.
     TextColumn {
         /// The file.
@@ -133,6 +142,15 @@ pub enum Note {
         /// The others.
         others: Vec<String>,
     },
+    /// A workbook has several sheets, and the first was read.
+    SheetChosen {
+        /// The file.
+        path: PathBuf,
+        /// The one read.
+        sheet: String,
+        /// The others.
+        others: Vec<String>,
+    },
     /// No unit of time is stated; seconds were assumed.
     TimeUnitAssumed {
         /// The file.
@@ -158,6 +176,103 @@ pub enum Note {
         /// The encoding.
         encoding: &'static str,
     },
+    /// The file stops within a record; all before it was read.
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// Where the record that is cut starts, in bytes from the start of the file (unpacked, if
+        /// it is an archive).
+        byte: u64,
+        /// The latest time before the cut, s, where it is known.
+        last_s: Option<f64>,
+    },
+    /// An archive that ends before its time or is damaged; what could be unpacked was read.
+    ArchiveCut {
+        /// The file.
+        path: PathBuf,
+        /// What archive: "gzip".
+        packing: &'static str,
+        /// How many bytes could be unpacked.
+        byte: u64,
+        /// What is wrong, in words that follow the archive: "is cut off".
+        reason: String,
+    },
+    /// Records that are damaged; they were skipped.
+    CorruptRecords {
+        /// The file.
+        path: PathBuf,
+        /// How many stretches of damage.
+        count: usize,
+        /// Where the first starts, in bytes from the start of the file.
+        first_byte: u64,
+        /// How many bytes were passed over in all.
+        bytes: u64,
+    },
+    /// Which of several clocks, or of several origins of time, the times are of.
+    Clock {
+        /// The file.
+        path: PathBuf,
+        /// In words that follow "times are": "header stamps, seconds since the Unix epoch".
+        clock: String,
+    },
+    /// The clock was set while the log was written.
+    ClockStepped {
+        /// The file.
+        path: PathBuf,
+        /// The groups of records that show it.
+        groups: Vec<String>,
+        /// The time before, in the first of them, s.
+        from_s: f64,
+        /// The time after, s.
+        to_s: f64,
+        /// The records after steps back, which were left out; 0 of steps ahead.
+        left_out: usize,
+    },
+    /// Records without a readable time; they were dropped.
+    RecordsWithoutTime {
+        /// The file.
+        path: PathBuf,
+        /// Their groups.
+        groups: Vec<String>,
+        /// How many.
+        count: usize,
+        /// All records of these groups.
+        of: usize,
+    },
+    /// Records earlier than one before them in their group; they were sorted into place.
+    LateRecords {
+        /// The file.
+        path: PathBuf,
+        /// Their groups.
+        groups: Vec<String>,
+        /// How many.
+        count: usize,
+        /// All records of these groups.
+        of: usize,
+        /// The furthest that one lies behind, s.
+        backwards_by_s: f64,
+    },
+    /// Records that repeat a time of their group; of each channel the first sample at that time
+    /// was kept.
+    RepeatedTimes {
+        /// The file.
+        path: PathBuf,
+        /// Their groups.
+        groups: Vec<String>,
+        /// How many.
+        count: usize,
+        /// All records of these groups.
+        of: usize,
+    },
+    /// Fields that make no channel.
+    LeftOut {
+        /// The file.
+        path: PathBuf,
+        /// The fields.
+        columns: Vec<String>,
+        /// Why, in words that follow the name of one: "holds text".
+        why: &'static str,
+    },
 }
 
 impl Note {
@@ -172,13 +287,24 @@ impl Note {
             | Self::RepeatedHeader { path, .. }
             | Self::RunOnCell { path, .. }
             | Self::NotANumber { path, .. }
+            | Self::UnreadableRows { path, .. }
             | Self::TextColumn { path, .. }
             | Self::AllMissing { path, .. }
             | Self::DuplicateColumn { path, .. }
             | Self::TimeChosen { path, .. }
+            | Self::SheetChosen { path, .. }
             | Self::TimeUnitAssumed { path, .. }
             | Self::DecimalComma { path, .. }
-            | Self::Encoding { path, .. } => path,
+            | Self::Encoding { path, .. }
+            | Self::Truncated { path, .. }
+            | Self::CorruptRecords { path, .. }
+            | Self::ArchiveCut { path, .. }
+            | Self::Clock { path, .. }
+            | Self::ClockStepped { path, .. }
+            | Self::RecordsWithoutTime { path, .. }
+            | Self::LateRecords { path, .. }
+            | Self::RepeatedTimes { path, .. }
+            | Self::LeftOut { path, .. } => path,
         }
     }
 
@@ -253,6 +379,10 @@ impl fmt::Display for Note {
                 "column {column:?} has {} not a number (here {text:?}); counted as missing",
                 first_of(*count, "cell that is", "cells that are")
             ),
+            Self::UnreadableRows { first_row, reason, .. } => write!(
+                f,
+                "the rows from {first_row} on cannot be read ({reason}); those before were"
+            ),
             Self::TextColumn { column, text, .. } => {
                 write!(f, "column {column:?} holds text (here {text:?}); left out")
             }
@@ -267,6 +397,11 @@ impl fmt::Display for Note {
                 "column {column:?} is taken as time, though {} could be too",
                 crate::lookup::list(others)
             ),
+            Self::SheetChosen { sheet, others, .. } => write!(
+                f,
+                "the first sheet, {sheet:?}, is read, and not {}",
+                crate::lookup::list(others)
+            ),
             Self::TimeUnitAssumed { column, period_s, .. } => write!(
                 f,
                 "the time column {column:?} states no unit; seconds assumed, so a row every \
@@ -278,6 +413,63 @@ impl fmt::Display for Note {
             Self::Encoding { encoding, .. } => {
                 write!(f, "the text is not UTF-8; read as {encoding}")
             }
+            Self::Truncated { byte, last_s, .. } => {
+                write!(f, "the file is cut off in the record at byte {byte}")?;
+                if let Some(last_s) = last_s {
+                    write!(f, ", after {last_s:.3} s")?;
+                }
+                f.write_str("; all before was read")
+            }
+            Self::ArchiveCut { packing, byte, reason, .. } => write!(
+                f,
+                "the {packing} archive {reason}; the {byte} bytes that could be unpacked were read"
+            ),
+            Self::CorruptRecords { count, first_byte, bytes, .. } => write!(
+                f,
+                "{}, the first at byte {first_byte}; {bytes} bytes skipped",
+                first_of(*count, "stretch is damaged", "stretches are damaged")
+            ),
+            Self::Clock { clock, .. } => write!(f, "times are {clock}"),
+            Self::ClockStepped { groups, from_s, to_s, left_out, .. } => {
+                let groups = crate::lookup::list(groups);
+                write!(f, "the clock of {groups} leaps from {from_s:.6} s to {to_s:.6} s")?;
+                match left_out {
+                    0 => f.write_str("; check what set it"),
+                    1.. => write!(
+                        f,
+                        " and stays behind; {} left out: split the log there",
+                        first_of(*left_out, "record from there on is", "records from there on are")
+                    ),
+                }
+            }
+            Self::RecordsWithoutTime { groups, count, of, .. } => write!(
+                f,
+                "of {of} records of {} {} no readable time; dropped",
+                crate::lookup::list(groups),
+                first_of(*count, "has", "have")
+            ),
+            Self::LateRecords { groups, count, of, backwards_by_s, .. } => write!(
+                f,
+                "of {of} records of {} {} earlier than one before, by up to {backwards_by_s:.6} s; \
+                 sorted by time",
+                crate::lookup::list(groups),
+                first_of(*count, "is", "are")
+            ),
+            Self::RepeatedTimes { groups, count, of, .. } => write!(
+                f,
+                "of {of} records of {} {} the time of another; each channel keeps its first sample \
+                 at a time",
+                crate::lookup::list(groups),
+                first_of(*count, "repeats", "repeat")
+            ),
+            Self::LeftOut { columns, why, .. } => match columns.len() {
+                1 => write!(f, "{} {why}; left out", crate::lookup::list(columns)),
+                many => write!(
+                    f,
+                    "each of {many} fields {why}; left out: {}",
+                    crate::lookup::list(columns)
+                ),
+            },
         }
     }
 }

@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::grid::{self, GridColumn, Lines};
-use crate::log::{LeftOut, Source};
+use crate::column::Column;
+use crate::content::Content;
+use crate::grid::Lines;
+use crate::log::{LeftOut, Reason, Source};
 use crate::lookup::{self, Candidate};
 use crate::note::Note;
-use crate::{Error, Unit};
+use crate::{Error, Unit, format};
 
 /// A table of numbers whose rows need no order.
 #[derive(Debug, Clone)]
@@ -41,14 +43,15 @@ pub struct TableColumn {
     text: Option<(u64, String)>,
 }
 
-/// Reads a text table that needs no time column.
+/// Reads a table that needs no time column: text, the first sheet of a workbook, Parquet, Arrow,
+/// or one of these in an archive.
 ///
 /// Delimiter, header, units, missing values: as [`read`](crate::read()).
 ///
 /// # Errors
 /// Those of [`read`](crate::read()) but for the ones about time.
 pub fn read_table(path: &Path) -> Result<Table, Error> {
-    let grid = grid::read(path, |_| Ok(None))?;
+    let grid = format::table(Content::open(path)?)?;
     if grid.rows == 0 {
         return Err(Error::TooFewRows { path: path.to_owned(), rows: 0, needed: 1 });
     }
@@ -63,12 +66,14 @@ pub fn read_table(path: &Path) -> Result<Table, Error> {
     }
     let first_line = grid.lines.of(0);
     let (header_line, lines) = (grid.header_line, grid.lines);
-    let (path, source, rows) = (path.to_owned(), grid.source, grid.rows);
+    notes.extend(grid.origin.notes());
+    let source = grid.origin.source(grid.format)?;
+    let (path, rows) = (path.to_owned(), grid.rows);
     Ok(Table { path, source, columns, header_line, first_line, notes, rows, lines })
 }
 
 impl TableColumn {
-    fn new(column: GridColumn, rows: usize) -> Self {
+    fn new(column: Column, rows: usize) -> Self {
         let mut values = vec![None; rows];
         for (row, value) in column.samples.iter() {
             values[row] = Some(value);
@@ -124,7 +129,10 @@ impl Table {
             name: column.name.clone(),
             source: 0,
             rows: self.rows,
-            text: column.text.clone(),
+            reason: column
+                .text
+                .clone()
+                .map_or(Reason::Missing, |(line, text)| Reason::Text { line, text }),
         };
         Err(left_out.error(path))
     }

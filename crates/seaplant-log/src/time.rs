@@ -3,10 +3,8 @@
 use std::path::Path;
 
 use crate::Error;
-use crate::grid::Lines;
 use crate::heading::Heading;
 use crate::lookup::{self, Candidate, fold};
-use crate::note::Note;
 use crate::read::TimeColumn;
 use crate::unit::{Dimension, Unit, symbols_of};
 
@@ -67,6 +65,10 @@ pub(crate) fn choose(
 fn recognise(headings: &[Heading], path: &Path) -> Result<Chosen, Error> {
     let mut ranked: Vec<(usize, usize)> =
         headings.iter().enumerate().filter_map(|(k, h)| Some((rank(h)?, k))).collect();
+    let instants = headings.iter().enumerate().filter(|(_, h)| h.instant);
+    if let (true, [(only, _)]) = (ranked.is_empty(), &instants.collect::<Vec<_>>()[..]) {
+        ranked.push((NAMES.len(), *only));
+    }
     ranked.sort_unstable();
     let Some(&(_, index)) = ranked.first() else {
         let named = headings.iter().filter(|h| !h.nameless);
@@ -119,49 +121,6 @@ fn suffixed(name: &str) -> Option<(&str, Unit)> {
     Some((base, Unit::find_as(unit, Dimension::Time)?))
 }
 
-/// Looks for times that go back. Late rows are noted; a clock that was reset is refused.
-///
-/// `times` holds the rows that have a time, in the order of the file.
-///
-/// A row is late if an earlier one has a later time. A run of late rows is a reset if it is longer
-/// than a tenth of the log, or lasts to the end; a single late row never is.
-///
-/// # Errors
-/// [`Error::TimeGoesBackwards`].
-pub(crate) fn check_order(
-    times: &[(usize, f64)],
-    lines: &Lines,
-    path: &Path,
-) -> Result<Option<Note>, Error> {
-    let mut latest = f64::NEG_INFINITY;
-    let mut late: Vec<usize> = Vec::new();
-    let mut backwards_by_s = 0.0_f64;
-    // The run of late rows that is under way: its first row, the time before it, its own.
-    let mut run = None;
-    let mut length = 0;
-    for (k, &(row, time)) in times.iter().enumerate() {
-        if time >= latest {
-            (latest, run, length) = (time, None, 0);
-            continue;
-        }
-        late.push(row);
-        length += 1;
-        backwards_by_s = backwards_by_s.max(latest - time);
-        let (start, from_s, to_s) = *run.get_or_insert((row, latest, time));
-        let lasts = k + 1 == times.len() || 10 * length > times.len();
-        if length > 1 && lasts {
-            let line = lines.of(start);
-            return Err(Error::TimeGoesBackwards { path: path.to_owned(), line, from_s, to_s });
-        }
-    }
-    Ok(late.first().map(|&first| Note::OutOfOrder {
-        path: path.to_owned(),
-        count: late.len(),
-        first_line: lines.of(first),
-        backwards_by_s,
-    }))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -182,34 +141,5 @@ mod tests {
         for header in ["times", "status", "u_ms", "runtime", "T (degC)", "t [m]", "date"] {
             assert_eq!(chosen(&[header]), None, "{header}");
         }
-    }
-
-    fn order(times: &[f64]) -> Result<Option<Note>, Error> {
-        let rows: Vec<(usize, f64)> = times.iter().copied().enumerate().collect();
-        check_order(&rows, &Lines::default(), Path::new("log.csv"))
-    }
-
-    #[test]
-    fn few_late_rows_are_noted() {
-        assert_eq!(order(&[0.0, 1.0, 1.0, 2.0]).unwrap(), None);
-        let late = order(&[0.0, 5.0, 4.0, 6.0, 6.5, 6.0]).unwrap();
-        let Some(Note::OutOfOrder { count, backwards_by_s, .. }) = late else { panic!("{late:?}") };
-        assert_eq!((count, backwards_by_s), (2, 1.0));
-    }
-
-    #[test]
-    fn many_late_rows_and_a_late_end_are_refused() {
-        let count = |late: usize| {
-            let mut times: Vec<f64> = (0..50).map(f64::from).collect();
-            times.extend((0..late).map(|k| 40.0 + 0.1 * k as f64));
-            times.extend((50..100 - late).map(|k| k as f64));
-            order(&times)
-        };
-        assert!(count(10).is_ok());
-        assert!(matches!(
-            count(11),
-            Err(Error::TimeGoesBackwards { from_s: 49.0, to_s: 40.0, .. })
-        ));
-        assert!(order(&[0.0, 1.0, 2.0, 3.0, 0.0, 1.0]).is_err());
     }
 }

@@ -42,19 +42,24 @@ fn no_file_at_all_is_refused() {
 
 #[test]
 fn binary_files_are_named_for_what_they_are() {
-    let cases: [(&[u8], &str); 8] = [
-        (b"\x1f\x8b\x08\0abc", "a gzip archive (unpack it first)"),
-        (b"PK\x03\x04....", "a zip archive or an Excel workbook (.xlsx)"),
-        (b"\x89HDF\r\n\x1a\n", "an HDF5 file or a MATLAB 7.3 file"),
-        (b"#ROSBAG V2.0\n", "a ROS 1 bag"),
-        (b"\x89MCAP0\r\n", "an MCAP file"),
-        (b"SQLite format 3\0", "an SQLite database, perhaps a ROS 2 bag"),
-        (b"\xa3\x95\x80\x80\x59FMT", "an ArduPilot DataFlash log (.BIN)"),
+    let tar = [&[b'a'; 257][..], b"ustar\0"].concat();
+    let cases: [(&[u8], &str); 9] = [
+        (b"PK\x03\x04....", "a zip archive (unpack it first)"),
+        (b"\xd0\xcf\x11\xe0....", "an Excel workbook of the old kind (.xls) or with a password"),
+        (
+            b"PK\x03\x04..........................mimetypeapplication/vnd.oasis.opendocument",
+            "an OpenDocument file",
+        ),
+        (b"\x93NUMPY\x01\0", "a NumPy array"),
+        (&tar, "a tar archive (unpack it first)"),
+        (b"CDF\x01....", "a NetCDF file"),
+        (b"ULog\x01\x12\x35", "a PX4 ULog"),
+        (b"BZh9", "a bzip2 archive (unpack it first)"),
         (b"time,u\n0,\0\n", "binary data"),
     ];
     for (bytes, name) in cases {
         let expected =
-            format!("log.csv is not a text table but looks like {name}; export it as CSV");
+            format!("log.csv is of no format that is read but looks like {name}; export it as CSV");
         assert_eq!(failure(bytes), expected);
     }
 }

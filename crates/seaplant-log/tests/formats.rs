@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Sample, options, read_text};
+use common::{Sample, notes, options, read_text};
 use seaplant_log::{Dimension, Error, Log, ReadOptions, Unit, read, read_table};
 
 /// The values of `u` at their times.
@@ -327,4 +327,68 @@ fn files_of_equal_times_keep_them_once() {
     let channels = log.into_channels();
     let (time_s, values) = channels.into_iter().nth(2).unwrap().into_samples();
     assert_eq!((&time_s[..], values), (&[0.0, 0.5, 2.0][..], vec![1.0, 2.0, 3.0]));
+}
+
+#[test]
+fn thousands_of_columns_are_all_read() {
+    const COLUMNS: usize = 5000;
+    const ROWS: usize = 100;
+    let name = |k: usize| format!("a rather long name of channel number {k} [m/s]");
+    let header: Vec<String> = (0..COLUMNS).map(name).collect();
+    let mut text = format!("time [s],{}\n", header.join(","));
+    for row in 0..ROWS {
+        text += &format!("{row}");
+        for column in 0..COLUMNS {
+            // Each column lacks a value where others do not, so that few share their times.
+            let missing = column % ROWS == row || column / ROWS == row;
+            text += &if missing { ",".to_owned() } else { format!(",{}.5", row * column) };
+        }
+        text.push('\n');
+    }
+    assert!(
+        text.find('\n').unwrap() > 200_000,
+        "the header is longer than what is looked at first"
+    );
+    let log = read_text(text).unwrap();
+    assert_eq!((log.channels().len(), log.notes().len()), (COLUMNS, 0));
+    let last = log.channel(&name(COLUMNS - 1)).unwrap();
+    assert_eq!((last.len(), last.missing), (ROWS - 2, 2));
+    assert_eq!(last.values()[10], 10.0 * (COLUMNS - 1) as f64 + 0.5);
+}
+
+#[test]
+fn bytes_that_are_no_utf_8_spoil_no_more_than_their_cell() {
+    // Windows-1252: a degree sign, a micro sign; then a byte that the wire garbled.
+    let text =
+        b"t (s),heading (\xb0),T1 (\xb5s)\n0,10,1500\n1,1\x92,1510\n2,12,15\xff0\n3,13,1530\n";
+    let log = read_text(text).unwrap();
+    let heading = log.channel("heading").unwrap();
+    assert_eq!(
+        (heading.column.as_str(), heading.values()),
+        ("heading (°)", &[10.0, 12.0, 13.0][..])
+    );
+    assert_eq!(heading.unit.as_ref().map(Unit::dimension), Some(Dimension::Angle));
+    let pulse = log.channel("T1").unwrap();
+    assert_eq!((pulse.time_s(), pulse.missing), (&[0.0, 1.0, 3.0][..], 1));
+    assert_eq!(
+        notes(&log),
+        [
+            "log.csv: the text is not UTF-8; read as windows-1252",
+            "log.csv:3: column \"heading (°)\" has 1 cell that is not a number (here \"1’\"); counted \
+             as missing",
+            "log.csv:4: column \"T1 (µs)\" has 1 cell that is not a number (here \"15ÿ0\"); counted as \
+             missing",
+        ]
+    );
+}
+
+#[test]
+fn garbled_bytes_in_the_rows_alone_are_told() {
+    let log = read_text(b"t (s),u (m/s)\n0,1\n1,\x80\xc6\xfe\n2,3\n").unwrap();
+    assert_eq!(log.channel("u").unwrap().values(), [1.0, 3.0]);
+    assert_eq!(
+        notes(&log),
+        ["log.csv:3: column \"u (m/s)\" has 1 cell that is not a number (here \"€Æþ\"); counted \
+          as missing"]
+    );
 }

@@ -127,12 +127,29 @@ fn recordings_in_other_formats_are_named_not_misread() {
         ("formats/ardusub/small.tlog", "a MAVLink telemetry log (.tlog)"),
         ("formats/pd0/RDI_withBT.000", "a Teledyne RDI PD0 file"),
         ("formats/pd0/RiverPro_test01.PD0", "a Teledyne RDI PD0 file"),
-        ("bolt-auv/depth_test.xlsx", "a zip archive or an Excel workbook (.xlsx)"),
     ] {
         let Some(path) = data(name) else { continue };
         match read(&path, &ReadOptions::default()) {
             Err(Error::Binary { looks_like, .. }) => assert_eq!(looks_like, expected),
             other => panic!("{name}: {other:?}"),
         }
+    }
+}
+
+#[test]
+fn workbooks_hold_what_their_twins_in_csv_hold() {
+    for path in files_in("bolt-auv", "xlsx") {
+        let twin = path.with_extension("csv");
+        let name = twin.file_name().unwrap().to_str().unwrap().to_lowercase();
+        let (workbook, text) = (open(&path), open(&path.with_file_name(name)));
+        // Beside them the workbooks number their rows, in a column without a name.
+        assert_eq!(workbook.channels().len(), text.channels().len() + 1);
+        assert_eq!(workbook.channels()[0].column, "column 1");
+        for expected in text.channels() {
+            let found = workbook.channel(&expected.name).unwrap();
+            assert_eq!(found.time_s(), expected.time_s(), "{}: {}", path.display(), found.name);
+            assert_eq!(found.values(), expected.values(), "{}: {}", path.display(), found.name);
+        }
+        assert_eq!(notes(&workbook), [""; 0]);
     }
 }

@@ -43,6 +43,10 @@ struct Steps {
 /// are rounded.
 const ROUNDING_PART: f64 = 1e-6;
 
+/// Times this close are of one instant, s: those that count from 1970 are rounded to a quarter
+/// of a microsecond, each.
+pub(crate) const ROUNDING_S: f64 = 1e-6;
+
 impl Steps {
     fn of(time_s: &[f64]) -> Self {
         let (mut shortest, mut longest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -56,7 +60,7 @@ impl Steps {
             return Self { shortest: 0.0, median: 0.0, longest: 0.0 };
         };
         let mean = (last - first) / (time_s.len() - 1) as f64;
-        let steady = longest - shortest <= ROUNDING_PART * mean;
+        let steady = longest - shortest <= ROUNDING_PART * mean + ROUNDING_S;
         Self { shortest, median: if steady { mean } else { median_step(time_s) }, longest }
     }
 }
@@ -366,7 +370,7 @@ impl Timed {
 
     /// The samples that are at the instants of a grid, one for each, if there are such.
     fn samples_on(&self, grid: Grid) -> Option<Range<usize>> {
-        let near = ROUNDING_PART * grid.period_s;
+        let near = ROUNDING_PART * grid.period_s + ROUNDING_S;
         let from = self.time_s.partition_point(|&t| t < grid.start_s - near);
         let to = from + grid.len;
         let at = self.time_s.get(from..to)?.iter().zip(grid.times());

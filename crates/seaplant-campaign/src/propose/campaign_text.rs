@@ -1,7 +1,7 @@
 //! campaign.toml, as far as a log tells it.
 
 use seaplant::Quantity;
-use seaplant_log::{Log, Note};
+use seaplant_log::{Log, Note, ReadOptions, Stamp};
 
 use super::ProposedTrial;
 use super::claim::SURFACE;
@@ -13,6 +13,7 @@ pub(super) fn write(
     log: &Log,
     mapping: &Mapping,
     trials: &[ProposedTrial],
+    options: &ReadOptions,
 ) -> (String, Vec<String>) {
     let questions = questions(log, mapping, trials);
     let mut page = Page::default();
@@ -20,7 +21,7 @@ pub(super) fn write(
     page.list("Still open:", &questions);
     page.line("");
     page.line("vehicle = \"vehicle.toml\"");
-    time(&mut page, log);
+    reading(&mut page, log, options);
     for trial in trials {
         write_trial(&mut page, mapping, trial);
     }
@@ -99,7 +100,18 @@ fn assumed_time(log: &Log) -> Option<&str> {
     })
 }
 
-fn time(page: &mut Page, log: &Log) {
+/// How the logs are to be read.
+fn reading(page: &mut Page, log: &Log, options: &ReadOptions) {
+    if let Some(sheet) = &options.sheet {
+        page.line(&format!("sheet = {}", quoted(sheet)));
+    }
+    let mut time = Vec::new();
+    time.extend(options.time.as_ref().map(|time| format!("column = {}", quoted(&time.column))));
+    time.extend(options.equal_sampling_hz.map(|rate| format!("equal_sampling_hz = {rate:?}")));
+    time.extend((options.stamp == Stamp::Receive).then(|| "stamp = \"receive\"".to_owned()));
+    if !time.is_empty() {
+        page.line(&format!("time = {{ {} }}", time.join(", ")));
+    }
     if let Some(column) = assumed_time(log) {
         page.line("");
         page.comment("decide: the logs' time states no unit, and seconds are assumed; else say");

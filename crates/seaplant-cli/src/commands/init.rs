@@ -3,10 +3,11 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use seaplant_campaign::propose;
-use seaplant_log::{Log, ReadOptions};
+use seaplant_log::Log;
 use serde_json::json;
 
 use crate::args::Init;
+use crate::commands::read_options;
 use crate::output::{File, Output, write_folder};
 
 pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
@@ -18,10 +19,10 @@ pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
             path.display()
         );
     }
-    let files: Vec<_> =
-        arguments.logs.iter().map(|path| (path.clone(), ReadOptions::default())).collect();
+    let options = read_options(&arguments.reading);
+    let files: Vec<_> = arguments.logs.iter().map(|path| (path.clone(), options.clone())).collect();
     let log = Log::open(&files)?;
-    let proposal = propose(&log, &arguments.logs, &arguments.out);
+    let proposal = propose(&log, &arguments.logs, &arguments.out, &options);
     let file = |path: &str, text: &str| File { path: path.to_owned(), bytes: text.into() };
     write_folder(
         &arguments.out,

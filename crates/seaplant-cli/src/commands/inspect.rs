@@ -3,19 +3,16 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use seaplant_campaign::{Inspection, inspect};
-use seaplant_log::{Log, ReadOptions, TimeColumn};
+use seaplant_log::Log;
 use seaplant_report::number::{or_absent, significant};
 
 use crate::args::Inspect;
+use crate::commands::read_options;
 use crate::output::{FAINT, Output, STRONG, WARNING};
 use crate::summary::{align, plain_table};
 
 pub fn run(arguments: &Inspect, output: Output) -> Result<ExitCode> {
-    let options = ReadOptions {
-        time: arguments.time.clone().map(|column| TimeColumn { column, unit: None }),
-        equal_sampling_hz: arguments.equal_sampling_hz,
-        ..Default::default()
-    };
+    let options = read_options(&arguments.reading);
     let files: Vec<_> = arguments.logs.iter().map(|path| (path.clone(), options.clone())).collect();
     let log = Log::open(&files)?;
     let inspection = inspect(&log);

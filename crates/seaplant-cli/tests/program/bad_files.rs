@@ -232,17 +232,17 @@ fn random_bytes_are_no_log() {
     workshop.write("log.csv", bytes);
     assert_eq!(
         workshop.refusal(),
-        "trial `run 1`: log.csv is not a text table but looks like binary data; export it as CSV"
+        "trial `run 1`: log.csv is of no format that is read but looks like binary data; export it as CSV"
     );
 }
 
 #[test]
 fn a_packed_log_is_to_be_unpacked() {
     let workshop = Workshop::new();
-    workshop.write("log.csv", b"\x1f\x8b\x08\x00\x00\x00\x00\x00\x02\xff\x2b\xc9\xcc\x4d\x55\x88");
+    workshop.write("log.csv", b"BZh91AY&SY");
     assert_eq!(
         workshop.refusal(),
-        "trial `run 1`: log.csv is not a text table but looks like a gzip archive (unpack it \
+        "trial `run 1`: log.csv is of no format that is read but looks like a bzip2 archive (unpack it \
          first); export it as CSV"
     );
 }

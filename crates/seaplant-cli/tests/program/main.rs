@@ -4,6 +4,7 @@
 mod bad_files;
 mod bad_results;
 mod demo;
+mod formats;
 mod memory;
 mod methods;
 mod real_data;

@@ -1,5 +1,8 @@
 //! Small files to read.
 #![allow(dead_code, reason = "each test program uses its own part")]
+#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
+
+pub mod python;
 
 use std::path::{Path, PathBuf};
 

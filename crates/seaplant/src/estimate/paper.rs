@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Filters, Fit, Method, Stretch, all_stretches, check_trials, least_rows};
 use crate::regression::{Regression, Row};
+use crate::series::ROUNDING_S;
 use crate::signal::{LowPass, differentiate};
 use crate::{AxisRecord, Dof, Error, Terms};
 
@@ -19,9 +20,6 @@ impl Default for PaperOptions {
         Self { velocity_filter: LowPass { cutoff_hz: 0.125, order: 2 } }
     }
 }
-
-/// A time stamp is in force at its own instant, whichever way its decimals were rounded.
-const ROUNDING_S: f64 = 1e-6;
 
 /// Fits the plant as the paper does.
 ///

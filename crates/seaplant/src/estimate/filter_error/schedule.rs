@@ -1,13 +1,11 @@
 //! The steps of a trial: where the filter predicts to, and what was measured there.
 
 use crate::navigation::Motion;
+use crate::series::ROUNDING_S;
 use crate::{AxisRecord, Timed};
 
 /// The longest step, s: drag changes a vehicle's speed over seconds.
 pub(crate) const LONGEST_STEP_S: f64 = 0.1;
-
-/// Samples this close in time are of one instant, s: the rounding of decimal time stamps.
-const ROUNDING_S: f64 = 1e-7;
 
 /// What was measured at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

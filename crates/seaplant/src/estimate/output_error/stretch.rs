@@ -2,13 +2,11 @@
 
 use crate::evaluate::{between_gaps, starting_velocity};
 use crate::navigation::Motion;
+use crate::series::ROUNDING_S;
 use crate::{AxisRecord, Error, State, Timed};
 
 /// The longest step of the integration, s: drag changes a vehicle's speed over seconds.
 const LONGEST_STEP_S: f64 = 0.1;
-
-/// Times nearer than this are one: decimal time stamps are rounded.
-const ROUNDING_S: f64 = 1e-7;
 
 /// What a stretch measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

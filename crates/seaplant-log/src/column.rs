@@ -1,0 +1,195 @@
+//! A column of numbers, those present only, on its way to a channel.
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use crate::Unit;
+use crate::cell::{Cell, excerpt};
+use crate::heading::Heading;
+use crate::note::Note;
+
+/// One column: its header, and the numbers that it holds.
+pub(crate) struct Column {
+    pub(crate) heading: Heading,
+    pub(crate) samples: Samples,
+    pub(crate) text: Option<Text>,
+}
+
+impl Column {
+    /// A column without rows yet.
+    pub(crate) fn empty(heading: Heading) -> Self {
+        Self { heading, samples: Samples::default(), text: None }
+    }
+
+    /// A column called `name`, a value for each row, `NaN` where one is missing.
+    pub(crate) fn new(name: String, unit: Option<Unit>, values: Vec<f64>) -> Self {
+        let (nameless, instant) = (false, false);
+        let heading = Heading { column: name.clone(), name, unit, nameless, instant };
+        Self { heading, samples: Samples::of(values), text: None }
+    }
+
+    /// Takes one cell in, of which `found` was found.
+    #[inline]
+    pub(crate) fn push(&mut self, row: usize, line: u64, found: Cell, cell: &[u8]) {
+        match found {
+            Cell::Number(value) => self.samples.push(row, value),
+            Cell::Missing => self.samples.skip(row),
+            Cell::Text => {
+                self.samples.skip(row);
+                let first = || Text { line, text: excerpt(cell), count: 0 };
+                self.text.get_or_insert_with(first).count += 1;
+            }
+        }
+    }
+
+    /// Whether this is what a delimiter at the end of every line makes: no name, no value.
+    pub(crate) fn is_margin(&self) -> bool {
+        self.heading.nameless && self.samples.values.is_empty() && self.text.is_none()
+    }
+
+    /// What is to be said of the cells that hold no number.
+    pub(crate) fn note(&self, path: &Path, rows: usize) -> Option<Note> {
+        let (path, column) = (path.to_owned(), self.heading.column.clone());
+        let empty = self.samples.values.is_empty();
+        match &self.text {
+            Some(Text { line, text, .. }) if empty => {
+                Some(Note::TextColumn { path, column, line: *line, text: text.clone() })
+            }
+            Some(Text { line, text, count }) => {
+                let (line, text, count) = (*line, text.clone(), *count);
+                Some(Note::NotANumber { path, column, line, text, count })
+            }
+            None if empty => Some(Note::AllMissing { path, column, rows }),
+            None => None,
+        }
+    }
+}
+
+/// Text where numbers were expected.
+pub(crate) struct Text {
+    pub(crate) line: u64,
+    pub(crate) text: String,
+    pub(crate) count: usize,
+}
+
+/// The numbers of a column, and the rows that they stand in.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct Samples {
+    pub(crate) values: Vec<f64>,
+    /// `None` while no row lacks a value.
+    pub(crate) rows: Option<Vec<usize>>,
+}
+
+impl Samples {
+    /// The values of successive rows; what is not finite is missing.
+    pub(crate) fn of(mut values: Vec<f64>) -> Self {
+        if values.iter().all(|value| value.is_finite()) {
+            return Self { values, rows: None };
+        }
+        let present = values.iter().enumerate().filter(|(_, value)| value.is_finite());
+        let rows = present.map(|(row, _)| row).collect();
+        values.retain(|value| value.is_finite());
+        Self { values, rows: Some(rows) }
+    }
+
+    #[inline]
+    pub(crate) fn push(&mut self, row: usize, value: f64) {
+        if let Some(rows) = &mut self.rows {
+            rows.push(row);
+        }
+        self.values.push(value);
+    }
+
+    #[inline]
+    pub(crate) fn skip(&mut self, row: usize) {
+        if self.rows.is_none() {
+            self.rows = Some((0..row).collect());
+        }
+    }
+
+    /// Forgets all but the first `rows` rows.
+    pub(crate) fn truncate(&mut self, rows: usize) {
+        let kept = match &mut self.rows {
+            Some(present) => {
+                let kept = present.partition_point(|&row| row < rows);
+                present.truncate(kept);
+                kept
+            }
+            None => rows,
+        };
+        self.values.truncate(kept);
+    }
+
+    /// Each value with its row.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let row = |k: usize| self.rows.as_ref().map_or(k, |rows| rows[k]);
+        self.values.iter().enumerate().map(move |(k, &value)| (row(k), value))
+    }
+
+    /// A value for each of `rows` rows, `NaN` where one is missing.
+    pub(crate) fn dense(self, rows: usize) -> Vec<f64> {
+        let Some(present) = self.rows else { return self.values };
+        let mut dense = vec![f64::NAN; rows];
+        for (row, value) in present.into_iter().zip(self.values) {
+            dense[row] = value;
+        }
+        dense
+    }
+}
+
+/// Gives every heading a column text of its own: a second `u` becomes `u.2`.
+pub(crate) fn tell_apart<'a>(
+    headings: impl Iterator<Item = (&'a mut String, &'a mut String)>,
+    path: &Path,
+    notes: &mut Vec<Note>,
+) {
+    let headings: Vec<(&mut String, &mut String)> = headings.collect();
+    let mut taken: HashSet<String> =
+        headings.iter().map(|(column, _)| column.to_string()).collect();
+    let mut copies: HashMap<String, usize> = HashMap::new();
+    for (column, name) in headings {
+        let written = column.clone();
+        let copy = copies.entry(written.clone()).or_insert(0);
+        *copy += 1;
+        if *copy == 1 {
+            continue;
+        }
+        while !taken.insert(format!("{written}.{copy}")) {
+            *copy += 1;
+        }
+        *column = format!("{written}.{copy}");
+        *name = format!("{name}.{copy}");
+        let (path, renamed) = (path.to_owned(), name.clone());
+        notes.push(Note::DuplicateColumn { path, column: written, renamed });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_told_apart_without_taking_one_that_exists() {
+        let mut headings = ["u", "u.2", "u", "u"].map(Heading::parse);
+        let mut notes = Vec::new();
+        let names = headings.iter_mut().map(|h| (&mut h.column, &mut h.name));
+        tell_apart(names, Path::new("log.csv"), &mut notes);
+        let names: Vec<&str> = headings.iter().map(|h| h.column.as_str()).collect();
+        assert_eq!(names, ["u", "u.2", "u.3", "u.4"]);
+        assert_eq!(notes.len(), 2);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_missing() {
+        let values = vec![1.0, f64::NAN, 3.0, f64::INFINITY];
+        let samples = Samples::of(values);
+        assert_eq!(samples.iter().collect::<Vec<_>>(), [(0, 1.0), (2, 3.0)]);
+        let mut short = Samples::of(vec![1.0, f64::NAN, 3.0]);
+        short.truncate(2);
+        assert_eq!(short.iter().collect::<Vec<_>>(), [(0, 1.0)]);
+        let dense = samples.dense(4);
+        assert_eq!((dense[0], dense[2]), (1.0, 3.0));
+        assert!(dense[1].is_nan() && dense[3].is_nan());
+        assert_eq!(Samples::of(vec![1.0, 2.0]).rows, None);
+    }
+}

@@ -1,0 +1,247 @@
+//! A file's bytes on their way to a reader: looked at first, hashed as they pass.
+
+use std::fs::File;
+use std::io::{self, BufReader, Chain, Cursor, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use sha2::{Digest, Sha256};
+
+use crate::Error;
+use crate::log::Source;
+use crate::note::Note;
+use crate::unpack::{self, Unpacking};
+
+/// An archive's bytes.
+pub(crate) type Packed = BufReader<Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>>;
+
+/// How much of a file is looked at to tell what it is.
+pub(crate) const HEAD: usize = 256 * 1024;
+
+/// A file, or bytes in its place, with its first bytes at hand.
+///
+/// A reader takes it by one of [`Content::stream`] (from front to back, the lightest),
+/// [`Content::seekable`] and [`Content::bytes`] (all of it in memory).
+pub(crate) struct Content {
+    head: Vec<u8>,
+    /// Whether `head` is all there is.
+    whole: bool,
+    rest: Box<dyn Read + Send>,
+    origin: Origin,
+    /// Whether the bytes are those of the file at the origin's path, and may be read again.
+    is_file: bool,
+}
+
+impl Content {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// [`Error::Io`], [`Error::Directory`].
+    pub(crate) fn open(path: &Path) -> Result<Self, Error> {
+        let failed = |source| Error::io(path, source);
+        let metadata = std::fs::metadata(path).map_err(failed)?;
+        if metadata.is_dir() {
+            return Err(Error::Directory { path: path.to_owned() });
+        }
+        Self::new(path, Box::new(File::open(path).map_err(failed)?), metadata.is_file())
+    }
+
+    /// Bytes in place of a file; `path` is what messages call them.
+    ///
+    /// # Errors
+    /// None, but for those of [`Content::open`].
+    pub(crate) fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, Error> {
+        Self::new(path, Box::new(Cursor::new(bytes)), false)
+    }
+
+    fn new(path: &Path, raw: Box<dyn Read + Send>, is_file: bool) -> Result<Self, Error> {
+        let hashed = Hashed(Arc::new(Mutex::new(Raw { raw, hash: Sha256::new(), bytes: 0 })));
+        let unpacking = Vec::new();
+        let origin = Origin { path: path.to_owned(), raw: hashed.clone(), unpacking };
+        Self::with_head(origin, Box::new(hashed), is_file)
+    }
+
+    /// What an archive holds. `packing` says what archive it is: "gzip".
+    ///
+    /// # Errors
+    /// [`Error::Io`], [`Error::Archive`], [`Error::TooMuch`]; [`Error::Unsupported`] of an archive
+    /// in an archive in an archive.
+    pub(crate) fn unpack(
+        mut self,
+        packing: &'static str,
+        unpacker: impl FnOnce(Packed) -> io::Result<Box<dyn Read + Send>>,
+    ) -> Result<Self, Error> {
+        /// An archive in an archive may be an accident; more is not.
+        const DEEP: usize = 2;
+        if self.origin.unpacking.len() >= DEEP {
+            let (path, detail) = (self.path().to_owned(), "in archives in archives".to_owned());
+            let (format, advice) = ("an archive", "unpack it first");
+            return Err(Error::Unsupported { path, format, detail, advice });
+        }
+        let packed = BufReader::new(Cursor::new(self.head).chain(self.rest));
+        let raw = self.origin.raw.clone();
+        let (unpacked, state) = unpack::Unpacked::new(packing, raw, unpacker(packed));
+        self.origin.unpacking.push(Arc::clone(&state));
+        let content = Self::with_head(self.origin, Box::new(unpacked), false)?;
+        match state.cut() {
+            Some((0, reason)) => {
+                Err(Error::Archive { path: content.path().to_owned(), packing, reason })
+            }
+            _ => Ok(content),
+        }
+    }
+
+    fn with_head(
+        origin: Origin,
+        mut rest: Box<dyn Read + Send>,
+        is_file: bool,
+    ) -> Result<Self, Error> {
+        let mut head = Vec::new();
+        (&mut rest).take(HEAD as u64).read_to_end(&mut head).map_err(|e| origin.failed(e))?;
+        let whole = head.len() < HEAD;
+        Ok(Self { head, whole, rest, origin, is_file })
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.origin.path()
+    }
+
+    /// The first bytes, to tell the format by.
+    pub(crate) fn head(&self) -> &[u8] {
+        &self.head
+    }
+
+    /// The head, whether it is the whole, and what follows it.
+    pub(crate) fn into_parts(self) -> (Origin, Vec<u8>, bool, Box<dyn Read + Send>) {
+        (self.origin, self.head, self.whole, self.rest)
+    }
+
+    /// The bytes from front to back.
+    pub(crate) fn stream(self) -> (Origin, impl Read + Send + use<>) {
+        (self.origin, Cursor::new(self.head).chain(self.rest))
+    }
+
+    /// All bytes, in memory.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub(crate) fn bytes(mut self) -> Result<(Origin, Vec<u8>), Error> {
+        self.rest.read_to_end(&mut self.head).map_err(|e| self.origin.failed(e))?;
+        Ok((self.origin, self.head))
+    }
+
+    /// The bytes, to be read here and there.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub(crate) fn seekable(self) -> Result<(Origin, Seekable), Error> {
+        if !self.is_file {
+            let (origin, bytes) = self.bytes()?;
+            return Ok((origin, Seekable::Memory(Cursor::new(bytes))));
+        }
+        let file = File::open(self.path()).map_err(|e| self.origin.failed(e))?;
+        Ok((self.origin, Seekable::File(file)))
+    }
+}
+
+/// Bytes to be read here and there.
+pub(crate) enum Seekable {
+    File(File),
+    Memory(Cursor<Vec<u8>>),
+}
+
+impl Read for Seekable {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Self::File(file) => file.read(buffer),
+            Self::Memory(bytes) => bytes.read(buffer),
+        }
+    }
+}
+
+impl Seek for Seekable {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        match self {
+            Self::File(file) => file.seek(to),
+            Self::Memory(bytes) => bytes.seek(to),
+        }
+    }
+}
+
+/// Where bytes came from.
+pub(crate) struct Origin {
+    path: PathBuf,
+    raw: Hashed,
+    /// The archives around it, the outermost first.
+    unpacking: Vec<Arc<Unpacking>>,
+}
+
+impl Origin {
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub(crate) fn failed(&self, source: io::Error) -> Error {
+        Error::io(&self.path, source)
+    }
+
+    /// Whether an archive around it ends before its time.
+    pub(crate) fn is_cut(&self) -> bool {
+        self.unpacking.iter().any(|unpacking| unpacking.cut().is_some())
+    }
+
+    /// What is to be said of the archives around it, once all is read.
+    pub(crate) fn notes(&self) -> impl Iterator<Item = Note> + '_ {
+        self.unpacking.iter().filter_map(|unpacking| {
+            let (path, packing) = (self.path.clone(), unpacking.packing());
+            let (byte, reason) = unpacking.cut()?;
+            Some(Note::ArchiveCut { path, packing, byte, reason })
+        })
+    }
+
+    /// The file with its hash; reads whatever of it was not read yet.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub(crate) fn source(&self, format: String) -> Result<Source, Error> {
+        io::copy(&mut self.raw.clone(), &mut io::sink()).map_err(|e| self.failed(e))?;
+        let raw = self.raw.lock();
+        let digest = raw.hash.clone().finalize();
+        let packings = self.unpacking.iter().rev().map(|unpacking| unpacking.packing());
+        let format = packings.fold(format, |format, packing| format!("{format}, {packing}"));
+        let sha256 = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Source { path: self.path.clone(), bytes: raw.bytes, sha256, format })
+    }
+}
+
+/// The file's own bytes, hashed as they are read.
+pub(crate) struct Raw {
+    raw: Box<dyn Read + Send>,
+    hash: Sha256,
+    bytes: u64,
+}
+
+/// Shared by what reads and by the [`Origin`], which reads what others leave.
+#[derive(Clone)]
+pub(crate) struct Hashed(Arc<Mutex<Raw>>);
+
+impl Hashed {
+    /// How many bytes of the file were read so far.
+    pub(crate) fn passed(&self) -> u64 {
+        self.lock().bytes
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Raw> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Read for Hashed {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let mut raw = self.lock();
+        let read = raw.raw.read(buffer)?;
+        raw.hash.update(&buffer[..read]);
+        raw.bytes += read as u64;
+        Ok(read)
+    }
+}

@@ -1,0 +1,179 @@
+//! What a file is, told by its first bytes, never by its name; and which reader reads it.
+//!
+//! # To add a reader
+//! 1. `readers/NAME.rs` with `recognises(head: &[u8]) -> bool` and
+//!    `read(content: Content, options: &ReadOptions) -> Result<Log, Error>`. It takes the bytes by
+//!    [`Content::stream`], [`Content::seekable`] or [`Content::bytes`] and hands groups of samples
+//!    to an [`Assembly`](crate::assemble::Assembly), which sorts them, drops what is no number or
+//!    repeats a time, and makes the [`Log`]. A table goes through [`tabular`](crate::tabular).
+//! 2. A [`Format`] with its name, a line in [`Format::RECOGNISED`] and one in [`read`].
+//! 3. Tests in `tests/NAME.rs`: every channel against files that an independent writer makes by
+//!    `tests/reference/make_NAME.py` (see `tests/common/python.rs`), and errors and notes by their
+//!    whole text. Small files of the same script for `tests/robust/`, which damages them by the
+//!    thousand, and for `scripts/fuzz NAME`, which searches further.
+
+use crate::content::Content;
+use crate::grid::{self, Grid};
+use crate::readers::{
+    arrow_ipc, dataflash, gzip, hdf5, mat5, mcap, nmea, parquet, pd0, rosbag1, sqlite, text, tlog,
+    xlsx, zstd,
+};
+use crate::{Error, Log, ReadOptions};
+
+/// What a file is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Format {
+    Text,
+    Nmea,
+    Gzip,
+    Zstd,
+    Xlsx,
+    Parquet,
+    ArrowIpc,
+    Mcap,
+    Sqlite,
+    Rosbag1,
+    DataFlash,
+    Tlog,
+    Mat5,
+    Hdf5,
+    Pd0,
+    /// Known by its first bytes, and not read: what to call it.
+    Unsupported(&'static str),
+}
+
+/// Whether bytes are of a format, by the first of them.
+type Recognises = fn(&[u8]) -> bool;
+
+impl Format {
+    /// Every format that a reader recognises, in the order of asking.
+    const RECOGNISED: &'static [(Recognises, Self)] = &[
+        (gzip::recognises, Self::Gzip),
+        (zstd::recognises, Self::Zstd),
+        (xlsx::recognises, Self::Xlsx),
+        (parquet::recognises, Self::Parquet),
+        (arrow_ipc::recognises, Self::ArrowIpc),
+        (mcap::recognises, Self::Mcap),
+        (sqlite::recognises, Self::Sqlite),
+        (rosbag1::recognises, Self::Rosbag1),
+        (dataflash::recognises, Self::DataFlash),
+        (mat5::recognises, Self::Mat5),
+        (hdf5::recognises, Self::Hdf5),
+        (pd0::recognises, Self::Pd0),
+        (tlog::recognises, Self::Tlog),
+    ];
+
+    /// What the bytes are that start with `head`.
+    pub(crate) fn of(head: &[u8]) -> Self {
+        if let Some((_, format)) = Self::RECOGNISED.iter().find(|(is, _)| is(head)) {
+            return *format;
+        }
+        let stands = |at: usize, magic| head.get(at..).is_some_and(|rest| rest.starts_with(magic));
+        if let Some((_, _, name)) = MAGIC.iter().find(|(at, magic, _)| stands(*at, magic)) {
+            return Self::Unsupported(name);
+        }
+        let marked = encoding_rs::Encoding::for_bom(head).is_some();
+        match head {
+            _ if nmea::recognises(head) => Self::Nmea,
+            _ if !marked && is_binary(head) => Self::Unsupported("binary data"),
+            _ => Self::Text,
+        }
+    }
+
+    /// What people call it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Text => "a text table",
+            Self::Nmea => "NMEA 0183 sentences",
+            Self::Gzip => "a gzip archive",
+            Self::Zstd => "a zstd archive",
+            Self::Xlsx => "an Excel workbook (.xlsx)",
+            Self::Parquet => "a Parquet file",
+            Self::ArrowIpc => "an Arrow file",
+            Self::Mcap => "an MCAP file",
+            Self::Sqlite => "an SQLite database, perhaps a ROS 2 bag",
+            Self::Rosbag1 => "a ROS 1 bag",
+            Self::DataFlash => "an ArduPilot DataFlash log (.BIN)",
+            Self::Tlog => "a MAVLink telemetry log (.tlog)",
+            Self::Mat5 => "a MATLAB file",
+            Self::Hdf5 => "an HDF5 file or a MATLAB 7.3 file",
+            Self::Pd0 => "a Teledyne RDI PD0 file",
+            Self::Unsupported(name) => name,
+        }
+    }
+}
+
+/// Reads a log of any format.
+///
+/// # Errors
+/// [`Error::Binary`] of a format without a reader; those of the reader.
+pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
+    match Format::of(content.head()) {
+        Format::Text => text::read(content, options),
+        Format::Nmea => nmea::read(content, options),
+        Format::Gzip => gzip::read(content, options),
+        Format::Zstd => zstd::read(content, options),
+        Format::Xlsx => xlsx::read(content, options),
+        Format::Parquet => parquet::read(content, options),
+        Format::ArrowIpc => arrow_ipc::read(content, options),
+        Format::Mcap => mcap::read(content, options),
+        Format::Sqlite => sqlite::read(content, options),
+        Format::Rosbag1 => rosbag1::read(content, options),
+        Format::DataFlash => dataflash::read(content, options),
+        Format::Tlog => tlog::read(content, options),
+        Format::Mat5 => mat5::read(content, options),
+        Format::Hdf5 => hdf5::read(content, options),
+        Format::Pd0 => pd0::read(content, options),
+        Format::Unsupported(_) => Err(unsupported(&content)),
+    }
+}
+
+/// Reads a table of any format that has tables.
+///
+/// # Errors
+/// [`Error::Binary`] of a format without tables; those of the reader.
+pub(crate) fn table(content: Content) -> Result<Grid, Error> {
+    match Format::of(content.head()) {
+        Format::Text => grid::read(content, &mut |_| Ok(None)),
+        Format::Gzip => table(gzip::unpack(content)?),
+        Format::Zstd => table(zstd::unpack(content)?),
+        Format::Xlsx => xlsx::grid(content, None, &mut |_| Ok(None)),
+        Format::Parquet => parquet::grid(content, &mut |_| Ok(None)),
+        Format::ArrowIpc => arrow_ipc::grid(content, &mut |_| Ok(None)),
+        _ => Err(unsupported(&content)),
+    }
+}
+
+/// The error of a file that no reader reads.
+pub(crate) fn unsupported(content: &Content) -> Error {
+    let looks_like = Format::of(content.head()).name().to_owned();
+    Error::Binary { path: content.path().to_owned(), looks_like }
+}
+
+/// Bytes of other formats that people take for logs, where these stand, and what to call them.
+const MAGIC: &[(usize, &[u8], &str)] = &[
+    (30, b"mimetypeapplication/vnd.oasis", "an OpenDocument file"),
+    (0, b"PK\x03\x04", "a zip archive (unpack it first)"),
+    (0, b"\xd0\xcf\x11\xe0", "an Excel workbook of the old kind (.xls) or with a password"),
+    (0, b"CDF\x01", "a NetCDF file"),
+    (0, b"CDF\x02", "a NetCDF file"),
+    (0, b"CDF\x05", "a NetCDF file"),
+    (0, b"ULog\x01\x12\x35", "a PX4 ULog"),
+    (0, b"\x93NUMPY", "a NumPy array"),
+    (0, b"BZh", "a bzip2 archive (unpack it first)"),
+    (0, b"\xfd7zXZ", "an xz archive (unpack it first)"),
+    (0, b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive (unpack it first)"),
+    (257, b"ustar", "a tar archive (unpack it first)"),
+    (0, b"FEA1", "a Feather file of version 1"),
+    (0, b"%PDF", "a PDF document"),
+];
+
+/// Whether bytes are no text: a NUL, or more control characters than any text has.
+pub(crate) fn is_binary(head: &[u8]) -> bool {
+    /// How far control characters are counted.
+    const LOOK: usize = 8 * 1024;
+    let start = &head[..head.len().min(LOOK)];
+    let is_control = |b: u8| b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c) || b == 0x7f;
+    let control = start.iter().filter(|&&b| is_control(b)).count();
+    start.contains(&0) || 50 * control > start.len()
+}

@@ -1,0 +1,109 @@
+//! Apache Parquet files.
+
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+
+use bytes::Bytes;
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::{ArrowReaderMetadata, ParquetRecordBatchReaderBuilder};
+use parquet::basic::Compression;
+use parquet::file::metadata::ParquetMetaData;
+use parquet::file::reader::ChunkReader;
+
+use crate::content::{Content, Origin, Seekable};
+use crate::grid::{ChooseTime, Grid};
+use crate::guard::guarded;
+use crate::note::Note;
+use crate::readers::columnar::Columnar;
+use crate::readers::parquet_pages::sound_groups;
+use crate::{Error, Log, ReadOptions, tabular};
+
+/// What messages call the format.
+const FORMAT: &str = "a Parquet file";
+
+/// What stands at both ends of a file.
+const MAGIC: &[u8] = b"PAR1";
+
+/// Whether bytes start like a Parquet file.
+pub(crate) fn recognises(head: &[u8]) -> bool {
+    head.starts_with(MAGIC)
+}
+
+/// Reads a Parquet file.
+///
+/// # Errors
+/// Those of [`grid`]; of time: see [`tabular::read`].
+pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
+    let path = content.path().to_owned();
+    tabular::read(&path, options, |choose_time| grid(content, choose_time))
+}
+
+/// Reads the table in a Parquet file.
+///
+/// # Errors
+/// [`Error::Damaged`], also of a file that is cut off, whose index is at its end;
+/// [`Error::Unsupported`], [`Error::TooMuch`]; those of `choose_time`.
+pub(crate) fn grid(content: Content, choose_time: ChooseTime<'_>) -> Result<Grid, Error> {
+    let (origin, mut file) = content.seekable()?;
+    let failed = |error| origin.failed(error);
+    let mut end = [0; MAGIC.len()];
+    let size = file.seek(SeekFrom::End(0)).map_err(failed)?;
+    file.seek(SeekFrom::End(-(MAGIC.len() as i64))).map_err(failed)?;
+    file.read_exact(&mut end).map_err(failed)?;
+    if end != MAGIC {
+        let found = "it is cut off, and the index at its end is lost".to_owned();
+        return Err(Error::Damaged { path: origin.path().to_owned(), format: FORMAT, found });
+    }
+    match file {
+        Seekable::File(file) => chunks(file, size, origin, choose_time),
+        Seekable::Memory(bytes) => {
+            chunks(Bytes::from(bytes.into_inner()), size, origin, choose_time)
+        }
+    }
+}
+
+fn chunks(
+    chunks: impl ChunkReader + 'static,
+    size: u64,
+    origin: Origin,
+    choose_time: ChooseTime<'_>,
+) -> Result<Grid, Error> {
+    let path = &origin.path().to_owned();
+    let metadata =
+        guarded(path, FORMAT, || ArrowReaderMetadata::load(&chunks, Default::default()))?;
+    check_compression(metadata.metadata(), path)?;
+    let groups = metadata.metadata().num_row_groups();
+    let sound =
+        guarded(path, FORMAT, || Ok::<_, Error>(sound_groups(&chunks, metadata.metadata(), size)))?;
+    if sound == 0 && groups > 0 {
+        let found = "the headers of its pages are damaged".to_owned();
+        return Err(Error::Damaged { path: path.to_owned(), format: FORMAT, found });
+    }
+    let mut table = Columnar::new(metadata.schema().fields(), path, size, choose_time)?;
+    let fields = table.fields();
+    let mask = ProjectionMask::roots(metadata.parquet_schema(), fields.iter().copied());
+    let reader = ParquetRecordBatchReaderBuilder::new_with_metadata(chunks, metadata);
+    let reader = reader.with_projection(mask).with_row_groups((0..sound).collect());
+    let batches = guarded(path, FORMAT, || reader.build())?;
+    table.take_all(batches, &fields, FORMAT)?;
+    let mut grid = table.into_grid(origin, "Parquet");
+    if sound < groups {
+        let (path, first_row) = (path.to_owned(), grid.rows as u64 + 1);
+        let reason = "the headers of their pages are damaged".to_owned();
+        grid.notes.push(Note::UnreadableRows { path, first_row, reason });
+    }
+    Ok(grid)
+}
+
+fn check_compression(metadata: &ParquetMetaData, path: &Path) -> Result<(), Error> {
+    let groups = metadata.row_groups().iter();
+    let mut compressions = groups.flat_map(|group| group.columns()).map(|c| c.compression());
+    let unread = |c: &Compression| matches!(c, Compression::BROTLI(_) | Compression::LZO);
+    let Some(compression) = compressions.find(unread) else { return Ok(()) };
+    Err(Error::Unsupported {
+        path: path.to_owned(),
+        format: FORMAT,
+        detail: format!("with {compression} compression"),
+        advice: "write it with zstd, snappy, gzip or lz4",
+    })
+}

@@ -1,0 +1,27 @@
+//! Zstandard archives of any log.
+
+use zstd::stream::read::Decoder;
+
+use crate::content::Content;
+use crate::{Error, Log, ReadOptions, format};
+
+/// Whether bytes start like a zstd archive.
+pub(crate) fn recognises(head: &[u8]) -> bool {
+    head.starts_with(b"\x28\xb5\x2f\xfd")
+}
+
+/// What a zstd archive holds.
+///
+/// # Errors
+/// As [`Content::unpack`].
+pub(crate) fn unpack(content: Content) -> Result<Content, Error> {
+    content.unpack("zstd", |packed| Ok(Box::new(Decoder::with_buffer(packed)?)))
+}
+
+/// Reads the log in a zstd archive.
+///
+/// # Errors
+/// Those of [`unpack`], and of the format within.
+pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
+    format::read(unpack(content)?, options)
+}

@@ -1,0 +1,130 @@
+//! From a table to a log: its time column, its rows in order, its channels.
+
+use std::path::Path;
+
+use crate::assemble::Assembly;
+use crate::column::Column;
+use crate::grid::{ChooseTime, Grid};
+use crate::log::Log;
+use crate::note::Note;
+use crate::order::{Order, Times};
+use crate::time::{self, Chosen};
+use crate::{Error, ReadOptions};
+
+/// Reads a table as a log; `read_grid` reads it, asking which column is time.
+///
+/// # Errors
+/// [`Error::NoTime`], [`Error::NoChannel`] for a column that `options` name, [`Error::TimeUnit`],
+/// [`Error::TimeNotReadable`], [`Error::TimeGoesBackwards`], [`Error::TooFewRows`]; those of
+/// `read_grid`.
+pub(crate) fn read(
+    path: &Path,
+    options: &ReadOptions,
+    read_grid: impl FnOnce(ChooseTime<'_>) -> Result<Grid, Error>,
+) -> Result<Log, Error> {
+    let mut chosen: Option<Chosen> = None;
+    let mut grid = read_grid(&mut |headings| {
+        if options.equal_sampling_hz.is_none() {
+            chosen = Some(time::choose(options.time.as_ref(), headings, path)?);
+        }
+        Ok(chosen.as_ref().map(|chosen| chosen.index))
+    })?;
+    let times = match chosen {
+        Some(chosen) => row_times(&mut grid, chosen, options, path)?,
+        None => equal_times(grid.rows, options, path)?,
+    };
+    assemble(grid, &times, options)
+}
+
+fn assemble(grid: Grid, times: &Times, options: &ReadOptions) -> Result<Log, Error> {
+    let path = grid.origin.path().to_owned();
+    let mut assembly = Assembly::new(grid.origin, options);
+    grid.notes.into_iter().for_each(|note| assembly.note(note));
+    for column in grid.columns.into_iter().filter(|column| !column.is_margin()) {
+        column.note(&path, grid.rows).into_iter().for_each(|note| assembly.note(note));
+        assembly.column(times, grid.rows, column);
+    }
+    grid.left_out.into_iter().for_each(|(column, why)| assembly.leave_out(column, why));
+    assembly.table(grid.format)
+}
+
+/// Takes the time column out of a grid, and notes what is odd about it.
+fn row_times(
+    grid: &mut Grid,
+    chosen: Chosen,
+    options: &ReadOptions,
+    path: &Path,
+) -> Result<Times, Error> {
+    let Column { samples, text, .. } = grid.columns.remove(chosen.index);
+    if samples.values.is_empty() && grid.rows > 0 {
+        let (line, text) = text.map_or((grid.lines.of(0), String::new()), |t| (t.line, t.text));
+        let (path, column) = (path.to_owned(), chosen.column);
+        return Err(Error::TimeNotReadable { path, column, line, text });
+    }
+    // A date-time is in seconds already, whatever unit the header states.
+    let scale = if grid.stamped { 1.0 } else { chosen.seconds.unwrap_or(1.0) };
+    let mut time_s = samples.dense(grid.rows);
+    for time in &mut time_s {
+        *time = *time * scale + options.offset_s;
+    }
+    let (times, period_s) = order(&time_s, grid, path)?;
+    let (path, column) = (path.to_owned(), chosen.column);
+    if !chosen.others.is_empty() {
+        let (path, column, others) = (path.clone(), column.clone(), chosen.others);
+        grid.notes.push(Note::TimeChosen { path, column, others });
+    }
+    if chosen.seconds.is_none() && !grid.stamped {
+        grid.notes.push(Note::TimeUnitAssumed { path, column, period_s });
+    }
+    Ok(times)
+}
+
+/// Judges the times of the rows: what is late, repeated or absent is noted. Gives the median
+/// period too, s.
+fn order(time_s: &[f64], grid: &mut Grid, path: &Path) -> Result<(Times, f64), Error> {
+    let lines = &grid.lines;
+    let order = Order::of(time_s).map_err(|reset| Error::TimeGoesBackwards {
+        path: path.to_owned(),
+        line: lines.of(reset.row),
+        from_s: reset.from_s,
+        to_s: reset.to_s,
+    })?;
+    let path = path.to_owned();
+    if let Some(odd) = order.timeless {
+        let (path, count, first_line) = (path.clone(), odd.count, lines.of(odd.row));
+        grid.notes.push(Note::MissingTime { path, count, first_line });
+    }
+    if let Some((odd, backwards_by_s)) = order.late {
+        let (path, count, first_line) = (path.clone(), odd.count, lines.of(odd.row));
+        grid.notes.push(Note::OutOfOrder { path, count, first_line, backwards_by_s });
+    }
+    if let Some(odd) = order.repeated {
+        let (path, rows, count, first_line) =
+            (path.clone(), grid.rows, odd.count, lines.of(odd.row));
+        grid.notes.push(Note::RepeatedTime { path, count, rows, first_line });
+    }
+    match order.period_s {
+        Some(period_s) => Ok((order.times, period_s)),
+        None => Err(Error::TooFewRows { path, rows: order.distinct, needed: NEEDED }),
+    }
+}
+
+/// Fewer rows make no interval.
+const NEEDED: usize = 2;
+
+fn equal_times(rows: usize, options: &ReadOptions, path: &Path) -> Result<Times, Error> {
+    let rate = options.equal_sampling_hz.expect("a time column is chosen unless a rate is given");
+    if rows < NEEDED {
+        return Err(Error::TooFewRows { path: path.to_owned(), rows, needed: NEEDED });
+    }
+    let times: Vec<f64> = (0..rows).map(|row| row as f64 / rate + options.offset_s).collect();
+    if times.windows(2).all(|w| w[0] < w[1]) && times[rows - 1].is_finite() {
+        return Ok(Times::Clean(times.into()));
+    }
+    Err(Error::Option {
+        path: path.to_owned(),
+        option: "the sampling rate",
+        found: rate.to_string(),
+        expected: "such that rows differ in time",
+    })
+}

@@ -1,0 +1,114 @@
+//! What archives hold, as far as it can be had.
+
+use std::fmt;
+use std::io::{self, Read};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::content::Hashed;
+
+/// An archive may hold so much, however small it is,
+const ALWAYS: u64 = 16 << 20;
+/// and so many times its own size: tables compress to a tenth, zeros to a thousandth.
+const TIMES: u64 = 200;
+
+/// The most that may be unpacked of so many bytes.
+pub(crate) fn limit(packed: u64) -> u64 {
+    ALWAYS.saturating_add(packed.saturating_mul(TIMES))
+}
+
+/// An archive holds more than [`limit`].
+#[derive(Debug)]
+pub(crate) struct TooMuch {
+    /// How many bytes were unpacked,
+    pub(crate) unpacked: u64,
+    /// of how many.
+    pub(crate) packed: u64,
+}
+
+impl fmt::Display for TooMuch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} bytes unpack to more than {}", self.packed, self.unpacked)
+    }
+}
+
+impl std::error::Error for TooMuch {}
+
+/// How unpacking ended, for those who did not do it.
+pub(crate) struct Unpacking {
+    packing: &'static str,
+    cut: Mutex<Option<(u64, String)>>,
+}
+
+impl Unpacking {
+    /// What the archive is: "gzip".
+    pub(crate) fn packing(&self) -> &'static str {
+        self.packing
+    }
+
+    /// Where in what the archive holds it ended before its time, and why.
+    pub(crate) fn cut(&self) -> Option<(u64, String)> {
+        self.cut.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// What an archive holds; damage ends it, and is remembered.
+pub(crate) struct Unpacked {
+    unpacker: Option<Box<dyn Read + Send>>,
+    raw: Hashed,
+    bytes: u64,
+    state: Arc<Unpacking>,
+}
+
+impl Unpacked {
+    pub(crate) fn new(
+        packing: &'static str,
+        raw: Hashed,
+        unpacker: io::Result<Box<dyn Read + Send>>,
+    ) -> (Self, Arc<Unpacking>) {
+        let state = Arc::new(Unpacking { packing, cut: Mutex::new(None) });
+        let mut unpacked = Self { unpacker: None, raw, bytes: 0, state: Arc::clone(&state) };
+        match unpacker {
+            Ok(unpacker) => unpacked.unpacker = Some(unpacker),
+            Err(error) => unpacked.end(&error),
+        }
+        (unpacked, state)
+    }
+
+    fn end(&mut self, error: &io::Error) {
+        self.unpacker = None;
+        let reason = match error.kind() {
+            io::ErrorKind::UnexpectedEof => "is cut off".to_owned(),
+            _ => format!("is damaged ({error})"),
+        };
+        let mut cut = self.state.cut.lock().unwrap_or_else(PoisonError::into_inner);
+        *cut = Some((self.bytes, reason));
+    }
+}
+
+impl Read for Unpacked {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let Some(unpacker) = &mut self.unpacker else { return Ok(0) };
+        let read = match unpacker.read(buffer) {
+            Ok(read) => read,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => return Err(error),
+            // Of an archive within, or of the disk.
+            Err(error) if is_too_much(&error) || error.raw_os_error().is_some() => {
+                return Err(error);
+            }
+            Err(error) => {
+                self.end(&error);
+                return Ok(0);
+            }
+        };
+        self.bytes += read as u64;
+        let packed = self.raw.passed();
+        if self.bytes > limit(packed) {
+            return Err(io::Error::other(TooMuch { unpacked: self.bytes, packed }));
+        }
+        Ok(read)
+    }
+}
+
+fn is_too_much(error: &io::Error) -> bool {
+    error.get_ref().is_some_and(|inner| inner.is::<TooMuch>())
+}

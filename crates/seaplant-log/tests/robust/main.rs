@@ -1,0 +1,11 @@
+//! Readers stand whatever a file holds: see `harness.rs`.
+#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod harness;
+
+mod arrow;
+mod packed;
+mod text;
+mod xlsx;
