@@ -6,5 +6,6 @@ mod common;
 mod harness;
 
 mod packed;
+mod pd0;
 mod text;
 mod xlsx;
