@@ -5,6 +5,7 @@
 mod common;
 mod harness;
 
+mod matlab;
 mod packed;
 mod pd0;
 mod text;
