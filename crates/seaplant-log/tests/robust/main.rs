@@ -6,6 +6,7 @@ mod common;
 mod harness;
 
 mod matlab;
+mod nmea;
 mod packed;
 mod pd0;
 mod text;
