@@ -194,3 +194,36 @@ fn what_is_no_matlab_file_after_all_is_refused() {
         "{message}"
     );
 }
+
+#[test]
+fn files_that_matlab_wrote_are_read_as_scipy_has_them() {
+    let Some(made) = made("matlab") else { return };
+    let equal = ReadOptions { equal_sampling_hz: Some(1.0), ..ReadOptions::default() };
+    for kind in ["double", "matrix"] {
+        for version in ["6.1_SOL2", "6.5.1_GLNX86", "7.1_GLNX86", "7.4_GLNX86"] {
+            let name = format!("test{kind}_{version}.mat");
+            let log = read(&made.file(&name), &equal).unwrap_or_else(|error| panic!("{error}"));
+            made.agrees(&name, &log, 0.0);
+        }
+    }
+    // By MATLAB 7.4, of 2007, in an early form of HDF5 that the library does not know.
+    let message = failure(&made.file("testhdf5_7.4_GLNX86.mat"));
+    assert!(message.contains("\"testdouble\" is damaged, or stored in a way of HDF5"), "{message}");
+}
+
+#[test]
+fn what_a_file_holds_in_place_of_numbers_is_told() {
+    let Some(made) = made("matlab") else { return };
+    assert_eq!(
+        failure(&made.file("table.mat")),
+        "table.mat is a file of arrays without a series of numbers (\"trials\" is an object, such \
+         as a table, timetable, datetime or string: save its columns as arrays of numbers, times by \
+         posixtime or seconds), which is not read; save each series as an array of numbers, with \
+         one of times beside it"
+    );
+    let message = failure(&made.file("datetime.mat"));
+    assert!(
+        message.contains("without a vector of times (\"t\" is an object, such as a table"),
+        "{message}"
+    );
+}

@@ -17,9 +17,15 @@ use crate::{Error, Log, ReadOptions, Unit};
 /// What messages call the format.
 const FORMAT: &str = "an HDF5 file or a MATLAB 7.3 file";
 
-/// Whether bytes start like an HDF5 file.
+const UNREADABLE: &str = "is damaged, or stored in a way of HDF5 that is not known: save it again, by \
+     a later version of MATLAB or with -v7";
+
+/// Whether bytes start like an HDF5 file, which may have a block of another kind in front:
+/// MATLAB's is of 512 bytes.
 pub(crate) fn recognises(head: &[u8]) -> bool {
-    head.starts_with(b"\x89HDF\r\n\x1a\n") || head.starts_with(b"MATLAB 7.3")
+    const MARK: &[u8] = b"\x89HDF\r\n\x1a\n";
+    let marked = |at: usize| head.get(at..).is_some_and(|rest| rest.starts_with(MARK));
+    [0, 512, 1024, 2048].into_iter().any(marked) || head.starts_with(b"MATLAB 7.3")
 }
 
 /// Reads an HDF5 file.
@@ -86,15 +92,21 @@ impl<'a> Walk<'a> {
             _ => format!("{name}.{member}"),
         };
         for (name, dataset) in group.iter_datasets()? {
-            if self.may_look() {
-                self.dataset(&dataset, member(name))?;
+            let name = member(name);
+            // Of one that is damaged, the others may be whole.
+            if self.may_look() && self.dataset(&dataset, &name).is_err() {
+                self.workspace.leave_out(name, UNREADABLE);
             }
         }
         for (name, group) in group.iter_groups()?.filter(|(name, _)| !is_hidden(name)) {
             if !self.may_look() {
                 break;
             }
-            let (name, attributes) = (member(name), group.attrs()?);
+            let name = member(name);
+            let Ok(attributes) = group.attrs() else {
+                self.workspace.leave_out(name, UNREADABLE);
+                continue;
+            };
             let class = text(&attributes, "MATLAB_class");
             if attributes.contains_key("MATLAB_sparse") {
                 self.workspace.leave_out(name, SPARSE);
@@ -102,8 +114,8 @@ impl<'a> Walk<'a> {
                 self.workspace.leave_out(name, why);
             } else if depth == DEEPEST {
                 self.workspace.leave_out(name, DEEP);
-            } else {
-                self.group(&group, &name, depth + 1)?;
+            } else if self.group(&group, &name, depth + 1).is_err() {
+                self.workspace.leave_out(name, UNREADABLE);
             }
         }
         Ok(())
@@ -114,7 +126,7 @@ impl<'a> Walk<'a> {
         self.objects > 0
     }
 
-    fn dataset(&mut self, dataset: &Dataset, name: String) -> Result<(), hdf5_pure::Error> {
+    fn dataset(&mut self, dataset: &Dataset, name: &str) -> Result<(), hdf5_pure::Error> {
         let attributes = dataset.attrs()?;
         let class = text(&attributes, "MATLAB_class");
         let kind = dataset.dtype()?;
@@ -130,7 +142,7 @@ impl<'a> Walk<'a> {
             some => some,
         };
         if let Some(why) = why {
-            self.workspace.leave_out(name, why);
+            self.workspace.leave_out(name.to_owned(), why);
             return Ok(());
         }
         let values = match is_mask {
@@ -144,11 +156,11 @@ impl<'a> Walk<'a> {
             // MATLAB turns the dimensions round, so that columns are what lies together.
             Some(_) => {
                 let shape: Vec<usize> = shape.into_iter().rev().collect();
-                self.workspace.add(name, unit, &shape, values);
+                self.workspace.add(name.to_owned(), unit, &shape, values);
             }
             None => {
                 let values = column_after_column(&shape, values);
-                self.workspace.add(name, unit, &shape, values);
+                self.workspace.add(name.to_owned(), unit, &shape, values);
             }
         }
         Ok(())

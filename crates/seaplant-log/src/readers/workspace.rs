@@ -140,7 +140,8 @@ impl Workspace {
     ///
     /// # Errors
     /// [`Error::NoTime`], [`Error::NoSamples`], [`Error::TimeUnit`], [`Error::NoChannel`] for a
-    /// vector that `options` name.
+    /// vector that `options` name; [`Error::Unsupported`] where all, or perhaps time, is in what is
+    /// left out.
     pub(crate) fn log(
         mut self,
         mut assembly: Assembly,
@@ -148,6 +149,9 @@ impl Workspace {
         path: &Path,
         format: &str,
     ) -> Result<Log, Error> {
+        if self.arrays.is_empty() && !self.left_out.is_empty() {
+            return Err(self.unsupported("series of numbers", path, |_| true));
+        }
         if let Some(rate) = options.equal_sampling_hz {
             self.sample_equally(rate, &mut assembly);
         } else {
@@ -195,7 +199,10 @@ impl Workspace {
             let scope = self.arrays[named.index].scope().to_owned();
             chosen.insert(scope, Chosen { index: named.index, ..named.clone() });
         }
-        if chosen.is_empty() && !self.arrays.is_empty() {
+        if chosen.is_empty() && self.left_out.iter().any(|(_, why)| *why == OBJECT) {
+            return Err(self.unsupported("vector of times", path, |why| why == OBJECT));
+        }
+        if chosen.is_empty() {
             let columns = self.arrays.iter().map(|array| array.name.clone()).collect();
             return Err(Error::NoTime { path: path.to_owned(), columns });
         }
@@ -228,6 +235,17 @@ impl Workspace {
             assembly.group(Group { name: base.name, time_s: base.time_s, columns });
         }
         Ok(())
+    }
+
+    /// The error of a file that lacks something, which may be in what is left out.
+    fn unsupported(&self, lacks: &str, path: &Path, may_be: impl Fn(&str) -> bool) -> Error {
+        /// How many variables a message tells of.
+        const TOLD: usize = 3;
+        let found = self.left_out.iter().filter(|(_, why)| may_be(why)).take(TOLD);
+        let found: Vec<String> = found.map(|(name, why)| format!("{name:?} {why}")).collect();
+        let detail = format!("without a {lacks} ({})", found.join("; "));
+        let advice = "save each series as an array of numbers, with one of times beside it";
+        Error::Unsupported { path: path.to_owned(), format: "a file of arrays", detail, advice }
     }
 
     /// The vector that the user calls time.

@@ -4,6 +4,7 @@
 """
 
 import pathlib
+import shutil
 import struct
 import sys
 
@@ -175,6 +176,25 @@ def main():
     matlab_73(folder / "v73.mat", {**held, "vehicle": "Bolt"})
     expect(expected, "v73.mat", channels)
     matlab_73(folder / "seed73.mat", {"t": np.arange(6.0), "u": np.ones((6, 2)), "nav": {"time": np.arange(300.0), "u": np.arange(300.0)}})
+
+    # What MATLAB itself wrote long ago, from SciPy's own tests.
+    tests = pathlib.Path(scipy.io.__file__).parent / "matlab/tests/data"
+    for path in [*tests.glob("testdouble_[67]*"), *tests.glob("testmatrix_[67]*"), *tests.glob("testhdf5*")]:
+        shutil.copy(path, folder)
+        if path.name.startswith("testhdf5"):
+            continue
+        held = {k: v for k, v in scipy.io.loadmat(path).items() if not k.startswith("__")}
+        for column, value in held.items():
+            if 1 in value.shape:
+                expected.channel(path.name, column, range(value.size), value.ravel())
+                continue
+            for k in range(value.shape[1]):
+                expected.channel(path.name, f"{column}(:,{k + 1})", range(value.shape[0]), value[:, k])
+    for name, columns in [("table.mat", ["trials"]), ("datetime.mat", ["t", "u"])]:
+        with h5py.File(folder / name, "w", userblock_size=512) as file:
+            for column in columns:
+                data = file.create_dataset(column, data=np.ones((1, 6), "f8" if column == "u" else "u4"))
+                data.attrs["MATLAB_class"] = np.bytes_({"t": "datetime", "u": "double"}.get(column, "table"))
 
     # Not MATLAB's: groups of columns, with units, in the order of C.
     times = np.arange(40) / 4
