@@ -104,6 +104,21 @@ fn time_is_had_by_any_name() {
 }
 
 #[test]
+fn time_may_be_a_column_of_a_matrix() {
+    let Some(made) = made("matlab") else { return };
+    let path = made.file("matrix.mat");
+    assert!(failure(&path).ends_with("the columns are \"log(:,1)\", \"nav.rows(:,1)\""));
+    let log = read(&path, &options("log(:,1)", Some("s"))).unwrap();
+    made.agrees("matrix.mat", &log, 0.0);
+    assert_eq!(
+        notes(&log),
+        ["matrix.mat: \"nav.rows\" is not as long as its vector of times; left out"]
+    );
+    let log = read(&path, &options("nav.rows(1,:)", Some("s"))).unwrap();
+    made.agrees("matrix.mat/rows", &log, 0.0);
+}
+
+#[test]
 fn days_of_the_calendar_are_seconds_since_1970() {
     let Some(made) = made("matlab") else { return };
     let log = open(&made.file("days.mat"));

@@ -62,6 +62,33 @@ impl Array {
         }
     }
 
+    /// A column or row of a matrix by its name, `log(:,1)` or `log(1,:)`.
+    fn part(&self, name: &str) -> Option<Self> {
+        let place = name.strip_prefix(&self.name)?.strip_prefix('(')?.strip_suffix(')')?;
+        let (row, column) = place.split_once(',')?;
+        let within = |text: &str, count: usize| {
+            text.trim().parse::<usize>().ok()?.checked_sub(1).filter(|k| *k < count)
+        };
+        let values: Vec<f64> = match (row.trim(), column.trim()) {
+            (":", column) => {
+                let k = within(column, self.columns)?;
+                self.values[k * self.rows..][..self.rows].to_vec()
+            }
+            (row, ":") => {
+                let k = within(row, self.rows)?;
+                self.values[k..].iter().step_by(self.rows).copied().collect()
+            }
+            _ => return None,
+        };
+        let (rows, unit) = (values.len(), self.unit.clone());
+        Some(Self { name: name.to_owned(), unit, rows, columns: 1, values })
+    }
+
+    /// What it can be called as time: of a matrix, its first column.
+    fn as_time(&self) -> String {
+        if self.is_vector() { self.name.clone() } else { format!("{}(:,1)", self.name) }
+    }
+
     /// The columns that it makes, one number for each of so many times; of a square matrix, its
     /// columns.
     fn into_columns(self, times: usize) -> Vec<Column> {
@@ -117,6 +144,7 @@ impl Workspace {
             0 => EMPTY,
             1 => "is a single number",
             _ if third.is_some() => "has more than two dimensions",
+            count if rows.checked_mul(columns) != Some(count) => "holds fewer numbers than it says",
             _ if rows.min(columns) > MOST_COLUMNS => "has too many columns for channels",
             _ => return self.arrays.push(Array { name, unit, rows, columns, values }),
         };
@@ -203,7 +231,7 @@ impl Workspace {
             return Err(self.unsupported("vector of times", path, |why| why == OBJECT));
         }
         if chosen.is_empty() {
-            let columns = self.arrays.iter().map(|array| array.name.clone()).collect();
+            let columns = self.arrays.iter().map(Array::as_time).collect();
             return Err(Error::NoTime { path: path.to_owned(), columns });
         }
         let fallback = named.map(|named| self.arrays[named.index].scope().to_owned());
@@ -229,7 +257,9 @@ impl Workspace {
                 continue;
             };
             let (base, columns) = bases.get_mut(&scope).expect("it was found there");
-            columns.extend(array.into_columns(base.time_s.len()));
+            let found = array.into_columns(base.time_s.len()).into_iter();
+            // A column that is time by name is no channel, too.
+            columns.extend(found.filter(|column| column.heading.column != base.name));
         }
         for (base, columns) in bases.into_values() {
             assembly.group(Group { name: base.name, time_s: base.time_s, columns });
@@ -248,9 +278,13 @@ impl Workspace {
         Error::Unsupported { path: path.to_owned(), format: "a file of arrays", detail, advice }
     }
 
-    /// The vector that the user calls time.
-    fn named(&self, options: &ReadOptions, path: &Path) -> Result<Option<Chosen>, Error> {
+    /// The vector that the user calls time, or the column of a matrix.
+    fn named(&mut self, options: &ReadOptions, path: &Path) -> Result<Option<Chosen>, Error> {
         let Some(wanted) = &options.time else { return Ok(None) };
+        let matrices = self.arrays.iter().filter(|array| !array.is_vector());
+        if let Some(part) = matrices.filter_map(|array| array.part(wanted.column.trim())).next() {
+            self.arrays.push(part);
+        }
         let vectors = || self.arrays.iter().enumerate().filter(|(_, array)| array.is_vector());
         let headings: Vec<Heading> =
             vectors().map(|(_, array)| heading(array, &array.name)).collect();

@@ -80,6 +80,11 @@ def version_5(folder, expected):
     days = clock / 86400 + 719529
     scipy.io.savemat(folder / "days.mat", {"time": days, "u": clock * 2})
     expect(expected, "days.mat", [("u", clock, clock * 2)])
+    table = np.column_stack([clock, RANDOM.normal(size=(50, 2))])
+    rows = np.vstack([np.arange(70.0), RANDOM.normal(size=(2, 70))])
+    scipy.io.savemat(folder / "matrix.mat", {"log": table, "nav": {"rows": rows}})
+    expect(expected, "matrix.mat", [(f"log(:,{k})", clock, table[:, k - 1]) for k in (2, 3)])
+    expect(expected, "matrix.mat/rows", [(f"nav.rows({k},:)", rows[0], rows[k - 1]) for k in (2, 3)])
     even = {"u": np.arange(8.0), "v": np.arange(8.0) + 1, "w": np.ones((8, 2)), "odd": np.arange(9.0)}
     scipy.io.savemat(folder / "even.mat", even)
     equal = np.arange(8) / 4

@@ -11,6 +11,8 @@ fn matlab_files_of_version_5() {
     for (name, file) in [("mat5", "seed5.mat"), ("mat7", "seed7.mat")] {
         let seed = std::fs::read(made.file(file)).unwrap();
         hammer(name, &seed, &ReadOptions::default(), Limits::default(), |_| {});
+        let equal = ReadOptions { equal_sampling_hz: Some(10.0), ..ReadOptions::default() };
+        hammer(name, &seed, &equal, Limits::default(), |_| {});
     }
 }
 
