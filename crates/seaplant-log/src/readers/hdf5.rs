@@ -137,32 +137,23 @@ impl<'a> Walk<'a> {
             _ if is_mask => None,
             _ => not_numbers(&kind),
         };
-        let why = match why {
-            None => self.too_much(dataset)?,
-            some => some,
-        };
+        let why = if why.is_none() { self.too_much(dataset)? } else { why };
         if let Some(why) = why {
             self.workspace.leave_out(name.to_owned(), why);
             return Ok(());
         }
-        let values = match is_mask {
+        let mut values = match is_mask {
             true => dataset.read_raw()?.into_iter().map(f64::from).collect(),
             false => dataset.read_f64()?,
         };
-        let shape: Vec<usize> =
-            dataset.shape()?.into_iter().map(|length| length as usize).collect();
-        let unit = text(&attributes, "units").and_then(Unit::find);
+        let mut shape: Vec<usize> = dataset.shape()?.into_iter().map(|n| n as usize).collect();
         match class {
             // MATLAB turns the dimensions round, so that columns are what lies together.
-            Some(_) => {
-                let shape: Vec<usize> = shape.into_iter().rev().collect();
-                self.workspace.add(name.to_owned(), unit, &shape, values);
-            }
-            None => {
-                let values = column_after_column(&shape, values);
-                self.workspace.add(name.to_owned(), unit, &shape, values);
-            }
+            Some(_) => shape.reverse(),
+            None => values = column_after_column(&shape, values),
         }
+        let unit = text(&attributes, "units").and_then(Unit::find);
+        self.workspace.add(name.to_owned(), unit, &shape, values);
         Ok(())
     }
 

@@ -95,6 +95,19 @@ struct Gap {
     cut: Option<u64>,
 }
 
+impl Gap {
+    /// Passes over `bytes`, which start at `at` in the file, up to where an ensemble may start.
+    fn pass(&mut self, bytes: &[u8], at: u64) -> usize {
+        if self.cut.is_none() && ensemble::is_cut(bytes) {
+            self.cut = Some(at);
+        }
+        let next = ensemble::marks(&bytes[1..]).next().map_or(bytes.len(), |next| next + 1);
+        self.binary |= format::is_binary(&bytes[..next]);
+        self.bytes += next as u64;
+        next
+    }
+}
+
 /// Hands over every whole ensemble in turn.
 fn walk(
     stream: impl Read,
@@ -115,13 +128,7 @@ fn walk(
             take(&ensemble);
             ensemble.size()
         } else {
-            if gap.cut.is_none() && ensemble::is_cut(bytes) {
-                gap.cut = Some(at);
-            }
-            let next = ensemble::marks(&bytes[1..]).next().map_or(bytes.len(), |next| next + 1);
-            gap.binary |= format::is_binary(&bytes[..next]);
-            gap.bytes += next as u64;
-            next
+            gap.pass(bytes, at)
         };
         window.pass(passed);
     }

@@ -116,12 +116,14 @@ pub(crate) struct Workspace {
     left_out: Vec<(String, &'static str)>,
 }
 
-/// A vector of times, and what its numbers count.
+/// A vector of times.
 struct Base {
     /// Which array it is.
     array: usize,
     name: String,
     time_s: Vec<f64>,
+    /// What is as long.
+    columns: Vec<Column>,
 }
 
 impl Workspace {
@@ -221,11 +223,48 @@ impl Workspace {
         path: &Path,
         assembly: &mut Assembly,
     ) -> Result<(), Error> {
-        let mut chosen = self.recognise(path, assembly);
-        let named = self.named(options, path)?;
-        if let Some(named) = &named {
+        let (mut bases, fallback) = self.bases(options, path, assembly)?;
+        let times: BTreeSet<usize> = bases.values().map(|base| base.array).collect();
+        for (k, array) in std::mem::take(&mut self.arrays).into_iter().enumerate() {
+            if times.contains(&k) {
+                continue;
+            }
+            let around = scopes(array.scope()).chain(fallback.as_deref());
+            let around: Vec<&str> = around.filter(|scope| bases.contains_key(*scope)).collect();
+            let fitting = around.iter().find(|scope| array.fits(bases[**scope].time_s.len()));
+            let base = fitting.map(|scope| (*scope).to_owned());
+            let Some(base) = base.and_then(|scope| bases.get_mut(&scope)) else {
+                let why = match around.is_empty() {
+                    true => "has no vector of times beside it",
+                    false => "is not as long as its vector of times",
+                };
+                self.left_out.push((array.name, why));
+                continue;
+            };
+            let found = array.into_columns(base.time_s.len()).into_iter();
+            // A column that is time by name is no channel, too.
+            base.columns.extend(found.filter(|column| column.heading.column != base.name));
+        }
+        for Base { name, time_s, columns, .. } in bases.into_values() {
+            assembly.group(Group { name, time_s, columns });
+        }
+        Ok(())
+    }
+
+    /// The vectors of times by the structs that they are in, and the struct of the one that the
+    /// user named.
+    fn bases(
+        &mut self,
+        options: &ReadOptions,
+        path: &Path,
+        assembly: &mut Assembly,
+    ) -> Result<(BTreeMap<String, Base>, Option<String>), Error> {
+        let mut chosen = self.recognise(path);
+        let mut named_in = None;
+        if let Some(named) = self.named(options, path)? {
             let scope = self.arrays[named.index].scope().to_owned();
-            chosen.insert(scope, Chosen { index: named.index, ..named.clone() });
+            named_in = Some(scope.clone());
+            chosen.insert(scope, named);
         }
         if chosen.is_empty() && self.left_out.iter().any(|(_, why)| *why == OBJECT) {
             return Err(self.unsupported("vector of times", path, |why| why == OBJECT));
@@ -234,37 +273,9 @@ impl Workspace {
             let columns = self.arrays.iter().map(Array::as_time).collect();
             return Err(Error::NoTime { path: path.to_owned(), columns });
         }
-        let fallback = named.map(|named| self.arrays[named.index].scope().to_owned());
-        let mut bases: BTreeMap<String, (Base, Vec<Column>)> = BTreeMap::new();
-        for (scope, chosen) in chosen {
-            let base = self.base(chosen, path, assembly);
-            bases.insert(scope, (base, Vec::new()));
-        }
-        let times: BTreeSet<usize> = bases.values().map(|(base, _)| base.array).collect();
-        for (k, array) in std::mem::take(&mut self.arrays).into_iter().enumerate() {
-            if times.contains(&k) {
-                continue;
-            }
-            let around = scopes(array.scope()).chain(fallback.as_deref());
-            let around: Vec<&str> = around.filter(|scope| bases.contains_key(*scope)).collect();
-            let fitting = around.iter().find(|scope| array.fits(bases[**scope].0.time_s.len()));
-            let Some(scope) = fitting.map(|scope| (*scope).to_owned()) else {
-                let why = match around.is_empty() {
-                    true => "has no vector of times beside it",
-                    false => "is not as long as its vector of times",
-                };
-                self.left_out.push((array.name, why));
-                continue;
-            };
-            let (base, columns) = bases.get_mut(&scope).expect("it was found there");
-            let found = array.into_columns(base.time_s.len()).into_iter();
-            // A column that is time by name is no channel, too.
-            columns.extend(found.filter(|column| column.heading.column != base.name));
-        }
-        for (base, columns) in bases.into_values() {
-            assembly.group(Group { name: base.name, time_s: base.time_s, columns });
-        }
-        Ok(())
+        let bases = chosen.into_iter();
+        let bases = bases.map(|(scope, chosen)| (scope, self.base(chosen, path, assembly)));
+        Ok((bases.collect(), named_in))
     }
 
     /// The error of a file that lacks something, which may be in what is left out.
@@ -294,7 +305,7 @@ impl Workspace {
     }
 
     /// In each struct the vector with a name of time, if there is one.
-    fn recognise(&self, path: &Path, assembly: &mut Assembly) -> BTreeMap<String, Chosen> {
+    fn recognise(&self, path: &Path) -> BTreeMap<String, Chosen> {
         let mut scopes: HashMap<&str, Vec<usize>> = HashMap::new();
         for (k, array) in self.arrays.iter().enumerate().filter(|(_, array)| array.is_vector()) {
             scopes.entry(array.scope()).or_default().push(k);
@@ -309,17 +320,17 @@ impl Workspace {
                 found.insert(scope.to_owned(), chosen);
             }
         }
-        for Chosen { column, others, .. } in found.values_mut().filter(|c| !c.others.is_empty()) {
-            let (path, column, others) = (path.to_owned(), column.clone(), std::mem::take(others));
-            assembly.note(Note::TimeChosen { path, column, others });
-        }
         found
     }
 
     /// The times that a vector holds, in seconds.
     fn base(&mut self, chosen: Chosen, path: &Path, assembly: &mut Assembly) -> Base {
-        let Chosen { index, column, seconds, .. } = chosen;
+        let Chosen { index, column, seconds, others } = chosen;
         let mut time_s = std::mem::take(&mut self.arrays[index].values);
+        if !others.is_empty() {
+            let (path, column) = (path.to_owned(), column.clone());
+            assembly.note(Note::TimeChosen { path, column, others });
+        }
         let path = path.to_owned();
         let finite: Vec<f64> = time_s.iter().copied().filter(|time| time.is_finite()).collect();
         match (seconds, median_period(&finite)) {
@@ -338,7 +349,7 @@ impl Workspace {
             }
             (None, None) => {}
         }
-        Base { array: index, name: column, time_s }
+        Base { array: index, name: column, time_s, columns: Vec::new() }
     }
 }
 
