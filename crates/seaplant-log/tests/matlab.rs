@@ -149,7 +149,8 @@ fn columns_of_hdf5_are_channels_too() {
         notes(&log),
         [
             "log.h5: \"imu.name\" holds text; left out",
-            "log.h5: \"imu.planned\" was never written; left out"
+            "log.h5: each of 2 fields was not written, or in part only; left out: \"imu.begun\", \
+             \"imu.planned\""
         ]
     );
 }

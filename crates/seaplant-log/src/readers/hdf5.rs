@@ -157,36 +157,46 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    /// Why a dataset is not to be read, if it claims more than its file can hold.
+    /// Why a dataset is not to be read, if it claims more than is stored of it: what was never
+    /// written would read as zeros.
     fn too_much(&mut self, dataset: &Dataset) -> Result<Option<&'static str>, hdf5_pure::Error> {
         /// The most that deflate packs into a byte.
         const DEFLATE: u64 = 1032;
+        let (shape, size) = (dataset.shape()?, self.file.file_size());
         let stored = match dataset.layout()? {
             Layout::Compact { size } => size,
-            Layout::Contiguous { address: Some(_), size } => size.min(self.file.file_size()),
-            Layout::Chunked { .. } => {
+            Layout::Contiguous { address: Some(_), size: stored } => stored.min(size),
+            Layout::Chunked { chunk_shape, .. } => {
                 let chunks = dataset.chunks()?;
-                let sizes = chunks.iter().map(|chunk| chunk.storage_size);
-                sizes.fold(0, u64::saturating_add).min(self.file.file_size())
+                if chunks.len() as u64 != grid(&shape, &chunk_shape) {
+                    return Ok(Some("was not written, or in part only"));
+                }
+                let stored = chunks.iter().map(|chunk| chunk.storage_size);
+                let packed = if dataset.filters().is_empty() { 1 } else { DEFLATE };
+                stored.fold(0, u64::saturating_add).min(size).saturating_mul(packed)
             }
-            _ => 0,
+            _ => return Ok(Some("was not written, or in part only")),
         };
-        let (shape, size) = (dataset.shape()?, dataset.element_size()?);
         let count = shape.iter().try_fold(1_u64, |product, &length| product.checked_mul(length));
+        let element = dataset.element_size()?;
+        let claimed = count.and_then(|count| count.checked_mul(element));
         // Numbers become doubles, however short they are in the file.
-        let bytes = count.and_then(|count| count.checked_mul(size.max(8)));
-        Ok(match (stored, bytes) {
-            (_, Some(0)) => Some(EMPTY),
-            (0, _) => Some("was never written"),
-            (_, Some(bytes))
-                if bytes / 8 <= stored.saturating_mul(DEFLATE) && bytes <= self.bytes =>
-            {
-                self.bytes -= bytes;
+        let doubles = count.and_then(|count| count.checked_mul(8));
+        Ok(match (claimed, doubles) {
+            (Some(0), _) => Some(EMPTY),
+            (Some(claimed), Some(doubles)) if claimed <= stored && doubles <= self.bytes => {
+                self.bytes -= doubles;
                 None
             }
             _ => Some("claims more numbers than its file can hold"),
         })
     }
+}
+
+/// How many chunks a dataset has.
+fn grid(shape: &[u64], chunk: &[u64]) -> u64 {
+    let along = shape.iter().zip(chunk).map(|(&length, &chunk)| length.div_ceil(chunk.max(1)));
+    along.fold(1, u64::saturating_mul)
 }
 
 /// MATLAB's own, such as what cells refer to.

@@ -211,7 +211,8 @@ def main():
         imu["rate"].attrs["units"] = "deg/s"
         imu["still"] = times < 2
         imu["name"] = "unit 4"
-        imu.create_dataset("planned", (40,), "f8", chunks=(10,))
+        imu.create_dataset("planned", (40,), "f8")
+        imu.create_dataset("begun", (40,), "f8", chunks=(10,))[:15] = 1
         for k in range(3):
             expected.channel("log.h5", f"imu.rate(:,{k + 1})", times, imu["rate"][:, k], unit="deg/s")
         expected.channel("log.h5", "imu.still", times, imu["still"][:])
