@@ -125,8 +125,6 @@ fn recordings_in_other_formats_are_named_not_misread() {
     for (name, expected) in [
         ("formats/ardusub/small.BIN", "an ArduPilot DataFlash log (.BIN)"),
         ("formats/ardusub/small.tlog", "a MAVLink telemetry log (.tlog)"),
-        ("formats/pd0/RDI_withBT.000", "a Teledyne RDI PD0 file"),
-        ("formats/pd0/RiverPro_test01.PD0", "a Teledyne RDI PD0 file"),
     ] {
         let Some(path) = data(name) else { continue };
         match read(&path, &ReadOptions::default()) {

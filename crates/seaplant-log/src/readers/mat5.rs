@@ -1,14 +1,154 @@
-//! MATLAB files up to version 7.
+//! MATLAB files of versions 5 to 7, which Octave and SciPy write too.
+//!
+//! Read by MathWorks' published description of the format: a header, then one element for each
+//! variable, compressed or not.
 
+mod matrix;
+
+use std::io::{self, BufReader, Read};
+
+use flate2::read::ZlibDecoder;
+
+use crate::assemble::Assembly;
 use crate::content::Content;
-use crate::{Error, Log, ReadOptions, format};
+use crate::note::Note;
+use crate::readers::workspace::Workspace;
+use crate::unpack::{TooMuch, limit};
+use crate::{Error, Log, ReadOptions};
+use matrix::{ByteOrder, COMPRESSED, MATRIX};
 
-/// Whether bytes start like a MATLAB file.
+/// What messages call the format.
+const FORMAT: &str = "a MATLAB file";
+
+/// The header: text, then version and byte order.
+const HEADER: usize = 128;
+
+/// Whether bytes start like a MATLAB file: whatever its text, by version and byte order.
 pub(crate) fn recognises(head: &[u8]) -> bool {
+    let text = |text: &[u8]| text.iter().all(|b| b.is_ascii_graphic() || matches!(b, b' ' | 0));
     head.starts_with(b"MATLAB 5.0")
+        || (byte_order(head).is_some() && text(&head[..116]) && head[0] != 0)
+}
+
+/// The byte order of a file of version 1 of the header, which is all of this format.
+fn byte_order(head: &[u8]) -> Option<ByteOrder> {
+    match head.get(HEADER - 4..HEADER)? {
+        b"\x00\x01IM" => Some(ByteOrder::Little),
+        b"\x01\x00MI" => Some(ByteOrder::Big),
+        _ => None,
+    }
 }
 
 /// Reads a MATLAB file.
-pub(crate) fn read(content: Content, _options: &ReadOptions) -> Result<Log, Error> {
-    Err(format::unsupported(&content))
+///
+/// # Errors
+/// [`Error::Io`], [`Error::Corrupt`] where its start is no header or nothing in it can be read;
+/// those of [`Workspace::log`].
+pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
+    let path = content.path().to_owned();
+    let (origin, stream) = content.stream();
+    let mut stream = BufReader::new(stream);
+    let failed = |error| Error::io(&path, error);
+    let corrupt = |byte, found: &str| {
+        let (path, found) = (path.clone(), found.to_owned());
+        Error::Corrupt { path, format: FORMAT, byte, found }
+    };
+    let header = take(&mut stream, HEADER).map_err(failed)?;
+    let order = byte_order(&header).ok_or_else(|| {
+        corrupt(0, "the header does not say in which order bytes are, as version 5 and later do")
+    })?;
+    let mut workspace = Workspace::default();
+    let found = elements(&mut stream, order, &mut workspace).map_err(failed)?;
+    if workspace.is_empty()
+        && let Some((byte, _)) = found.damaged
+    {
+        return Err(corrupt(byte, "there is no variable"));
+    }
+    let mut assembly = Assembly::new(origin, options);
+    if let Some(byte) = found.cut {
+        assembly.note(Note::Truncated { path: path.clone(), byte, last_s: None });
+    }
+    if let Some((first_byte, bytes)) = found.damaged {
+        let (path, count) = (path.clone(), found.stretches);
+        assembly.note(Note::CorruptRecords { path, count, first_byte, bytes });
+    }
+    workspace.log(assembly, options, &path, "MATLAB")
+}
+
+/// What is not as it should be.
+#[derive(Default)]
+struct Damage {
+    /// Where the variable starts that the end of the file cuts.
+    cut: Option<u64>,
+    /// Variables that cannot be read.
+    stretches: usize,
+    /// Where the first is, and the bytes of all.
+    damaged: Option<(u64, u64)>,
+}
+
+impl Damage {
+    fn add(&mut self, byte: u64, bytes: u64) {
+        self.stretches += 1;
+        self.damaged.get_or_insert((byte, 0)).1 += bytes;
+    }
+}
+
+/// Reads one variable after another.
+fn elements(
+    stream: &mut impl Read,
+    order: ByteOrder,
+    workspace: &mut Workspace,
+) -> io::Result<Damage> {
+    let mut damage = Damage::default();
+    let mut at = HEADER as u64;
+    loop {
+        let tag = take(stream, 8)?;
+        let Ok(tag) = <[u8; 8]>::try_from(tag.as_slice()) else {
+            damage.cut = (!tag.is_empty()).then_some(at);
+            break;
+        };
+        let (kind, length) = order.tag(tag);
+        if kind != MATRIX && kind != COMPRESSED {
+            // Nothing says where the next variable starts.
+            let rest = io::copy(stream, &mut io::sink())?;
+            damage.add(at, 8 + rest);
+            break;
+        }
+        let body = take(stream, length as usize)?;
+        if body.len() < length as usize {
+            damage.cut = Some(at);
+            break;
+        }
+        let read = if kind == COMPRESSED {
+            inflate(&body)?
+                .is_some_and(|body| matrix::compressed(&body, order, workspace).is_some())
+        } else {
+            matrix::variable(&body, order, workspace).is_some()
+        };
+        let size = 8 + u64::from(length);
+        if !read {
+            damage.add(at, size);
+        }
+        at += size;
+    }
+    Ok(damage)
+}
+
+/// What a compressed element holds; `None` if it is damaged.
+fn inflate(packed: &[u8]) -> io::Result<Option<Vec<u8>>> {
+    let most = limit(packed.len() as u64);
+    let mut unpacked = Vec::new();
+    let read = ZlibDecoder::new(packed).take(most + 1).read_to_end(&mut unpacked);
+    if unpacked.len() as u64 > most {
+        let packed = packed.len() as u64;
+        return Err(io::Error::other(TooMuch { unpacked: most, packed }));
+    }
+    Ok(read.is_ok().then_some(unpacked))
+}
+
+/// The next `count` bytes, or what is left of them.
+fn take(stream: &mut impl Read, count: usize) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    stream.take(count as u64).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }

@@ -15,5 +15,6 @@ pub(crate) mod rosbag1;
 pub(crate) mod sqlite;
 pub(crate) mod text;
 pub(crate) mod tlog;
+pub(crate) mod workspace;
 pub(crate) mod xlsx;
 pub(crate) mod zstd;

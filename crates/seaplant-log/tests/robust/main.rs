@@ -6,6 +6,9 @@ mod common;
 mod harness;
 
 mod arrow;
+mod matlab;
+mod nmea;
 mod packed;
+mod pd0;
 mod text;
 mod xlsx;
