@@ -1,6 +1,7 @@
 //! One module for each format.
 
 pub(crate) mod arrow_ipc;
+pub(crate) mod bytes;
 pub(crate) mod dataflash;
 pub(crate) mod gzip;
 pub(crate) mod hdf5;
@@ -9,6 +10,7 @@ pub(crate) mod mcap;
 pub(crate) mod nmea;
 pub(crate) mod parquet;
 pub(crate) mod pd0;
+pub(crate) mod ros;
 pub(crate) mod rosbag1;
 pub(crate) mod sqlite;
 pub(crate) mod text;
