@@ -93,7 +93,7 @@ impl Reader {
             return Err(Error::Unsupported { path, format: FORMAT, detail, advice });
         }
         let mut assembly = Assembly::new(origin, options);
-        self.recording.finish(&path, &mut assembly);
+        self.recording.finish(&path, FORMAT, &mut assembly)?;
         assembly.log("MCAP")
     }
 
@@ -136,9 +136,9 @@ impl Reader {
                 return Ok(());
             }
             if !is_plausible(window)? {
-                if !resync(window)? {
-                    self.rest(window, byte)?;
-                    return Ok(());
+                let cut = kind == op::CHUNK && chunk_is_plausible(window)?;
+                if cut || !resync(window)? {
+                    return self.rest(window, byte);
                 }
                 self.recording.damaged(byte, window.at() - byte);
                 continue;

@@ -79,7 +79,7 @@ impl Reader {
             return Err(Error::Unsupported { path, format: FORMAT, detail, advice });
         }
         let mut assembly = Assembly::new(origin, options);
-        self.recording.finish(&path, &mut assembly);
+        self.recording.finish(&path, FORMAT, &mut assembly)?;
         assembly.log("ROS 1 bag")
     }
 
@@ -113,7 +113,7 @@ impl Reader {
         while window.left() > 0 {
             let byte = window.at();
             let Some((header, data)) = record(window)? else {
-                if !resync(window)? {
+                if cut_chunk(window)? || !resync(window)? {
                     return self.rest(window, byte);
                 }
                 self.recording.damaged(byte, window.at() - byte);
@@ -273,6 +273,26 @@ fn record(window: &mut Window) -> io::Result<Option<(u64, u64)>> {
     }
     let Some(data) = Bytes(length).u32().map(u64::from) else { return Ok(None) };
     Ok((data <= LONGEST && 8 + header + data <= left).then_some((header, data)))
+}
+
+/// Whether the record at hand is a chunk of which the lengths fit each other, but not the file.
+fn cut_chunk(window: &mut Window) -> io::Result<bool> {
+    /// A chunk that packs badly is this much longer than what it holds.
+    const SPARE: u64 = 1 << 16;
+    let Some(header) = Bytes(window.look(4)?).u32().map(u64::from) else { return Ok(false) };
+    if header > LONGEST_HEADER {
+        return Ok(false);
+    }
+    let mut bytes = Bytes(window.look(8 + header)?);
+    let mut fits = || {
+        bytes.take(4)?;
+        let header = Header(bytes.take(header as usize)?);
+        let (size, length) = (header.number("size")?, u64::from(bytes.u32()?));
+        let plain = header.field("compression")? == b"none";
+        let fits = if plain { length == size } else { length <= size + size / 16 + SPARE };
+        Some(header.op()? == op::CHUNK && length <= LONGEST && fits)
+    };
+    Ok(fits() == Some(true))
 }
 
 /// Header and data of a record of which the header has so many bytes.

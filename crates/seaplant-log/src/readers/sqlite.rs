@@ -41,7 +41,7 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     }
     bag.read(&mut database, &tables).map_err(|error| origin.failed(error))?;
     let mut assembly = Assembly::new(origin, options);
-    bag.recording.finish(&path, &mut assembly);
+    bag.recording.finish(&path, FORMAT, &mut assembly)?;
     assembly.log("ROS 2 bag (SQLite)").map(|mut log| {
         log.notes.extend(write_ahead(&path));
         log
@@ -133,7 +133,10 @@ impl Bag {
         if found.missing.is_some() || !found.damaged.is_empty() {
             database.orphans(&mut take)?;
         }
-        for page in found.damaged {
+        let mut damaged = found.damaged;
+        damaged.sort_unstable();
+        damaged.dedup();
+        for page in damaged {
             self.recording.damaged(database.byte_of(page), page_size);
         }
         if let Some(page) = found.missing {

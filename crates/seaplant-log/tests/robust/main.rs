@@ -6,5 +6,6 @@ mod common;
 mod harness;
 
 mod packed;
+mod ros;
 mod text;
 mod xlsx;

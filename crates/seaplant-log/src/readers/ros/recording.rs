@@ -12,7 +12,7 @@ use super::topic::{Timed, Topic};
 use crate::assemble::Assembly;
 use crate::lookup::list;
 use crate::note::Note;
-use crate::{ReadOptions, Stamp};
+use crate::{Error, ReadOptions, Stamp};
 
 /// What a bag says of a topic's messages.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -112,8 +112,16 @@ impl Recording {
         self.topics.is_empty()
     }
 
-    /// Hands all over.
-    pub(crate) fn finish(self, path: &Path, assembly: &mut Assembly) {
+    /// Hands all over. `format` is what messages call the file: "an MCAP file".
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] where no topic could be read, with the reason of the first.
+    pub(crate) fn finish(
+        self,
+        path: &Path,
+        format: &'static str,
+        assembly: &mut Assembly,
+    ) -> Result<(), Error> {
         let path = || path.to_owned();
         if let Some(byte) = self.truncated {
             let last_s = self.topics.iter().filter_map(Topic::last_s).reduce(f64::max);
@@ -122,21 +130,29 @@ impl Recording {
         if let Damage { count: count @ 1.., first: Some(first_byte), bytes } = self.damage {
             assembly.note(Note::CorruptRecords { path: path(), count, first_byte, bytes });
         }
-        for (topic, why) in self.left_out {
-            assembly.leave_out(topic, why);
-        }
         let mut clock = Clock::default();
+        let mut left_out = self.left_out;
         for topic in self.topics {
             let name = topic.name().to_owned();
             match topic.finish(assembly) {
-                Some(Timed::Stamped { lag_s }) => clock.stamped(name, lag_s),
-                Some(Timed::Received) => clock.received.push(name),
-                None => {}
+                Timed::Stamped { lag_s } => clock.stamped(name, lag_s),
+                Timed::Received => clock.received.push(name),
+                Timed::Never(why) => left_out.push((name, why)),
             }
         }
-        if let Some(clock) = clock.words(self.stamp) {
+        let clock = clock.words(self.stamp);
+        if let (None, Some((topic, why))) = (&clock, left_out.first()) {
+            let detail = format!("in which {topic:?} {why}");
+            let advice = "record topics of numbers as ROS messages, with their definitions";
+            return Err(Error::Unsupported { path: path(), format, detail, advice });
+        }
+        for (topic, why) in left_out {
+            assembly.leave_out(topic, why);
+        }
+        if let Some(clock) = clock {
             assembly.note(Note::Clock { path: path(), clock });
         }
+        Ok(())
     }
 }
 

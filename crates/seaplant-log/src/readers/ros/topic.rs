@@ -32,6 +32,8 @@ pub(crate) enum Timed {
         lag_s: f64,
     },
     Received,
+    /// There are none, in words that follow the topic.
+    Never(&'static str),
 }
 
 impl Topic {
@@ -117,15 +119,13 @@ impl Topic {
         &self.name
     }
 
-    /// Hands the columns over; how its messages were timed, if there were any.
-    pub(crate) fn finish(mut self, assembly: &mut Assembly) -> Option<Timed> {
+    /// Hands the columns over; says how its messages were timed.
+    pub(crate) fn finish(mut self, assembly: &mut Assembly) -> Timed {
         if self.time_s.is_empty() {
-            let why = match self.misfits {
+            return Timed::Never(match self.misfits {
                 0 => "has no message",
                 _ => "has messages that are not as their definition says",
-            };
-            assembly.leave_out(self.name, why);
-            return None;
+            });
         }
         for (path, why) in std::mem::take(&mut self.layout.left_out) {
             assembly.leave_out(format!("{}/{path}", self.name), why);
@@ -133,7 +133,7 @@ impl Topic {
         let timed = self.timed();
         let columns = self.named(assembly);
         assembly.group(Group { name: self.name, time_s: self.time_s, columns });
-        Some(timed)
+        timed
     }
 
     /// Puts times of receipt in the place of stamps, if no message has one.

@@ -13,7 +13,8 @@ pub(super) struct Database {
     page_size: usize,
     /// The bytes of a page that hold content.
     usable: usize,
-    /// The pages in the file, the last of which may be cut off.
+    /// The pages that the header claims, and those in the file, the last of which may be cut off.
+    claimed: u64,
     pages: u64,
     length: u64,
     /// The pages that were read; each belongs to one place.
@@ -84,10 +85,11 @@ impl Database {
         if !page_size.is_power_of_two() || usable < 480 || !utf8 {
             return Ok(None);
         }
+        let claimed = u32::from_be_bytes([header[28], header[29], header[30], header[31]]).into();
         let pages = length.div_ceil(page_size as u64);
         let seen = vec![false; pages as usize];
         let found = Found::default();
-        Ok(Some(Self { file, page_size, usable, pages, length, seen, found }))
+        Ok(Some(Self { file, page_size, usable, claimed, pages, length, seen, found }))
     }
 
     /// Where a page starts, in bytes.
@@ -104,16 +106,18 @@ impl Database {
     /// # Errors
     /// Those of reading.
     pub(super) fn rows(&mut self, root: u64, take: &mut Take<'_>) -> io::Result<()> {
-        let mut stack = vec![root];
+        let mut stack = vec![(root, 1)];
         let (mut page, mut overflow) = (Vec::new(), Vec::new());
-        while let Some(number) = stack.pop() {
-            if !self.page(number, &mut page)? {
+        while let Some((number, above)) = stack.pop() {
+            if !self.page(number, above, &mut page)? {
                 continue;
             }
             let start = if number == 1 { HEADER } else { 0 };
             let sound = match page[start] {
                 LEAF => self.leaf(&page, number, &mut overflow, take)?,
-                INTERIOR => children(&page, start).map(|children| stack.extend(children)).is_some(),
+                INTERIOR => children(&page, start)
+                    .map(|below| stack.extend(below.into_iter().map(|page| (page, number))))
+                    .is_some(),
                 _ => false,
             };
             if !sound {
@@ -130,25 +134,26 @@ impl Database {
     pub(super) fn orphans(&mut self, take: &mut Take<'_>) -> io::Result<()> {
         let (mut page, mut overflow) = (Vec::new(), Vec::new());
         for number in 2..=self.pages {
-            // Content of long rows looks like anything; to try it must not use it up.
             let seen = self.seen[number as usize - 1];
-            if !seen && self.page(number, &mut page)? && page[0] == LEAF {
+            if !seen && self.page(number, number, &mut page)? && page[0] == LEAF {
                 self.leaf(&page, number, &mut overflow, take)?;
             }
         }
         Ok(())
     }
 
-    /// Reads a page, unless it is past the end of the file or was read before.
-    fn page(&mut self, number: u64, page: &mut Vec<u8>) -> io::Result<bool> {
+    /// Reads a page that the page `above` leads to, unless it is past the end of the file or was
+    /// read before.
+    fn page(&mut self, number: u64, above: u64, page: &mut Vec<u8>) -> io::Result<bool> {
         let whole = self.length / self.page_size as u64;
-        if number == 0 || number > whole {
+        if (whole + 1..=self.claimed).contains(&number) {
             let missing = self.found.missing.get_or_insert(number);
             *missing = number.min(*missing);
             return Ok(false);
         }
-        if std::mem::replace(&mut self.seen[number as usize - 1], true) {
-            self.found.damaged.push(number);
+        let inside = (1..=whole).contains(&number);
+        if !inside || std::mem::replace(&mut self.seen[number as usize - 1], true) {
+            self.found.damaged.push(above);
             return Ok(false);
         }
         page.resize(self.page_size, 0);
@@ -183,9 +188,8 @@ impl Database {
                 Some(next) => {
                     overflow.clear();
                     overflow.extend_from_slice(cell.payload);
-                    if !self.chain(next, cell.size, overflow)? {
-                        // What is missing past the end of the file is no damage.
-                        sound &= self.found.missing.is_some();
+                    // What is wrong with it is noted there.
+                    if !self.chain(next, number, cell.size, overflow)? {
                         continue;
                     }
                     &*overflow
@@ -196,11 +200,17 @@ impl Database {
         Ok(sound)
     }
 
-    /// Adds the overflow of a row, which starts at page `next`; whether all of it is there.
-    fn chain(&mut self, mut next: u64, size: usize, payload: &mut Vec<u8>) -> io::Result<bool> {
+    /// Adds the overflow of a row in `leaf`, which starts at page `next`; whether all of it is there.
+    fn chain(
+        &mut self,
+        mut next: u64,
+        leaf: u64,
+        size: usize,
+        payload: &mut Vec<u8>,
+    ) -> io::Result<bool> {
         let mut page = Vec::new();
         while payload.len() < size {
-            if !self.page(next, &mut page)? {
+            if !self.page(next, leaf, &mut page)? {
                 return Ok(false);
             }
             next = u64::from(u32::from_be_bytes([page[0], page[1], page[2], page[3]]));
