@@ -357,3 +357,31 @@ fn negative_times_and_the_second_version_of_cdr_are_read() {
     assert_eq!(log.channel("/a/d").unwrap().values(), [-1.5]);
     assert_eq!(log.channel("/b/x").unwrap().values(), [2.5]);
 }
+
+#[test]
+fn chunks_that_swell_past_any_log_are_refused() {
+    let mut records = Vec::new();
+    for k in 0..1_000_000u64 {
+        records.push(5);
+        records.extend(30u64.to_le_bytes());
+        records.extend(
+            [[0; 6].as_slice(), &k.to_le_bytes(), &[0; 8], &[0, 1, 0, 0, 0, 0, 0, 0]].concat(),
+        );
+    }
+    let packed = zstd::encode_all(&records[..], 19).unwrap();
+    let size = (records.len() as u64).to_le_bytes();
+    let head = [&[0; 16][..], &size, &[0; 4], &[4, 0, 0, 0], b"zstd"].concat();
+    let chunk = [&head, &(packed.len() as u64).to_le_bytes()[..], &packed].concat();
+    let mut file = McapFile::new();
+    file.topic(0, "/a", "a/msg/A", "float32 a\n");
+    for _ in 0..8 {
+        file.record(6, &chunk);
+    }
+    let sample = Sample::new("a.mcap", file.finish());
+    let Error::TooMuch { packed, unpacked, .. } =
+        read(sample.path(), &ReadOptions::default()).unwrap_err()
+    else {
+        panic!("it is refused")
+    };
+    assert!(unpacked > 200 * packed);
+}

@@ -5,6 +5,7 @@ mod bad_files;
 mod bad_results;
 mod demo;
 mod real_data;
+mod ros;
 mod tables;
 mod terminal;
 mod workshop;

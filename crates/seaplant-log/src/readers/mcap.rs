@@ -49,13 +49,13 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
         return Err(Error::Unsupported { path, format: FORMAT, detail, advice });
     }
     let (origin, file) = content.seekable()?;
-    let mut reader = Reader::new(options);
     let read = Window::new(file).and_then(|mut window| {
+        let mut reader = Reader::new(window.left(), options);
         reader.summary(&mut window)?;
-        reader.records(&mut window)
+        reader.records(&mut window)?;
+        Ok(reader)
     });
-    read.map_err(|error| origin.failed(error))?;
-    reader.finish(origin, options)
+    read.map_err(|error| origin.failed(error))?.finish(origin, options)
 }
 
 /// What the records said so far.
@@ -75,9 +75,9 @@ struct Schema {
 }
 
 impl Reader {
-    fn new(options: &ReadOptions) -> Self {
+    fn new(length: u64, options: &ReadOptions) -> Self {
         Self {
-            recording: Recording::new(options),
+            recording: Recording::new(length, options),
             schemas: HashMap::new(),
             channels: HashMap::new(),
             unpacked: Vec::new(),
@@ -126,7 +126,7 @@ impl Reader {
 
     /// Goes through the records from front to back, over damaged ones.
     fn records(&mut self, window: &mut Window) -> io::Result<()> {
-        loop {
+        while !self.recording.swells() {
             let byte = window.at();
             let Some((kind, length)) = head(window)? else {
                 self.recording.truncated(byte);
@@ -158,6 +158,7 @@ impl Reader {
             }
             window.skip(RECORD + length)?;
         }
+        Ok(())
     }
 
     /// What follows the last sound record: a chunk that is cut off has a sound start, perhaps.
@@ -193,6 +194,7 @@ impl Reader {
         };
         let mut records = std::mem::take(&mut self.unpacked);
         let unpacked = packing.unpack(bytes.0, &mut records) && records.len() as u64 == size;
+        self.recording.unpacked(records.len());
         let sound = unpacked && (crc == 0 || crc32fast::hash(&records) == crc);
         // What could be unpacked of a chunk that is cut off is sound up to there.
         let read = (sound || !whole) && self.packed(&records, byte);

@@ -44,13 +44,13 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
         return Err(Error::Unsupported { path, format: FORMAT, detail, advice });
     }
     let (origin, file) = content.seekable()?;
-    let mut reader = Reader::new(options);
     let read = Window::new(file).and_then(|mut window| {
+        let mut reader = Reader::new(window.left(), options);
         reader.index(&mut window)?;
-        reader.records(&mut window)
+        reader.records(&mut window)?;
+        Ok(reader)
     });
-    read.map_err(|error| origin.failed(error))?;
-    reader.finish(origin, options)
+    read.map_err(|error| origin.failed(error))?.finish(origin, options)
 }
 
 struct Reader {
@@ -62,9 +62,9 @@ struct Reader {
 }
 
 impl Reader {
-    fn new(options: &ReadOptions) -> Self {
+    fn new(length: u64, options: &ReadOptions) -> Self {
         Self {
-            recording: Recording::new(options),
+            recording: Recording::new(length, options),
             connections: HashMap::new(),
             unpacked: Vec::new(),
             unknown_packing: None,
@@ -110,7 +110,7 @@ impl Reader {
 
     /// Goes through the records from front to back, over damaged ones.
     fn records(&mut self, window: &mut Window) -> io::Result<()> {
-        while window.left() > 0 {
+        while window.left() > 0 && !self.recording.swells() {
             let byte = window.at();
             let Some((header, data)) = record(window)? else {
                 if cut_chunk(window)? || !resync(window)? {
@@ -173,6 +173,7 @@ impl Reader {
         };
         let mut records = std::mem::take(&mut self.unpacked);
         let unpacked = packing.unpack(data, &mut records);
+        self.recording.unpacked(records.len());
         let mut bytes = Bytes(&records);
         // Without a checksum, what was unpacked before damage may be right; each record must be.
         let sound = loop {

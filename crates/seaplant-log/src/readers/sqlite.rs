@@ -34,7 +34,8 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
         let found = "a header that states no page size or no UTF-8".to_owned();
         return Err(Error::Corrupt { path, format: FORMAT, byte: 16, found });
     };
-    let mut bag = Bag { recording: Recording::new(options), topics: HashMap::new() };
+    let mut bag =
+        Bag { recording: Recording::new(database.length(), options), topics: HashMap::new() };
     let tables = tables(&mut database).map_err(|error| origin.failed(error))?;
     if !["topics", "messages"].iter().all(|name| tables.contains_key(*name)) {
         return Err(no_bag(path, &database, &tables));

@@ -94,7 +94,36 @@ sample_msgs/Nothing nothing
 float64 last
 """
 
+# Of the marine_msgs repository of UW-APL, as far as a reader needs it.
+DVL = """
+std_msgs/Header header
+uint8 velocity_mode
+uint8 dvl_type
+geometry_msgs/Vector3 velocity
+float64[9] velocity_covar
+float64 altitude
+float64 course_gnd
+float64 speed_gnd
+uint8 num_good_beams
+float32 sound_speed
+bool beam_ranges_valid
+bool beam_velocities_valid
+geometry_msgs/Vector3[4] beam_unit_vec
+float64[4] range
+float32[4] range_covar
+float32[4] beam_quality
+float32[4] beam_velocity
+float32[4] beam_velocity_covar
+"""
+
 UNITS = {
+    ("marine_acoustic_msgs/msg/Dvl", "velocity"): "m/s",
+    ("marine_acoustic_msgs/msg/Dvl", "altitude"): "m",
+    ("marine_acoustic_msgs/msg/Dvl", "course_gnd"): "rad",
+    ("marine_acoustic_msgs/msg/Dvl", "speed_gnd"): "m/s",
+    ("marine_acoustic_msgs/msg/Dvl", "sound_speed"): "m/s",
+    ("marine_acoustic_msgs/msg/Dvl", "range"): "m",
+    ("marine_acoustic_msgs/msg/Dvl", "beam_velocity"): "m/s",
     ("geometry_msgs/msg/Twist", "linear"): "m/s",
     ("geometry_msgs/msg/Twist", "angular"): "rad/s",
     ("geometry_msgs/msg/Accel", "linear"): "m/s2",
@@ -239,7 +268,7 @@ class Types:
             kind, elements = desc[0], value
             if kind in (Nodetype.NAME, Nodetype.BASE):
                 elements = None
-            elif field.endswith("covariance") or (kind == Nodetype.SEQUENCE and within):
+            elif field.endswith(("covariance", "_covar")) or (kind == Nodetype.SEQUENCE and within):
                 continue
             elif kind == Nodetype.ARRAY and desc[1][1] > MOST:
                 continue
@@ -425,6 +454,7 @@ def typestore(base, extra):
     if base != Stores.ROS1_NOETIC:
         rc = "std_msgs/Header header\nuint16[] channels\n"
         types |= get_types_from_msg(rc, "mavros_msgs/msg/RCOut")
+        types |= get_types_from_msg(DVL, "marine_acoustic_msgs/msg/Dvl")
     store.register(types)
     return store
 
@@ -492,6 +522,7 @@ def ros2(folder, expected, dice):
         make = (lambda k: joints(types, k)) if kind.endswith("/JointState") else None
         common.add(topic, kind, 6, make)
     common.add("/mavros/rc/out", "mavros_msgs/msg/RCOut", 6, lambda k: rc_out(types, k))
+    common.add("/dvl", "marine_acoustic_msgs/msg/Dvl", 6)
     write_old_db3(folder / "foxy.db3", common, [("/sonar", "my_msgs/msg/Sonar")])
     common.expect(expected, "foxy.db3", names=names)
 

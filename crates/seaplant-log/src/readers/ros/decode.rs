@@ -1,5 +1,7 @@
 //! Walks a message's bytes along its layout.
 
+use std::ops::Range;
+
 use super::definition::{Dialect, Number};
 use super::layout::{Layout, List, MOST_ELEMENTS, Quaternion, Step};
 
@@ -41,6 +43,8 @@ pub(crate) struct Row {
     /// The time in its header, s and ns.
     pub(crate) stamp: Option<[i64; 2]>,
     pub(crate) lists: Vec<Known>,
+    /// Lists that are of the known length, so that their columns have values.
+    pub(crate) filled: Vec<usize>,
     /// Lists of another length than is known, with that length.
     pub(crate) news: Vec<(usize, u64)>,
     /// Where in the message the names of elements are.
@@ -55,6 +59,7 @@ impl Row {
             values: vec![f64::NAN; layout.leaves.len()],
             stamp: None,
             lists: vec![Known::Nothing; layout.lists.len()],
+            filled: Vec::new(),
             news: Vec::new(),
             names: None,
             wide: 2,
@@ -77,7 +82,7 @@ impl Row {
     }
 
     fn walk(&mut self, layout: &Layout, encoding: Encoding, bytes: &[u8]) -> Option<()> {
-        self.values[layout.leaves.len()..].fill(f64::NAN);
+        self.filled.clear();
         self.news.clear();
         (self.stamp, self.names) = (None, None);
         let mut cursor = Cursor::new(encoding, bytes)?;
@@ -155,6 +160,7 @@ impl Row {
         let count = cursor.count()?;
         let start = match (base, self.lists[index]) {
             (Some(_), Known::Columns { start, count: known }) if known as u64 == count => {
+                self.filled.push(index);
                 Some(start)
             }
             (Some(_), Known::Columns { .. } | Known::Nothing) if count > 0 => {
@@ -190,6 +196,16 @@ impl Row {
         let whole = square > 0.0 && square.is_finite();
         let angles = if whole { [roll, sine.asin(), yaw] } else { [f64::NAN; 3] };
         self.values[to..to + 3].copy_from_slice(&angles);
+    }
+
+    /// The columns of a list.
+    pub(crate) fn columns(&self, layout: &Layout, list: usize) -> Range<usize> {
+        match self.lists[list] {
+            Known::Columns { start, count } => {
+                start..start + count * layout.lists[list].leaves.len()
+            }
+            _ => 0..0,
+        }
     }
 
     /// Takes note of the lengths that lists turned out to have; whether the message must be read

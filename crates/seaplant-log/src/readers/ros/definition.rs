@@ -98,9 +98,7 @@ impl Definitions {
 
     /// The fields of a type.
     pub(crate) fn fields(&self, name: &str) -> Option<&[Field]> {
-        // In ROS 1, a type of any package may write `Header` alone.
-        let header = || name.ends_with("/Header").then(|| self.types.get(HEADER)).flatten();
-        self.types.get(name).or_else(header).map(Vec::as_slice)
+        self.types.get(name).map(Vec::as_slice)
     }
 }
 
@@ -168,7 +166,7 @@ fn kind_of(element: &str, package: &str, dialect: Dialect) -> Option<Kind> {
         "time" => return Some(Kind::Time { signed: [!ros1, false] }),
         "duration" => return Some(Kind::Time { signed: [true, ros1] }),
         "" => return None,
-        "Header" => return Some(Kind::Message(HEADER.to_owned())),
+        "Header" if ros1 => return Some(Kind::Message(HEADER.to_owned())),
         name if name.contains('/') => return Some(message(plain(name))),
         name => return Some(Kind::Message(format!("{package}/{name}"))),
     };
@@ -231,7 +229,6 @@ mod tests {
                 &Kind::Time { signed: [true, true] }
             ]
         );
-        assert_eq!(definitions.fields("a/Header").map(<[_]>::len), Some(1));
     }
 
     #[test]

@@ -217,7 +217,7 @@ impl Compiler<'_> {
             self.push(Step::Names);
             return Ok(());
         }
-        let covariance = field.name.ends_with("covariance");
+        let covariance = ["covariance", "_covar"].iter().any(|end| field.name.ends_with(end));
         match field.many {
             _ if matches!(field.kind, Kind::Text | Kind::WideText) => self.skip(place, TEXT, field),
             _ if covariance => self.skip(place, COVARIANCE, field),

@@ -12,6 +12,7 @@ use super::topic::{Timed, Topic};
 use crate::assemble::Assembly;
 use crate::lookup::list;
 use crate::note::Note;
+use crate::unpack;
 use crate::{Error, ReadOptions, Stamp};
 
 /// What a bag says of a topic's messages.
@@ -42,11 +43,15 @@ pub(crate) struct Recording {
     damage: Damage,
     truncated: Option<u64>,
     /// A message, once it is unpacked.
-    unpacked: Vec<u8>,
+    message: Vec<u8>,
+    /// The bytes of the file, and those that were unpacked of it.
+    length: u64,
+    unpacked: u64,
 }
 
 impl Recording {
-    pub(crate) fn new(options: &ReadOptions) -> Self {
+    /// The recording in a file of `length` bytes.
+    pub(crate) fn new(length: u64, options: &ReadOptions) -> Self {
         Self {
             stamp: options.stamp,
             topics: Vec::new(),
@@ -54,7 +59,9 @@ impl Recording {
             left_out: Vec::new(),
             damage: Damage::default(),
             truncated: None,
-            unpacked: Vec::new(),
+            message: Vec::new(),
+            length,
+            unpacked: 0,
         }
     }
 
@@ -85,14 +92,29 @@ impl Recording {
 
     /// Takes a message in that was received at `receipt` ns and stands at `byte` of the file.
     pub(crate) fn message(&mut self, topic: usize, receipt: i64, bytes: &[u8], byte: u64) {
-        let mut unpacked = std::mem::take(&mut self.unpacked);
+        let mut unpacked = std::mem::take(&mut self.message);
         // ROS 2 may pack each message; no CDR starts like this.
-        let packed = bytes.starts_with(ZSTD) && Packing::Zstd.unpack(bytes, &mut unpacked);
+        let packed = bytes.starts_with(ZSTD)
+            && self.topics[topic].is_cdr()
+            && Packing::Zstd.unpack(bytes, &mut unpacked);
+        if packed {
+            self.unpacked(unpacked.len());
+        }
         let message = if packed { &unpacked } else { bytes };
         if !self.topics[topic].message(receipt, message) {
             self.damaged(byte, bytes.len() as u64);
         }
-        self.unpacked = unpacked;
+        self.message = unpacked;
+    }
+
+    /// Counts bytes that were unpacked.
+    pub(crate) fn unpacked(&mut self, bytes: usize) {
+        self.unpacked = self.unpacked.saturating_add(bytes as u64);
+    }
+
+    /// Whether more was unpacked than any log of this size holds.
+    pub(crate) fn swells(&self) -> bool {
+        self.unpacked > unpack::limit(self.length)
     }
 
     /// Counts a stretch of damage.
@@ -115,7 +137,8 @@ impl Recording {
     /// Hands all over. `format` is what messages call the file: "an MCAP file".
     ///
     /// # Errors
-    /// [`Error::Unsupported`] where no topic could be read, with the reason of the first.
+    /// [`Error::Unsupported`] where no topic could be read, with the reason of the first;
+    /// [`Error::TooMuch`] where more was unpacked than any log of this size holds.
     pub(crate) fn finish(
         self,
         path: &Path,
@@ -123,6 +146,10 @@ impl Recording {
         assembly: &mut Assembly,
     ) -> Result<(), Error> {
         let path = || path.to_owned();
+        if self.swells() {
+            let (packed, unpacked) = (self.length, self.unpacked);
+            return Err(Error::TooMuch { path: path(), packed, unpacked });
+        }
         if let Some(byte) = self.truncated {
             let last_s = self.topics.iter().filter_map(Topic::last_s).reduce(f64::max);
             assembly.note(Note::Truncated { path: path(), byte, last_s });

@@ -1,9 +1,11 @@
 //! The messages of one topic as columns.
 
+use std::ops::Range;
+
 use super::decode::{Encoding, Known, Row, texts};
 use super::layout::Layout;
 use crate::assemble::{Assembly, Group};
-use crate::column::Column;
+use crate::column::{Column, Samples};
 use crate::{Stamp, Unit};
 
 /// The messages of one topic and type, so far.
@@ -13,7 +15,10 @@ pub(crate) struct Topic {
     layout: Layout,
     row: Row,
     time_s: Vec<f64>,
+    /// Those of lists have values for some rows only.
     columns: Vec<Vec<f64>>,
+    /// The rows in which each list has values.
+    filled: Vec<Vec<usize>>,
     /// What the elements of its lists are called: the bytes last seen, and what they say.
     names: Option<(Vec<u8>, Vec<String>)>,
     names_change: bool,
@@ -42,6 +47,7 @@ impl Topic {
             layout.show_stamp();
         }
         let (row, columns) = (Row::new(&layout), vec![Vec::new(); layout.leaves.len()]);
+        let filled = vec![Vec::new(); layout.lists.len()];
         Self {
             name,
             encoding,
@@ -49,6 +55,7 @@ impl Topic {
             row,
             time_s: Vec::new(),
             columns,
+            filled,
             names: None,
             names_change: false,
             unstamped: Vec::new(),
@@ -62,7 +69,7 @@ impl Topic {
         let read = |row: &mut Row, layout| row.read(layout, self.encoding, bytes).is_some();
         let mut fits = read(&mut self.row, &self.layout);
         if fits && !self.row.news.is_empty() && self.row.learn(&self.layout) {
-            self.columns.resize(self.row.values.len(), vec![f64::NAN; self.time_s.len()]);
+            self.columns.resize(self.row.values.len(), Vec::new());
             fits = read(&mut self.row, &self.layout);
         }
         if !fits {
@@ -72,11 +79,21 @@ impl Topic {
         if let Some((from, to)) = self.row.names {
             self.learn_names(bytes, from, to);
         }
+        self.push(0..self.layout.leaves.len());
+        for k in 0..self.row.filled.len() {
+            let list = self.row.filled[k];
+            self.filled[list].push(self.time_s.len());
+            self.push(self.row.columns(&self.layout, list));
+        }
         self.push_time(receipt);
-        for (column, value) in self.columns.iter_mut().zip(&self.row.values) {
+        true
+    }
+
+    fn push(&mut self, columns: Range<usize>) {
+        let values = &self.row.values[columns.clone()];
+        for (column, value) in self.columns[columns].iter_mut().zip(values) {
             column.push(*value);
         }
-        true
     }
 
     fn push_time(&mut self, receipt: i64) {
@@ -115,6 +132,10 @@ impl Topic {
         self.time_s.iter().copied().filter(|time| time.is_finite()).reduce(f64::max)
     }
 
+    pub(crate) fn is_cdr(&self) -> bool {
+        self.encoding == Encoding::Cdr
+    }
+
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
@@ -149,15 +170,20 @@ impl Topic {
     fn named(&mut self, assembly: &mut Assembly) -> Vec<Column> {
         let Self { name: topic, layout, .. } = self;
         let mut values = std::mem::take(&mut self.columns);
-        let mut column = |path: &str, unit: Option<&str>, index: usize| {
-            let unit = unit.and_then(Unit::find);
-            Column::new(format!("{topic}/{path}"), unit, std::mem::take(&mut values[index]))
-        };
+        let messages = self.time_s.len();
+        let mut column =
+            |path: &str, unit: Option<&str>, index: usize, rows: Option<&Vec<usize>>| {
+                let rows = rows.filter(|rows| rows.len() < messages).cloned();
+                let samples = Samples { values: std::mem::take(&mut values[index]), rows };
+                let unit = unit.and_then(Unit::find);
+                Column::new(format!("{topic}/{path}"), unit, samples.dense(messages))
+            };
         let leaves = layout.leaves.iter().enumerate();
         let mut columns: Vec<Column> =
-            leaves.map(|(k, leaf)| column(&leaf.path, leaf.unit, k)).collect();
+            leaves.map(|(k, leaf)| column(&leaf.path, leaf.unit, k, None)).collect();
         let names = self.names.as_ref().map_or(&[][..], |(_, names)| names);
-        for (list, known) in layout.lists.iter().zip(&self.row.lists) {
+        let lists = layout.lists.iter().zip(&self.row.lists).zip(&self.filled);
+        for ((list, known), rows) in lists {
             let (start, count) = match *known {
                 Known::Columns { start, count } => (start, count),
                 Known::Nothing => continue,
@@ -178,7 +204,8 @@ impl Topic {
                 };
                 for (nth, leaf) in list.leaves.iter().enumerate() {
                     let path = format!("{}[{element}]{}", list.path, leaf.path);
-                    columns.push(column(&path, leaf.unit, start + k * list.leaves.len() + nth));
+                    let index = start + k * list.leaves.len() + nth;
+                    columns.push(column(&path, leaf.unit, index, Some(rows)));
                 }
             }
         }

@@ -97,6 +97,11 @@ impl Database {
         page.saturating_sub(1).saturating_mul(self.page_size as u64)
     }
 
+    /// The bytes of the file.
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
     pub(super) fn page_size(&self) -> u64 {
         self.page_size as u64
     }
