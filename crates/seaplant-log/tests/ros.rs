@@ -361,12 +361,10 @@ fn negative_times_and_the_second_version_of_cdr_are_read() {
 #[test]
 fn chunks_that_swell_past_any_log_are_refused() {
     let mut records = Vec::new();
-    for k in 0..1_000_000u64 {
+    for _ in 0..20_000 {
         records.push(5);
         records.extend(30u64.to_le_bytes());
-        records.extend(
-            [[0; 6].as_slice(), &k.to_le_bytes(), &[0; 8], &[0, 1, 0, 0, 0, 0, 0, 0]].concat(),
-        );
+        records.extend([&[0; 22][..], &[0, 1, 0, 0, 0, 0, 0, 0]].concat());
     }
     let packed = zstd::encode_all(&records[..], 19).unwrap();
     let size = (records.len() as u64).to_le_bytes();
@@ -374,14 +372,14 @@ fn chunks_that_swell_past_any_log_are_refused() {
     let chunk = [&head, &(packed.len() as u64).to_le_bytes()[..], &packed].concat();
     let mut file = McapFile::new();
     file.topic(0, "/a", "a/msg/A", "float32 a\n");
-    for _ in 0..8 {
+    for _ in 0..100 {
         file.record(6, &chunk);
     }
     let sample = Sample::new("a.mcap", file.finish());
     let Error::TooMuch { packed, unpacked, .. } =
         read(sample.path(), &ReadOptions::default()).unwrap_err()
     else {
-        panic!("it is refused")
+        panic!("it is something else")
     };
     assert!(unpacked > 200 * packed);
 }

@@ -27,7 +27,7 @@ fn an_mcap_recording_gives_the_estimates_of_the_tables() {
         .output()
         .expect("Python runs");
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-    let found = workshop.json(&["identify", "campaign.toml", "--out", "out"]);
+    let found = workshop.json(&["identify", "campaign.toml", "--out", "out", "--json"]);
     assert_eq!(found["failures"], serde_json::json!([]));
     let expected = demo::results();
     let mut compared = 0;

@@ -13,6 +13,7 @@ pub(crate) fn unit(message: &str, field: &str) -> Option<&'static str> {
         ("geometry_msgs", "Pose", "position") => "m",
         ("geometry_msgs", "PointStamped", "point") => "m",
         ("geometry_msgs", "Transform", "translation") => "m",
+        ("geometry_msgs", "Quaternion", _) => "1",
         ("geometry_msgs", "Pose2D", "x" | "y") => "m",
         ("geometry_msgs", "Pose2D", "theta") => "rad",
         ("sensor_msgs", "Imu", "angular_velocity") => "rad/s",
