@@ -8,9 +8,8 @@ use serde_json::Value;
 use crate::demo;
 use crate::workshop::{Workshop, number};
 
-/// Stamps since 1970 are known to a quarter of a microsecond; estimates differ by less than this
-/// part of their value or of their standard deviation.
-const SAME: f64 = 1e-3;
+/// Sums in another order; a part of the value, or of its standard deviation.
+const SAME: f64 = 1e-9;
 
 #[test]
 fn an_mcap_recording_gives_the_estimates_of_the_tables() {

@@ -114,7 +114,7 @@ impl Layout {
         dialect: Dialect,
     ) -> Result<Self, Why> {
         let fields = definitions.fields(name).ok_or(NO_DEFINITION)?;
-        let names = fields.iter().any(|field| is_names(field));
+        let names = fields.iter().any(is_names);
         let mut compiler = Compiler {
             definitions,
             dialect,
