@@ -57,7 +57,6 @@ pub(crate) fn unit(message: &str, field: &str) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::Unit;
 
     #[test]
