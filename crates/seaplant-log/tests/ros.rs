@@ -383,3 +383,33 @@ fn chunks_that_swell_past_any_log_are_refused() {
     };
     assert!(unpacked > 200 * packed);
 }
+
+#[test]
+fn a_write_ahead_log_beside_a_bag_is_told() {
+    let Some(made) = made("ros") else { return };
+    let sample = Sample::new("iron.db3", std::fs::read(made.file("iron.db3")).unwrap());
+    std::fs::write(sample.folder().join("iron.db3-wal"), "frames").unwrap();
+    let told = notes(&open(sample.path()));
+    assert_eq!(
+        told.last().map(String::as_str),
+        Some(
+            "iron.db3: \"iron.db3-wal\" has the last messages, for the recorder did not end well; \
+             `sqlite3 FILE 'PRAGMA wal_checkpoint'` moves them into the database; left out"
+        )
+    );
+}
+
+#[test]
+fn a_packing_that_is_not_known_is_named() {
+    let mut file = McapFile::new();
+    file.topic(0, "/a", "a/msg/A", "float32 a\n");
+    let head = [&[0; 16][..], &[9, 0, 0, 0, 0, 0, 0, 0], &[0; 4], &[3, 0, 0, 0], b"lzo"].concat();
+    file.record(6, &[&head[..], &[4, 0, 0, 0, 0, 0, 0, 0], b"\x01\x02\x03\x04"].concat());
+    let sample = Sample::new("a.mcap", file.finish());
+    let error = read(sample.path(), &ReadOptions::default()).unwrap_err();
+    assert_eq!(
+        without_folder(&error.to_string(), sample.path()),
+        "a.mcap is an MCAP file whose chunks are packed by \"lzo\", which is not read; convert it: \
+         `mcap convert` or `mcap compress` write zstd"
+    );
+}

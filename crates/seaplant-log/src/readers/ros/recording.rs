@@ -8,7 +8,7 @@ use super::decode::Encoding;
 use super::definition::{Definitions, plain};
 use super::layout::Layout;
 use super::packing::{Packing, ZSTD};
-use super::topic::{Timed, Topic};
+use super::topic::{NO_MESSAGE, Timed, Topic};
 use crate::assemble::Assembly;
 use crate::lookup::list;
 use crate::note::Note;
@@ -129,9 +129,9 @@ impl Recording {
         self.truncated.get_or_insert(byte);
     }
 
-    /// Whether nothing was read.
+    /// Whether no message was read.
     pub(crate) fn is_empty(&self) -> bool {
-        self.topics.is_empty()
+        self.topics.iter().all(Topic::is_empty)
     }
 
     /// Hands all over. `format` is what messages call the file: "an MCAP file".
@@ -168,7 +168,8 @@ impl Recording {
             }
         }
         let clock = clock.words(self.stamp);
-        if let (None, Some((topic, why))) = (&clock, left_out.first()) {
+        let unread = left_out.iter().find(|(_, why)| *why != NO_MESSAGE);
+        if let (None, Some((topic, why))) = (&clock, unread) {
             let detail = format!("in which {topic:?} {why}");
             let advice = "record topics of numbers as ROS messages, with their definitions";
             return Err(Error::Unsupported { path: path(), format, detail, advice });

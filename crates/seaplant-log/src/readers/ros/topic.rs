@@ -30,6 +30,9 @@ pub(crate) struct Topic {
     misfits: usize,
 }
 
+/// Why a topic that was announced, and no more, has no channels.
+pub(crate) const NO_MESSAGE: &str = "has no message";
+
 /// What is to be said of a topic's times.
 pub(crate) enum Timed {
     /// Its messages carry stamps, the first so far from the time of receipt, s.
@@ -132,6 +135,10 @@ impl Topic {
         self.time_s.iter().copied().filter(|time| time.is_finite()).reduce(f64::max)
     }
 
+    pub(crate) fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+
     pub(crate) fn is_cdr(&self) -> bool {
         self.encoding == Encoding::Cdr
     }
@@ -144,7 +151,7 @@ impl Topic {
     pub(crate) fn finish(mut self, assembly: &mut Assembly) -> Timed {
         if self.time_s.is_empty() {
             return Timed::Never(match self.misfits {
-                0 => "has no message",
+                0 => NO_MESSAGE,
                 _ => "has messages that are not as their definition says",
             });
         }
