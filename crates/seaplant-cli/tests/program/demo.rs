@@ -47,7 +47,7 @@ pub fn folder() -> PathBuf {
     demo().place.join("demo")
 }
 
-fn results() -> &'static Value {
+pub fn results() -> &'static Value {
     &demo().printed
 }
 

@@ -8,6 +8,7 @@ mod formats;
 mod memory;
 mod methods;
 mod real_data;
+mod ros;
 mod tables;
 mod terminal;
 mod workshop;

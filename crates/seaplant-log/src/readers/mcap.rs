@@ -1,7 +1,36 @@
-//! MCAP files: ROS 2 bags and others.
+//! MCAP files: ROS 2 bags, and whatever else records ROS messages in them.
+//!
+//! The format is that of the specification at mcap.dev: records of a byte that says what they are,
+//! a length and so many bytes; chunks hold records, packed.
 
-use crate::content::Content;
-use crate::{Error, Log, ReadOptions, format};
+use std::collections::HashMap;
+use std::io;
+
+use crate::assemble::Assembly;
+use crate::content::{Content, Origin};
+use crate::readers::bytes::Bytes;
+use crate::readers::ros::{Connection, Encoding, Packing, Recording, Window};
+use crate::{Error, Log, ReadOptions};
+
+const FORMAT: &str = "an MCAP file";
+const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+
+/// What a record is.
+mod op {
+    pub(super) const FOOTER: u8 = 2;
+    pub(super) const SCHEMA: u8 = 3;
+    pub(super) const CHANNEL: u8 = 4;
+    pub(super) const MESSAGE: u8 = 5;
+    pub(super) const CHUNK: u8 = 6;
+    pub(super) const DATA_END: u8 = 15;
+    /// From here on, anybody's own.
+    pub(super) const PRIVATE: u8 = 128;
+}
+
+/// The byte that says what a record is, and its length.
+const RECORD: u64 = 9;
+/// Longer records than this are none, unless they are attachments.
+const LONGEST: u64 = 1 << 30;
 
 /// Whether bytes start like an MCAP file.
 pub(crate) fn recognises(head: &[u8]) -> bool {
@@ -9,6 +38,336 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
 }
 
 /// Reads an MCAP file.
-pub(crate) fn read(content: Content, _options: &ReadOptions) -> Result<Log, Error> {
-    Err(format::unsupported(&content))
+///
+/// # Errors
+/// [`Error::Io`], [`Error::NoSamples`]; [`Error::Unsupported`] of another version, and of a
+/// packing that is not known.
+pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
+    if !content.head().starts_with(MAGIC) {
+        let (path, detail) = (content.path().to_owned(), "of an unknown version".to_owned());
+        let advice = "convert it with the `mcap` command, or copy it again if it is damaged";
+        return Err(Error::Unsupported { path, format: FORMAT, detail, advice });
+    }
+    let (origin, file) = content.seekable()?;
+    let read = Window::new(file).and_then(|mut window| {
+        let mut reader = Reader::new(window.left(), options);
+        reader.summary(&mut window)?;
+        reader.records(&mut window)?;
+        Ok(reader)
+    });
+    read.map_err(|error| origin.failed(error))?.finish(origin, options)
+}
+
+/// What the records said so far.
+struct Reader {
+    recording: Recording,
+    schemas: HashMap<u16, Schema>,
+    channels: HashMap<u16, Option<usize>>,
+    /// A chunk, once it is unpacked.
+    unpacked: Vec<u8>,
+    unknown_packing: Option<String>,
+}
+
+struct Schema {
+    name: String,
+    encoding: String,
+    definition: String,
+}
+
+impl Reader {
+    fn new(length: u64, options: &ReadOptions) -> Self {
+        Self {
+            recording: Recording::new(length, options),
+            schemas: HashMap::new(),
+            channels: HashMap::new(),
+            unpacked: Vec::new(),
+            unknown_packing: None,
+        }
+    }
+
+    fn finish(self, origin: Origin, options: &ReadOptions) -> Result<Log, Error> {
+        let path = origin.path().to_owned();
+        if let (Some(packing), true) = (&self.unknown_packing, self.recording.is_empty()) {
+            let detail = format!("whose chunks are packed by {packing:?}");
+            let advice = "convert it: `mcap convert` or `mcap compress` write zstd";
+            return Err(Error::Unsupported { path, format: FORMAT, detail, advice });
+        }
+        let mut assembly = Assembly::new(origin, options);
+        self.recording.finish(&path, FORMAT, &mut assembly)?;
+        assembly.log("MCAP")
+    }
+
+    /// Learns the schemas and channels that the end of a whole file repeats, so that damage to
+    /// their first copies costs nothing.
+    fn summary(&mut self, window: &mut Window) -> io::Result<()> {
+        const FOOTER: u64 = RECORD + 20;
+        let Some(footer) = window.left().checked_sub(FOOTER + MAGIC.len() as u64) else {
+            return Ok(());
+        };
+        window.go(footer)?;
+        let bytes = window.look(FOOTER + MAGIC.len() as u64)?;
+        let sound = bytes[0] == op::FOOTER && bytes.ends_with(MAGIC);
+        let start = Bytes(&bytes[RECORD as usize..]).u64().filter(|&start| sound && start > 0);
+        if let Some(start) = start.filter(|&start| start < footer) {
+            window.go(start)?;
+            while window.at() < footer {
+                let Some((kind, length)) = head(window)? else { break };
+                if length > window.left() {
+                    break;
+                }
+                if matches!(kind, op::SCHEMA | op::CHANNEL) {
+                    self.declare(kind, &window.look(RECORD + length)?[RECORD as usize..]);
+                }
+                window.skip(RECORD + length)?;
+            }
+        }
+        window.go(MAGIC.len() as u64)
+    }
+
+    /// Goes through the records from front to back, over damaged ones.
+    fn records(&mut self, window: &mut Window) -> io::Result<()> {
+        while !self.recording.swells() {
+            let byte = window.at();
+            let Some((kind, length)) = head(window)? else {
+                self.recording.truncated(byte);
+                return Ok(());
+            };
+            if matches!(kind, op::DATA_END | op::FOOTER) {
+                return Ok(());
+            }
+            if !is_plausible(window)? {
+                let cut = kind == op::CHUNK && chunk_is_plausible(window)?;
+                if cut || !resync(window)? {
+                    return self.rest(window, byte);
+                }
+                self.recording.damaged(byte, window.at() - byte);
+                continue;
+            }
+            match kind {
+                op::CHUNK => {
+                    let chunk = &window.look(RECORD + length)?[RECORD as usize..];
+                    self.chunk(chunk, true, byte);
+                }
+                op::SCHEMA | op::CHANNEL | op::MESSAGE => {
+                    let record = &window.look(RECORD + length)?[RECORD as usize..];
+                    if !self.record(kind, record, byte) {
+                        self.recording.damaged(byte, RECORD + length);
+                    }
+                }
+                _ => {}
+            }
+            window.skip(RECORD + length)?;
+        }
+        Ok(())
+    }
+
+    /// What follows the last sound record: a chunk that is cut off has a sound start, perhaps.
+    fn rest(&mut self, window: &mut Window, byte: u64) -> io::Result<()> {
+        window.go(byte)?;
+        let left = window.left();
+        if window.look(1)?[0] == op::CHUNK && chunk_is_plausible(window)? {
+            let chunk = &window.look(left.min(LONGEST))?[RECORD as usize..];
+            self.chunk(chunk, false, byte);
+        }
+        self.recording.truncated(byte);
+        Ok(())
+    }
+
+    /// Reads the records of a chunk, or of the part of one before the end of the file.
+    fn chunk(&mut self, chunk: &[u8], whole: bool, byte: u64) {
+        let mut bytes = Bytes(chunk);
+        let mut parts = || {
+            bytes.take(16)?;
+            Some((bytes.u64()?, bytes.u32()?, bytes.text()?, bytes.u64()?))
+        };
+        let Some((size, crc, packing, _)) = parts() else {
+            return self.recording.damaged(byte, chunk.len() as u64);
+        };
+        let packing = match packing.as_str() {
+            "" => Packing::None,
+            "lz4" => Packing::Lz4,
+            "zstd" => Packing::Zstd,
+            _ => {
+                self.unknown_packing.get_or_insert(packing);
+                return self.recording.damaged(byte, chunk.len() as u64);
+            }
+        };
+        let mut records = std::mem::take(&mut self.unpacked);
+        let unpacked = packing.unpack(bytes.0, &mut records) && records.len() as u64 == size;
+        self.recording.unpacked(records.len());
+        let sound = unpacked && (crc == 0 || crc32fast::hash(&records) == crc);
+        // What could be unpacked of a chunk that is cut off is sound up to there.
+        let read = (sound || !whole) && self.packed(&records, byte);
+        if whole && !read {
+            self.recording.damaged(byte, chunk.len() as u64);
+        }
+        self.unpacked = records;
+    }
+
+    /// The records within a chunk; whether all are sound.
+    fn packed(&mut self, records: &[u8], byte: u64) -> bool {
+        let mut bytes = Bytes(records);
+        while !bytes.0.is_empty() {
+            let mut record = || {
+                let kind = bytes.u8()?;
+                let length = bytes.u64()?;
+                Some((kind, bytes.take(usize::try_from(length).ok()?)?))
+            };
+            let Some((kind, record)) = record() else { return false };
+            if !self.record(kind, record, byte) {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Reads a record; whether it is sound.
+    fn record(&mut self, kind: u8, record: &[u8], byte: u64) -> bool {
+        match kind {
+            op::MESSAGE => self.message(record, byte).is_some(),
+            op::SCHEMA | op::CHANNEL => self.declare(kind, record).is_some(),
+            _ => true,
+        }
+    }
+
+    fn declare(&mut self, kind: u8, record: &[u8]) -> Option<()> {
+        let mut bytes = Bytes(record);
+        let id = bytes.u16()?;
+        if kind == op::SCHEMA {
+            let (name, encoding) = (bytes.text()?, bytes.text()?);
+            self.schemas.insert(id, Schema { name, encoding, definition: bytes.text()? });
+            return Some(());
+        }
+        let schema = self.schemas.get(&bytes.u16()?);
+        let (topic, encoding) = (bytes.text()?, bytes.text()?);
+        let index = match connection(topic, &encoding, schema) {
+            Ok(connection) => self.recording.topic(&connection),
+            Err((topic, why)) => {
+                if !self.channels.contains_key(&id) {
+                    self.recording.leave_out(topic, why);
+                }
+                None
+            }
+        };
+        self.channels.insert(id, index);
+        Some(())
+    }
+
+    fn message(&mut self, record: &[u8], byte: u64) -> Option<()> {
+        let mut bytes = Bytes(record);
+        let channel = bytes.u16()?;
+        bytes.take(4)?;
+        let receipt = bytes.u64()?;
+        bytes.take(8)?;
+        if let Some(topic) = *self.channels.get(&channel)? {
+            let receipt = i64::try_from(receipt).unwrap_or(i64::MAX);
+            self.recording.message(topic, receipt, bytes.0, byte);
+        }
+        Some(())
+    }
+}
+
+/// What a channel says of its messages, if they are of ROS.
+fn connection(
+    topic: String,
+    encoding: &str,
+    schema: Option<&Schema>,
+) -> Result<Connection, (String, &'static str)> {
+    const FOREIGN: &str = "is in no message encoding of ROS";
+    const IDL: &str = "has a definition in IDL, not as a ROS message";
+    let encoding = match encoding {
+        "cdr" => Encoding::Cdr,
+        "ros1" => Encoding::Ros1,
+        _ => return Err((topic, FOREIGN)),
+    };
+    let Some(schema) = schema else { return Err((topic, "has no message definition")) };
+    let definition = match schema.encoding.as_str() {
+        "ros2msg" | "ros1msg" => Some(schema.definition.clone()),
+        // The common types need no definition.
+        "" => None,
+        "ros2idl" | "omgidl" => return Err((topic, IDL)),
+        _ => return Err((topic, FOREIGN)),
+    };
+    Ok(Connection { topic, kind: schema.name.clone(), encoding, definition })
+}
+
+/// The kind and the length of the record at hand, unless the file ends.
+fn head(window: &mut Window) -> io::Result<Option<(u8, u64)>> {
+    let mut bytes = Bytes(window.look(RECORD)?);
+    Ok(bytes.u8().zip(bytes.u64()))
+}
+
+/// Whether the record at hand may be one.
+fn is_plausible(window: &mut Window) -> io::Result<bool> {
+    let Some((kind, length)) = head(window)? else { return Ok(false) };
+    if length > window.left() - RECORD {
+        return Ok(false);
+    }
+    Ok(match kind {
+        op::CHUNK => chunk_is_plausible(window)?,
+        op::SCHEMA | op::CHANNEL | op::MESSAGE => length <= LONGEST,
+        0 => false,
+        ..=op::DATA_END | op::PRIVATE.. => true,
+        _ => false,
+    })
+}
+
+/// Whether the lengths of the chunk at hand, which the file may cut off, fit each other.
+fn chunk_is_plausible(window: &mut Window) -> io::Result<bool> {
+    /// Start, end, size, checksum and name of the packing, a short one.
+    const HEAD: u64 = 8 + 8 + 8 + 4 + 4 + 8;
+    const NAME: u64 = 16;
+    let mut bytes = Bytes(window.look(RECORD + HEAD + NAME)?);
+    let mut fits = || {
+        bytes.u8()?;
+        let length = bytes.u64()?;
+        bytes.take(28)?;
+        let name = u64::from(bytes.u32()?);
+        bytes.take(usize::try_from(name).ok().filter(|&name| name as u64 <= NAME)?)?;
+        Some(length <= LONGEST && length.checked_sub(HEAD + name)? == bytes.u64()?)
+    };
+    Ok(fits() == Some(true))
+}
+
+/// Moves to the next record that looks sound, past the damage at hand; whether there is one.
+fn resync(window: &mut Window) -> io::Result<bool> {
+    window.skip(1)?;
+    loop {
+        let starts = |b: &u8| matches!(*b, op::MESSAGE | op::CHUNK | op::DATA_END);
+        let ahead = window.look(4096)?;
+        if ahead.is_empty() {
+            return Ok(false);
+        }
+        let step = ahead.iter().position(starts).unwrap_or(ahead.len());
+        window.skip(step as u64)?;
+        if step == 0 {
+            if is_plausible(window)? && next_is_plausible(window)? {
+                return Ok(true);
+            }
+            window.skip(1)?;
+        }
+    }
+}
+
+/// Whether another record follows the one at hand, or is no need to: a chunk's lengths say enough.
+fn next_is_plausible(window: &mut Window) -> io::Result<bool> {
+    /// Longer messages than this are not looked past.
+    const FAR: u64 = 1 << 16;
+    let Some((kind, length)) = head(window)? else { return Ok(false) };
+    if kind == op::CHUNK {
+        return Ok(true);
+    }
+    if kind == op::DATA_END {
+        return Ok(length == 4);
+    }
+    if !(22..FAR).contains(&length) {
+        return Ok(false);
+    }
+    let mut next = Bytes(window.look(2 * RECORD + length)?);
+    let mut follows = || {
+        next.take((RECORD + length) as usize)?;
+        let (kind, length) = (next.u8()?, next.u64()?);
+        Some((op::SCHEMA..=op::DATA_END).contains(&kind) && length < FAR)
+    };
+    Ok(follows() == Some(true))
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod arrow_ipc;
 pub(crate) mod columnar;
+pub(crate) mod bytes;
 pub(crate) mod dataflash;
 pub(crate) mod gzip;
 pub(crate) mod hdf5;
@@ -11,6 +12,7 @@ pub(crate) mod nmea;
 pub(crate) mod parquet;
 pub(crate) mod parquet_pages;
 pub(crate) mod pd0;
+pub(crate) mod ros;
 pub(crate) mod rosbag1;
 pub(crate) mod sqlite;
 pub(crate) mod text;

@@ -1,7 +1,30 @@
-//! ROS 1 bags.
+//! ROS 1 bags, version 2.0, from front to back: whether they are indexed does not matter.
 
-use crate::content::Content;
-use crate::{Error, Log, ReadOptions, format};
+use std::collections::HashMap;
+use std::io;
+
+use crate::assemble::Assembly;
+use crate::content::{Content, Origin};
+use crate::readers::bytes::Bytes;
+use crate::readers::ros::{Connection, Encoding, Packing, Recording, Window};
+use crate::{Error, Log, ReadOptions};
+
+const FORMAT: &str = "a ROS 1 bag";
+const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
+
+/// What a record is.
+mod op {
+    pub(super) const MESSAGE: u8 = 2;
+    pub(super) const BAG: u8 = 3;
+    pub(super) const INDEX: u8 = 4;
+    pub(super) const CHUNK: u8 = 5;
+    pub(super) const CHUNK_INFO: u8 = 6;
+    pub(super) const CONNECTION: u8 = 7;
+}
+
+/// Longer headers and longer records than these are none.
+const LONGEST_HEADER: u64 = 1 << 24;
+const LONGEST: u64 = 1 << 30;
 
 /// Whether bytes start like a ROS 1 bag.
 pub(crate) fn recognises(head: &[u8]) -> bool {
@@ -9,6 +32,296 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
 }
 
 /// Reads a ROS 1 bag.
-pub(crate) fn read(content: Content, _options: &ReadOptions) -> Result<Log, Error> {
-    Err(format::unsupported(&content))
+///
+/// # Errors
+/// [`Error::Io`], [`Error::NoSamples`]; [`Error::Unsupported`] of another version, and of a
+/// packing that is not known.
+pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
+    if !content.head().starts_with(MAGIC) {
+        let path = content.path().to_owned();
+        let detail = "of another version than 2.0".to_owned();
+        let advice = "run `rosbag migrate` on it, or copy it again if it is damaged";
+        return Err(Error::Unsupported { path, format: FORMAT, detail, advice });
+    }
+    let (origin, file) = content.seekable()?;
+    let read = Window::new(file).and_then(|mut window| {
+        let mut reader = Reader::new(window.left(), options);
+        reader.index(&mut window)?;
+        reader.records(&mut window)?;
+        Ok(reader)
+    });
+    read.map_err(|error| origin.failed(error))?.finish(origin, options)
+}
+
+struct Reader {
+    recording: Recording,
+    connections: HashMap<u32, Option<usize>>,
+    /// A chunk, once it is unpacked.
+    unpacked: Vec<u8>,
+    unknown_packing: Option<String>,
+}
+
+impl Reader {
+    fn new(length: u64, options: &ReadOptions) -> Self {
+        Self {
+            recording: Recording::new(length, options),
+            connections: HashMap::new(),
+            unpacked: Vec::new(),
+            unknown_packing: None,
+        }
+    }
+
+    fn finish(self, origin: Origin, options: &ReadOptions) -> Result<Log, Error> {
+        let path = origin.path().to_owned();
+        if let (Some(packing), true) = (&self.unknown_packing, self.recording.is_empty()) {
+            let detail = format!("whose chunks are packed by {packing:?}");
+            let advice = "run `rosbag decompress` on it";
+            return Err(Error::Unsupported { path, format: FORMAT, detail, advice });
+        }
+        let mut assembly = Assembly::new(origin, options);
+        self.recording.finish(&path, FORMAT, &mut assembly)?;
+        assembly.log("ROS 1 bag")
+    }
+
+    /// Learns the connections that the end of a whole bag repeats, so that damage to their first
+    /// copies costs nothing.
+    fn index(&mut self, window: &mut Window) -> io::Result<()> {
+        let start = MAGIC.len() as u64;
+        window.go(start)?;
+        let index = record(window)?.and_then(|(header, _)| {
+            let header = Header(window.look(4 + header).ok()?.get(4..)?);
+            (header.op() == Some(op::BAG)).then(|| header.number("index_pos"))?
+        });
+        if let Some(index) = index.filter(|&index| index > start && index < start + window.left()) {
+            window.go(index)?;
+            while let Some((header, data)) = record(window)? {
+                let bytes = window.look(8 + header + data)?;
+                let (head, data) = parts(bytes, header);
+                if Header(head).op() != Some(op::CONNECTION) {
+                    break;
+                }
+                self.connection(Header(head), data);
+                let length = bytes.len() as u64;
+                window.skip(length)?;
+            }
+        }
+        window.go(start)
+    }
+
+    /// Goes through the records from front to back, over damaged ones.
+    fn records(&mut self, window: &mut Window) -> io::Result<()> {
+        while window.left() > 0 && !self.recording.swells() {
+            let byte = window.at();
+            let Some((header, data)) = record(window)? else {
+                if cut_chunk(window)? || !resync(window)? {
+                    return self.rest(window, byte);
+                }
+                self.recording.damaged(byte, window.at() - byte);
+                continue;
+            };
+            let (head, data) = parts(window.look(8 + header + data)?, header);
+            if !self.record(Header(head), data, true, byte) {
+                self.recording.damaged(byte, (8 + head.len() + data.len()) as u64);
+            }
+            let length = (8 + head.len() + data.len()) as u64;
+            window.skip(length)?;
+        }
+        Ok(())
+    }
+
+    /// What follows the last sound record: a chunk that is cut off has a sound start, perhaps.
+    fn rest(&mut self, window: &mut Window, byte: u64) -> io::Result<()> {
+        window.go(byte)?;
+        let left = window.left();
+        let mut bytes = Bytes(window.look(left.min(LONGEST))?);
+        let mut cut = || {
+            let length = bytes.u32()? as usize;
+            let header = Header(bytes.take(length)?);
+            bytes.u32()?;
+            Some((header, bytes.0))
+        };
+        if let Some((header, data)) = cut().filter(|(header, _)| header.op() == Some(op::CHUNK)) {
+            self.chunk(header, data, false, byte);
+        }
+        self.recording.truncated(byte);
+        Ok(())
+    }
+
+    /// Reads a record; whether it is sound.
+    fn record(&mut self, header: Header<'_>, data: &[u8], whole: bool, byte: u64) -> bool {
+        match header.op() {
+            Some(op::MESSAGE) => self.message(header, data, byte).is_some(),
+            Some(op::CONNECTION) => self.connection(header, data).is_some(),
+            Some(op::CHUNK) => self.chunk(header, data, whole, byte),
+            op => op.is_some(),
+        }
+    }
+
+    /// Reads the records of a chunk, or of the part of one before the end of the file; whether all
+    /// are sound.
+    fn chunk(&mut self, header: Header<'_>, data: &[u8], whole: bool, byte: u64) -> bool {
+        let packing = match header.field("compression") {
+            Some(b"none") => Packing::None,
+            Some(b"lz4") => Packing::Lz4,
+            Some(b"bz2") => Packing::Bzip2,
+            Some(other) => {
+                let name = String::from_utf8_lossy(other).into_owned();
+                self.unknown_packing.get_or_insert(name);
+                return false;
+            }
+            None => return false,
+        };
+        let mut records = std::mem::take(&mut self.unpacked);
+        let unpacked = packing.unpack(data, &mut records);
+        self.recording.unpacked(records.len());
+        let mut bytes = Bytes(&records);
+        // Without a checksum, what was unpacked before damage may be right; each record must be.
+        let sound = loop {
+            if bytes.0.is_empty() {
+                break unpacked || !whole;
+            }
+            let mut next = || {
+                let header = bytes.u32()? as usize;
+                let header = Header(bytes.take(header)?);
+                let data = bytes.u32()? as usize;
+                Some((header, bytes.take(data)?))
+            };
+            let Some((header, data)) = next() else { break false };
+            let nested = header.op() == Some(op::CHUNK);
+            if nested || !self.record(header, data, true, byte) {
+                break false;
+            }
+        };
+        self.unpacked = records;
+        sound
+    }
+
+    fn connection(&mut self, header: Header<'_>, data: &[u8]) -> Option<()> {
+        let id = header.number("conn")? as u32;
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let topic = text(header.field("topic")?);
+        let (kind, definition) =
+            (Header(data).field("type")?, Header(data).field("message_definition")?);
+        let (kind, definition) = (text(kind), Some(text(definition)));
+        let connection = Connection { topic, kind, encoding: Encoding::Ros1, definition };
+        let topic = self.recording.topic(&connection);
+        self.connections.insert(id, topic);
+        Some(())
+    }
+
+    fn message(&mut self, header: Header<'_>, data: &[u8], byte: u64) -> Option<()> {
+        let connection = header.number("conn")? as u32;
+        let mut time = Bytes(header.field("time")?);
+        let receipt = i64::from(time.u32()?) * 1_000_000_000 + i64::from(time.u32()?);
+        if let Some(topic) = *self.connections.get(&connection)? {
+            self.recording.message(topic, receipt, data, byte);
+        }
+        Some(())
+    }
+}
+
+/// A record's header: fields `name=value`, each after its length.
+#[derive(Clone, Copy)]
+struct Header<'a>(&'a [u8]);
+
+impl<'a> Header<'a> {
+    fn field(self, name: &str) -> Option<&'a [u8]> {
+        let mut bytes = Bytes(self.0);
+        while !bytes.0.is_empty() {
+            let length = bytes.u32()? as usize;
+            let field = bytes.take(length)?;
+            let value = field.strip_prefix(name.as_bytes()).and_then(|v| v.strip_prefix(b"="));
+            if value.is_some() {
+                return value;
+            }
+        }
+        None
+    }
+
+    /// A number of up to eight bytes.
+    fn number(self, name: &str) -> Option<u64> {
+        let value = self.field(name).filter(|value| value.len() <= 8)?;
+        Some(value.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte)))
+    }
+
+    fn op(self) -> Option<u8> {
+        match self.field("op")? {
+            &[
+                op @ (op::MESSAGE
+                | op::BAG
+                | op::INDEX
+                | op::CHUNK
+                | op::CHUNK_INFO
+                | op::CONNECTION),
+            ] => Some(op),
+            _ => None,
+        }
+    }
+}
+
+/// The lengths of header and data of the record at hand, if it may be one and is all there.
+fn record(window: &mut Window) -> io::Result<Option<(u64, u64)>> {
+    let left = window.left();
+    let Some(header) = Bytes(window.look(4)?).u32().map(u64::from) else { return Ok(None) };
+    // The shortest says `op=` and a byte.
+    if !(8..=LONGEST_HEADER).contains(&header) || header + 8 > left {
+        return Ok(None);
+    }
+    let bytes = window.look(8 + header)?;
+    let (head, length) = bytes.split_at(4 + header as usize);
+    if Header(&head[4..]).op().is_none() {
+        return Ok(None);
+    }
+    let Some(data) = Bytes(length).u32().map(u64::from) else { return Ok(None) };
+    Ok((data <= LONGEST && 8 + header + data <= left).then_some((header, data)))
+}
+
+/// Whether the record at hand is a chunk of which the lengths fit each other, but not the file.
+fn cut_chunk(window: &mut Window) -> io::Result<bool> {
+    /// A chunk that packs badly is this much longer than what it holds.
+    const SPARE: u64 = 1 << 16;
+    let Some(header) = Bytes(window.look(4)?).u32().map(u64::from) else { return Ok(false) };
+    if header > LONGEST_HEADER {
+        return Ok(false);
+    }
+    let mut bytes = Bytes(window.look(8 + header)?);
+    let mut fits = || {
+        bytes.take(4)?;
+        let header = Header(bytes.take(header as usize)?);
+        let (size, length) = (header.number("size")?, u64::from(bytes.u32()?));
+        let plain = header.field("compression")? == b"none";
+        let fits = if plain { length == size } else { length <= size + size / 16 + SPARE };
+        Some(header.op()? == op::CHUNK && length <= LONGEST && fits)
+    };
+    Ok(fits() == Some(true))
+}
+
+/// Header and data of a record of which the header has so many bytes.
+fn parts(record: &[u8], header: u64) -> (&[u8], &[u8]) {
+    let (head, data) = record.split_at(4 + header as usize);
+    (&head[4..], &data[4..])
+}
+
+/// Moves to the next record that looks sound, past the damage at hand; whether there is one.
+fn resync(window: &mut Window) -> io::Result<bool> {
+    window.skip(1)?;
+    while window.left() > 0 {
+        // A header's first two bytes of length are anything, the others are almost always zero.
+        let ahead = window.look(4096)?;
+        let zeros = ahead.windows(4).position(|four| four[2..] == [0, 0] && four[..2] != [0, 0]);
+        match zeros {
+            Some(0) => {
+                if record(window)?.is_some() {
+                    return Ok(true);
+                }
+                window.skip(1)?;
+            }
+            Some(step) => window.skip(step as u64)?,
+            None => {
+                let step = ahead.len().saturating_sub(3).max(1) as u64;
+                window.skip(step)?;
+            }
+        }
+    }
+    Ok(false)
 }

@@ -368,7 +368,7 @@ fn are_datenums(time: &[f64], period: f64) -> bool {
 
 fn heading(array: &Array, name: &str) -> Heading {
     let (column, name, unit) = (array.name.clone(), name.to_owned(), array.unit.clone());
-    Heading { column, name, unit, nameless: false }
+    Heading { column, name, unit, nameless: false, instant: false }
 }
 
 /// A struct and those around it, the innermost first; the last is that of variables.

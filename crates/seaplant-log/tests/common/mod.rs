@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test program uses its own part")]
 #![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
+pub mod mcap;
 pub mod python;
 
 use std::path::{Path, PathBuf};

@@ -10,5 +10,6 @@ mod matlab;
 mod nmea;
 mod packed;
 mod pd0;
+mod ros;
 mod text;
 mod xlsx;

@@ -1,0 +1,51 @@
+//! The twin's campaign, recorded as ROS 2 records it.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::demo;
+use crate::workshop::{Workshop, number};
+
+/// Sums in another order; a part of the value, or of its standard deviation.
+const SAME: f64 = 1e-9;
+
+#[test]
+fn an_mcap_recording_gives_the_estimates_of_the_tables() {
+    let Some(python) = std::env::var_os("SEAPLANT_PYTHON") else {
+        eprintln!("skipped: SEAPLANT_PYTHON is not set; scripts/check sets it");
+        return;
+    };
+    let workshop = Workshop::empty();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/twin_as_mcap.py");
+    let run = Command::new(python)
+        .arg("-B")
+        .arg(script)
+        .args([&demo::folder(), workshop.path()])
+        .output()
+        .expect("Python runs");
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let found = workshop.json(&["identify", "campaign.toml", "--out", "out", "--json"]);
+    assert_eq!(found["failures"], serde_json::json!([]));
+    let expected = demo::results();
+    let mut compared = 0;
+    for (dof, methods) in expected["methods"].as_object().expect("by degree of freedom") {
+        for (method, plant) in methods.as_object().expect("by method") {
+            let parameters = plant["parameters"].as_object().expect("by name");
+            for (name, parameter) in parameters.iter().filter(|(_, value)| !value.is_null()) {
+                let same = &found["methods"][dof][method]["parameters"][name];
+                assert_same(&format!("{name} in {dof} by {method}"), same, parameter);
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 40, "{compared} parameters");
+}
+
+fn assert_same(name: &str, found: &Value, expected: &Value) {
+    let (found, right) = (number(found, "value"), number(expected, "value"));
+    let std = expected["std"].as_f64().unwrap_or(0.0);
+    let apart = (found - right).abs();
+    assert!(apart <= SAME * right.abs().max(std), "{name}: {found} for {right}");
+}

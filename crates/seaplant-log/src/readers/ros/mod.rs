@@ -1,0 +1,16 @@
+//! What bags of ROS 1 and ROS 2 share: messages, and the definitions that say what is in them.
+
+mod bundled;
+mod decode;
+mod definition;
+mod layout;
+mod packing;
+mod recording;
+mod topic;
+mod units;
+mod window;
+
+pub(crate) use decode::Encoding;
+pub(crate) use packing::Packing;
+pub(crate) use recording::{Connection, Recording};
+pub(crate) use window::Window;
