@@ -1,26 +1,12 @@
 //! Logs that others measured. They are looked for in the folder that `SEAPLANT_DATA` names, from
 //! the workspace, else in `../shared/data`; a test whose files are absent says so.
-#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
 mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::notes;
+use common::{data, notes};
 use seaplant_log::{Dimension, Error, Log, Note, ReadOptions, Unit, read, read_table};
-
-/// A file or folder of the data, if it is there.
-fn data(name: &str) -> Option<PathBuf> {
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let named = std::env::var_os("SEAPLANT_DATA").map(PathBuf::from);
-    let folder = workspace.join(named.unwrap_or_else(|| PathBuf::from("../shared/data")));
-    let path = folder.join(name);
-    if !path.exists() {
-        eprintln!("skipped: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
-}
 
 fn files_in(folder: &str, extension: &str) -> Vec<PathBuf> {
     let Some(folder) = data(folder) else { return Vec::new() };
@@ -123,8 +109,6 @@ fn bench_tables_are_read_without_time() {
 #[test]
 fn recordings_in_other_formats_are_named_not_misread() {
     for (name, expected) in [
-        ("formats/ardusub/small.BIN", "an ArduPilot DataFlash log (.BIN)"),
-        ("formats/ardusub/small.tlog", "a MAVLink telemetry log (.tlog)"),
         ("formats/pd0/RDI_withBT.000", "a Teledyne RDI PD0 file"),
         ("formats/pd0/RiverPro_test01.PD0", "a Teledyne RDI PD0 file"),
     ] {
