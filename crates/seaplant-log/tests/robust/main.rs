@@ -5,6 +5,8 @@
 mod common;
 mod harness;
 
+mod dataflash;
 mod packed;
 mod text;
+mod tlog;
 mod xlsx;

@@ -79,7 +79,7 @@ pub(super) fn next(ahead: &[u8]) -> Next<'_> {
 fn parts(ahead: &[u8]) -> Option<Parts> {
     /// Whether a frame has a signature.
     const SIGNED: u8 = 1;
-    match ahead[STAMP..] {
+    match *ahead.get(STAMP..)? {
         [VERSION_1, size, _, system, component, number, ..] => {
             let from = STAMP + 6;
             let to = from + usize::from(size);
