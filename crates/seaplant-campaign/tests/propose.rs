@@ -400,3 +400,51 @@ fn the_tankers_logs_are_mapped() {
     assert_eq!(campaign.trial[0].dof, [Dof::Surge]);
     assert!(proposal.open_questions.iter().any(|q| q.contains("delta_rudder")));
 }
+
+#[test]
+fn a_log_of_ardusub_is_known() {
+    let Some(log) = data("formats/ardusub/small.BIN") else { return };
+    let folder = Folder::new();
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    let found = columns(&campaign);
+    for (quantity, column) in [
+        ("attitude.heading", "ATT.Yaw"),
+        ("rate.yaw", "RATE.Y"),
+        ("depth", "BARO[1].Alt"),
+        ("supply.voltage", "BAT[0].Volt"),
+        ("thruster.motor 1.pwm", "RCOU.C1"),
+        ("thruster.motor 6.pwm", "RCOU.C6"),
+    ] {
+        assert_eq!(found.get(quantity), Some(&column), "{}", proposal.campaign_toml);
+    }
+    assert!(!found.contains_key("thruster.motor 7.pwm"));
+    assert!(campaign.channels["depth"].negate);
+
+    let (vehicle, _) = read_vehicle(&folder.path().join("vehicle.toml")).unwrap();
+    assert_eq!((vehicle.name.as_str(), vehicle.thrusters.len()), ("BlueROV2", 6));
+    // Of the settings that the log holds, MOT_1_DIRECTION is -1 and MOT_3_DIRECTION is 1.
+    let forward = |k: usize| vehicle.thrusters[k].direction_body.x > 0.0;
+    assert!(forward(0) && forward(2));
+    assert!(proposal.vehicle_toml.contains("voltage_v = 17.5"), "{}", proposal.vehicle_toml);
+    // The files are whole: what is left to decide does not keep them from being read.
+    Campaign::open(&folder.path().join("campaign.toml")).unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn telemetry_of_ardusub_is_known() {
+    let Some(log) = data("formats/ardusub/small.tlog") else { return };
+    let folder = Folder::new();
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    let found = columns(&campaign);
+    for (quantity, column) in [
+        ("attitude.heading", "ATTITUDE.yaw"),
+        ("rate.yaw", "ATTITUDE.yawspeed"),
+        ("depth", "GLOBAL_POSITION_INT.relative_alt"),
+        ("thruster.motor 8.pwm", "SERVO_OUTPUT_RAW.servo8_raw"),
+    ] {
+        assert_eq!(found.get(quantity), Some(&column), "{}", proposal.campaign_toml);
+    }
+    let (vehicle, _) = read_vehicle(&folder.path().join("vehicle.toml")).unwrap();
+    assert_eq!((vehicle.name.as_str(), vehicle.thrusters.len()), ("BlueROV2 Heavy", 8));
+    Campaign::open(&folder.path().join("campaign.toml")).unwrap_or_else(|error| panic!("{error}"));
+}

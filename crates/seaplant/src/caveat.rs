@@ -81,6 +81,8 @@ pub enum CaveatCode {
     ResidualsNotWhite,
     /// Thrust scale cannot be seen in motion.
     ThrustScale,
+    /// Thrusters that sit where a preset has them.
+    PresetGeometry,
     /// The log reader dropped or mended something.
     Log,
 }
