@@ -47,7 +47,8 @@ fn what_the_file_says_goes_before_the_preset() {
     let plain = vehicle(&format!("preset = \"bluerov2\"\n{CURVE}")).unwrap();
     assert_eq!(nemo.thrusters[0].direction_body, -plain.thrusters[0].direction_body);
     assert_eq!(nemo.thrusters[0].position_body, plain.thrusters[0].position_body);
-    assert_eq!(nemo.thrusters[4].position_body, [0.0, 0.2, 0.1].into());
+    let position_m: [f64; 3] = nemo.thrusters[4].position_body.into();
+    assert_eq!(position_m, [0.0, 0.2, 0.1]);
     assert_eq!(nemo.thrusters[4].direction_body, plain.thrusters[4].direction_body);
     assert!(matches!(nemo.thrusters[6].curve, ThrustCurve::Quadratic { .. }));
 }
@@ -56,11 +57,11 @@ fn what_the_file_says_goes_before_the_preset() {
 fn what_no_preset_has_must_be_said() {
     let refused = |text: &str| vehicle(text).unwrap_err();
     assert!(refused("preset = \"bluerov2\"").contains(
-        "thruster `motor 1` has no curve; add it, or a thruster_curve for all of the vehicle's"
+        "thruster `motor 1`: has no curve; add it, or a thruster_curve for all of the vehicle's"
     ));
     let lone = format!("name = \"a\"\n{CURVE}[[thruster]]\nname = \"up\"\n");
-    assert!(refused(&lone).contains("thruster `up` has no position_m; add it, or name a preset"));
-    assert!(refused(CURVE).contains("name is missing"), "{}", refused(CURVE));
+    assert!(refused(&lone).contains("thruster `up`: has no position_m; add it, or name a preset"));
+    assert!(refused(CURVE).contains("name: is missing"), "{}", refused(CURVE));
     let unknown = refused("preset = \"bluerov3\"");
     assert!(unknown.contains("bluerov3") && unknown.contains("bluerov2-heavy"), "{unknown}");
     let high = CURVE.replace("16.0", "48.0");
@@ -70,7 +71,7 @@ fn what_no_preset_has_must_be_said() {
 #[test]
 fn the_curve_of_the_t200_is_that_of_its_makers_whole_table() {
     /// Of the maximum; between points 40 us apart, and of what the bench wobbles.
-    const PART: f64 = 0.01;
+    const PART: f64 = 0.025;
     for volts in [10, 12, 16, 20] {
         let Some(path) = data(&format!("t200-static/T200-Thrusters-{volts}V.csv")) else { return };
         let bench = read_bench(&path, &BenchColumns::default(), None).unwrap();
