@@ -3,7 +3,7 @@
 #
 # use: run.sh [MEGABYTES] [ROUNDS]
 #
-# pymavlink reads each log once, between Seaplant's rounds: it takes minutes.
+# pymavlink reads each log once, for it takes minutes.
 set -euo pipefail
 
 megabytes=${1:-210}
@@ -21,12 +21,19 @@ target=$(cargo metadata --format-version 1 --no-deps --manifest-path "$bench/Car
 rust="$target/release/read_log"
 
 "$python" -B "$here/make.py" "$work" "$megabytes"
+
+# One line: what was read, how long it took, and how much of that a processor worked.
+timed() {
+    local name=$1
+    shift
+    TIMEFORMAT='user_s %U system_s %S'
+    printf '%s: %s\n' "$name" "$({ time "$@"; } 2>&1 | tr '\n' ' ')"
+}
+
 for log in log.BIN log.tlog; do
     printf '\n%s: %s bytes\n' "$log" "$(stat --format %s "$work/$log")"
-    for round in $(seq "$rounds"); do
-        printf 'seaplant %s\n' "$("$rust" "$work/$log" | tr '\n' ' ')"
-        if [ "$round" = 1 ]; then
-            printf 'pymavlink %s\n' "$("$python" -B "$here/read_log.py" "$work/$log" | tr '\n' ' ')"
-        fi
+    timed pymavlink "$python" -B "$here/read_log.py" "$work/$log"
+    for _ in $(seq "$rounds"); do
+        timed seaplant "$rust" "$work/$log"
     done
 done

@@ -220,9 +220,11 @@ impl VehicleFile {
             return Err(Error::value(path, "dry_mass_kg", "must be a positive number of kg"));
         }
         let of_preset = || self.preset.map(|preset| preset.title().to_owned());
-        let name = self.name.clone().or_else(of_preset).ok_or_else(|| {
-            Error::value(path, "name", "is missing; say what the report calls the vehicle")
-        })?;
+        let name = self
+            .name
+            .clone()
+            .or_else(of_preset)
+            .ok_or_else(|| Error::value(path, "vehicle", toml_file::missing(path, "name")))?;
         let entries = self.entries();
         let thrusters = entries.iter().map(|entry| self.thruster(entry, path, inputs));
         let thrusters = thrusters.collect::<Result<_, _>>()?;
@@ -255,16 +257,23 @@ impl VehicleFile {
         inputs: &mut Vec<InputFile>,
     ) -> Result<Thruster, Error> {
         let lacks = |key: &str| {
-            let reason = format!("has no {key}; add it, or name a preset that has this thruster");
+            let reason = toml_file::missing(path, key);
             Error::value(path, format!("thruster `{}`", entry.name), reason)
         };
         let position_m = entry.position_m.ok_or_else(|| lacks("position_m"))?;
         let direction = entry.direction.ok_or_else(|| lacks("direction"))?;
         let direction = if entry.reversed { direction.map(|d| -d) } else { direction };
-        let curve = entry.curve.as_ref().or(self.thruster_curve.as_ref()).ok_or_else(|| {
-            let reason = "has no curve; add it, or a thruster_curve for all of the vehicle's";
-            Error::value(path, format!("thruster `{}`", entry.name), reason)
-        })?;
+        let curve =
+            entry.curve.as_ref().or(self.thruster_curve.as_ref()).ok_or_else(|| {
+                match self.preset {
+                    Some(_) => {
+                        let reason =
+                            "missing field `curve`\nadd it, or a thruster_curve for all thrusters";
+                        Error::value(path, format!("thruster `{}`", entry.name), reason)
+                    }
+                    None => lacks("curve"),
+                }
+            })?;
         let curve = curve.read(path, &entry.name, inputs)?;
         Thruster::new(&entry.name, position_m, direction, curve).map_err(Error::model(path))
     }

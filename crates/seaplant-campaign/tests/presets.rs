@@ -57,11 +57,14 @@ fn what_the_file_says_goes_before_the_preset() {
 fn what_no_preset_has_must_be_said() {
     let refused = |text: &str| vehicle(text).unwrap_err();
     assert!(refused("preset = \"bluerov2\"").contains(
-        "thruster `motor 1`: has no curve; add it, or a thruster_curve for all of the vehicle's"
+        "thruster `motor 1`: missing field `curve`\nadd it, or a thruster_curve for all thrusters"
     ));
     let lone = format!("name = \"a\"\n{CURVE}[[thruster]]\nname = \"up\"\n");
-    assert!(refused(&lone).contains("thruster `up`: has no position_m; add it, or name a preset"));
-    assert!(refused(CURVE).contains("name: is missing"), "{}", refused(CURVE));
+    assert!(
+        refused(&lone)
+            .contains("thruster `up`: missing field `position_m`\nadd `position_m = ...` there")
+    );
+    assert!(refused(CURVE).contains("missing field `name`"), "{}", refused(CURVE));
     let unknown = refused("preset = \"bluerov3\"");
     assert!(unknown.contains("bluerov3") && unknown.contains("bluerov2-heavy"), "{unknown}");
     let high = CURVE.replace("16.0", "48.0");

@@ -113,7 +113,7 @@ fn what_the_log_cannot_tell_is_named_when_the_files_are_read() {
     let (proposal, _) = propose_in(&folder, &[log]);
     let vehicle = folder.path().join("vehicle.toml");
     let message = read_vehicle(&vehicle).expect_err("thrusters are open").to_string();
-    assert!(message.contains("`up port`: has no position_m"), "{message}");
+    assert!(message.contains("missing field `position_m`"), "{message}");
     let without = |key: &str| {
         let text = filled(&proposal.vehicle_toml, "[0.0, 0.0, -1.0]");
         let text =

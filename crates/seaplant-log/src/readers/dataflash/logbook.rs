@@ -12,6 +12,9 @@ use crate::{Error, Log};
 /// method takes it for a gap in one run.
 const APART_S: f64 = 100.0;
 
+/// Records stand a little out of order in one run, s.
+const JITTER_S: f64 = 1.0;
+
 /// What records told.
 pub(super) struct Logbook {
     /// Which table each type's number stands for now.
@@ -168,7 +171,7 @@ impl Logbook {
     fn restart(&mut self, time_s: f64) {
         self.may_restart = false;
         if let Some(latest_s) = self.latest_s
-            && time_s + self.shift_s < latest_s
+            && time_s + self.shift_s < latest_s - JITTER_S
         {
             let at_s = latest_s + APART_S;
             self.shift_s = at_s - time_s;
