@@ -29,7 +29,7 @@ fn campaign() -> Option<Workshop> {
 #[test]
 fn logs_of_an_autopilot_give_the_estimates_that_tables_give() {
     let Some(workshop) = campaign() else { return };
-    let found = workshop.json(&["identify", "campaign.toml", "--out", "out"]);
+    let found = workshop.json(&["identify", "campaign.toml", "--out", "out", "--json"]);
     let tables = std::fs::read(demo::results_file()).expect("the demo wrote its results");
     let tables: Value = serde_json::from_slice(&tables).expect("JSON");
     for part in ["plants", "methods", "steady"] {

@@ -82,7 +82,8 @@ mod tests {
     fn a_start_anew_has_a_clock_of_its_own() {
         let mut clock = Clock::default();
         let first = clock.hear(500.0, 1500.0);
-        assert!(clock.received(clock.hear(1.0, 1601.0), 1601.0).is_none());
+        let unbelieved = clock.hear(1.0, 1601.0);
+        assert!(clock.received(unbelieved, 1601.0).is_none());
         let second = clock.hear(2.0, 1602.0);
         assert_eq!(clock.received(first, 1500.0), Some(1500.0));
         assert_eq!(clock.received(second, 1602.0), Some(1602.0));
