@@ -456,14 +456,12 @@ impl fmt::Display for Note {
             }
             Self::UnknownMessages { numbers, .. } => {
                 let count: usize = numbers.iter().map(|(_, count)| count).sum();
-                let kinds = numbers.iter().take(12).map(|(number, _)| format!("\"{number}\""));
-                let kinds: Vec<String> = kinds.collect();
+                let kinds: Vec<String> = numbers.iter().map(|(kind, _)| kind.to_string()).collect();
                 write!(
                     f,
-                    "{} of a kind that is not known, of {} kinds such as {}; passed over",
+                    "{} of no known kind; passed over: number {}",
                     first_of(count, "message is", "messages are"),
-                    numbers.len(),
-                    kinds.join(", ")
+                    crate::lookup::list(&kinds)
                 )
             }
             Self::RecordsWithoutTime { groups, count, of, .. } => write!(

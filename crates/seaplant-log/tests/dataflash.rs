@@ -109,3 +109,20 @@ fn erased_memory_after_the_last_record_is_no_damage() {
         assert_eq!(notes(&log).len(), 1);
     }
 }
+
+#[test]
+fn what_cannot_be_read_is_told_and_the_rest_is_read() {
+    let Some(made) = made("dataflash") else { return };
+    let log = open(&made.file("odd.BIN"));
+    made.agrees("odd.BIN", &log, RESOLUTION_S);
+    assert_eq!(
+        notes(&log),
+        [
+            "odd.BIN: times are seconds since the autopilot started, which was \
+             2022-03-09T23:59:32Z by satellite",
+            "odd.BIN: \"BARE\" has no time of its own; left out",
+            "odd.BIN: \"LONG\" is of a type whose fields contradict its length; left out",
+            "odd.BIN: \"NEW\" is of a type with fields of an unknown kind; left out",
+        ]
+    );
+}

@@ -91,8 +91,7 @@ fn messages_that_are_not_known_are_counted() {
     assert_eq!(log.channel("HEARTBEAT.custom_mode").unwrap().len(), 20);
     assert_eq!(
         notes(&log)[1],
-        "private.tlog: 5 messages are of a kind that is not known, of 1 kinds such as \"12345\"; \
-         passed over"
+        "private.tlog: 5 messages are of no known kind; passed over: number \"12345\""
     );
 }
 

@@ -56,6 +56,26 @@ def main():
         (folder / name).write_bytes(log.content)
         dataflash.expect(expected, folder / name, name)
 
+    # A satellite's date, a clock in milliseconds, and types whose records cannot be read.
+    log = dataflash.Writer()
+    log.define(10, "GPS", "QBIH", "TimeUS,Status,GMS,GWk")
+    log.define(11, "OLD", "Ih", "TimeMS,Value")
+    log.define(12, "BARE", "B", "Value")
+    log.record(128, 13, 3 + 9, "LONG", "QH", "TimeUS,Value")
+    log.record(128, 14, 3 + 9, "NEW", "Qx", "TimeUS,Value")
+    for k in range(10):
+        # 2022-03-10, 00:00 by the satellites' clock, is ten seconds after the start.
+        log.record(10, 10_000_000 + 1_000_000 * k, 3, 4 * 86_400_000 + 1000 * k, 2200)
+        log.record(11, 10_000 + 100 * k, k)
+        log.record(12, k)
+        log.content += bytes([0xA3, 0x95, 13]) + bytes(9) + bytes([0xA3, 0x95, 14]) + bytes(9)
+    (folder / "odd.BIN").write_bytes(log.content)
+    expected.channel("odd.BIN", "OLD.Value", [10 + 0.1 * k for k in range(10)], range(10))
+    seconds = [10 + k for k in range(10)]
+    expected.channel("odd.BIN", "GPS.Status", seconds, [3] * 10)
+    expected.channel("odd.BIN", "GPS.GMS", seconds, [4 * 86_400_000 + 1000 * k for k in range(10)])
+    expected.channel("odd.BIN", "GPS.GWk", seconds, [2200] * 10)
+
     # Three starts of the autopilot in one file, the definitions before each.
     content = bytearray()
     times, values = [], []
