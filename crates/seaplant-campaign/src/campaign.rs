@@ -13,7 +13,7 @@ use seaplant::{
 use crate::bench::{Bench, read_bench};
 use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, LogEntry, TrialEntry};
 use crate::recording::{ChannelMap, read_trial};
-use crate::vehicle_file::read_doubted_vehicle;
+use crate::vehicle_file::{read_doubted_vehicle, read_vehicle};
 use crate::{Error, toml_file};
 
 /// A campaign, read and checked.
@@ -29,7 +29,7 @@ pub struct Campaign {
     pub options: IdentifyOptions,
     /// Thrust curves fitted to bollard-pull data, if there are any.
     pub bollard_pull: Option<BollardPullResult>,
-    /// What gives reason to doubt the vehicle, and so each trial.
+    /// What gives reason to doubt the vehicle.
     doubt: Option<Caveat>,
     inputs: Vec<InputFile>,
     files_of: BTreeMap<String, Vec<String>>,
@@ -77,6 +77,7 @@ impl Campaign {
         results.provenance.command = command.to_owned();
         results.provenance.inputs.clone_from(&self.inputs);
         results.bollard_pull.clone_from(&self.bollard_pull);
+        results.caveats.extend(self.doubt.clone());
         for trial in &mut results.trials {
             if let Some(files) = self.files_of.get(&trial.name) {
                 trial.files.clone_from(files);
@@ -106,8 +107,7 @@ impl Campaign {
         }
         let trial = Trial::new(read.setup, &read.recording, &self.vehicle)
             .map_err(Error::model(&self.path))?;
-        let caveats = read.caveats.into_iter().chain(self.doubt.clone());
-        self.trials.push(trial.with_caveats(caveats));
+        self.trials.push(trial.with_caveats(read.caveats));
         Ok(())
     }
 
@@ -133,7 +133,7 @@ impl Campaign {
 /// As [`Campaign::open`].
 pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, Error> {
     let (file, _): (CampaignFile, _) = toml_file::read(campaign)?;
-    let (vehicle, _, doubt) = read_doubted_vehicle(&toml_file::resolve(campaign, &file.vehicle)?)?;
+    let (vehicle, _) = read_vehicle(&toml_file::resolve(campaign, &file.vehicle)?)?;
     let names: Vec<String> = logs.iter().map(|log| log.display().to_string()).collect();
     let entry = TrialEntry {
         name: names.join(", "),
@@ -152,7 +152,7 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, E
     let read = read_trial(campaign, logs, &file, &entry, &channels)?;
     let trial =
         Trial::new(read.setup, &read.recording, &vehicle).map_err(Error::model(campaign))?;
-    Ok(trial.with_caveats(read.caveats.into_iter().chain(doubt)))
+    Ok(trial.with_caveats(read.caveats))
 }
 
 /// The pulse width that stops a hobby speed controller, us.

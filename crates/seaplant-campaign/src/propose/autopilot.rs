@@ -73,8 +73,20 @@ pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String
     let Some((quantity, strength, negate)) = found else {
         return Some(Err(NOT_NEEDED.to_owned()));
     };
+    let unit = channel.unit.is_none().then(|| unit_of(&quantity));
     let why = "as ArduSub logs it".to_owned();
-    Some(Ok(Claim { quantity, strength, unit: None, negate, why, doubt: None }))
+    Some(Ok(Claim { quantity, strength, unit, negate, why, doubt: None }))
+}
+
+/// The unit that ArduSub has always logged a quantity in; its early logs state none.
+fn unit_of(quantity: &Quantity) -> &'static str {
+    match quantity {
+        Quantity::Thruster { .. } => "us",
+        Quantity::Attitude(_) => "deg",
+        Quantity::Rate(_) => "deg/s",
+        Quantity::SupplyVoltage => "V",
+        _ => "m",
+    }
 }
 
 fn is_of_autopilot(log: &Log, channel: &Channel) -> bool {
