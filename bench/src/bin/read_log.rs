@@ -1,21 +1,22 @@
-//! Reads a log, and prints how long that took and what it held: `read_log FILE`.
+//! Reading a log, timed: the Rust side of `side_by_side_logs/run.sh`.
+//!
+//! `read_log FILE` reads it once into channels and prints one `name value` a line.
 
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::Context;
-use seaplant_log::{ReadOptions, read};
+use anyhow::{Result, bail};
+use seaplant_log::{ReadOptions, Stamp, read};
 
-fn main() -> anyhow::Result<()> {
-    let path = std::env::args().nth(1).context("which file?")?;
-    let start = Instant::now();
-    let log = read(Path::new(&path), &ReadOptions::default())?;
-    let elapsed = start.elapsed().as_secs_f64();
+fn main() -> Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [file] = &arguments[..] else { bail!("use: read_log FILE") };
+    let options = ReadOptions { stamp: Stamp::Receive, ..ReadOptions::default() };
+    let started = Instant::now();
+    let log = read(Path::new(file), &options)?;
+    println!("read_s {:e}", started.elapsed().as_secs_f64());
     let samples: usize = log.channels().iter().map(|channel| channel.len()).sum();
-    let sum: f64 = log.channels().iter().flat_map(|channel| channel.values()).sum();
-    println!("read_s {elapsed}");
-    println!("channels {}", log.channels().len());
-    println!("samples {samples}");
-    println!("sum {sum:e}");
+    let total: f64 = log.channels().iter().flat_map(|channel| channel.values()).sum();
+    println!("channels {}\nsamples {samples}\nsum {total:e}", log.channels().len());
     Ok(())
 }

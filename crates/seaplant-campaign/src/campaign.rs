@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use seaplant::estimate::steady::SteadyOptions;
 use seaplant::results::{BollardPullResult, Identification, InputFile, Parameter};
 use seaplant::{
-    BollardFit, Dof, IdentifyOptions, Quantity, Role, Term, Terms, ThrusterInput, Trial, Vehicle,
-    fit_bollard_pull, identify,
+    BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Term, Terms, ThrusterInput, Trial,
+    Vehicle, fit_bollard_pull, identify,
 };
 
 use crate::bench::{Bench, read_bench};
 use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, LogEntry, TrialEntry};
 use crate::recording::{ChannelMap, read_trial};
-use crate::vehicle_file::read_vehicle;
+use crate::vehicle_file::{read_doubted_vehicle, read_vehicle};
 use crate::{Error, toml_file};
 
 /// A campaign, read and checked.
@@ -29,6 +29,8 @@ pub struct Campaign {
     pub options: IdentifyOptions,
     /// Thrust curves fitted to bollard-pull data, if there are any.
     pub bollard_pull: Option<BollardPullResult>,
+    /// What gives reason to doubt the vehicle.
+    doubt: Option<Caveat>,
     inputs: Vec<InputFile>,
     files_of: BTreeMap<String, Vec<String>>,
 }
@@ -43,7 +45,8 @@ impl Campaign {
     /// expected and what to do.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let (file, input): (CampaignFile, _) = toml_file::read(path)?;
-        let (vehicle, vehicle_inputs) = read_vehicle(&toml_file::resolve(path, &file.vehicle)?)?;
+        let vehicle_path = toml_file::resolve(path, &file.vehicle)?;
+        let (vehicle, vehicle_inputs, doubt) = read_doubted_vehicle(&vehicle_path)?;
         let options = options(path, &file)?;
         check_trials(path, &file.trial)?;
         let mut campaign = Self {
@@ -52,6 +55,7 @@ impl Campaign {
             trials: Vec::with_capacity(file.trial.len()),
             options,
             bollard_pull: None,
+            doubt,
             inputs: std::iter::once(input).chain(vehicle_inputs).collect(),
             files_of: BTreeMap::new(),
         };
@@ -73,6 +77,7 @@ impl Campaign {
         results.provenance.command = command.to_owned();
         results.provenance.inputs.clone_from(&self.inputs);
         results.bollard_pull.clone_from(&self.bollard_pull);
+        results.caveats.extend(self.doubt.clone());
         for trial in &mut results.trials {
             if let Some(files) = self.files_of.get(&trial.name) {
                 trial.files.clone_from(files);

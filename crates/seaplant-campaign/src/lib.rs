@@ -8,6 +8,7 @@ mod campaign;
 mod campaign_file;
 mod error;
 mod inspect;
+mod preset;
 mod propose;
 mod recording;
 mod toml_file;
@@ -23,10 +24,12 @@ pub use campaign_file::{
 };
 pub use error::Error;
 pub use inspect::{ChannelSummary, InspectedFile, Inspection, inspect};
+pub use preset::{CurvePreset, VehiclePreset};
 pub use propose::{Proposal, propose};
 pub use toml_file::read_toml;
 pub use twin_files::{TextFile, twin_files};
 pub use vehicle_file::{
-    AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, QuadraticEntry, SensorEntries, TableEntry,
-    ThrusterEntry, UncertaintyEntry, VehicleFile, VoltageEntry, read_vehicle,
+    AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, PresetCurveEntry, QuadraticEntry,
+    SensorEntries, TableEntry, ThrusterEntry, UncertaintyEntry, VehicleFile, VoltageEntry,
+    read_vehicle,
 };

@@ -41,6 +41,15 @@ pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, E
     })
 }
 
+/// What is wrong where a key is missing that the file's form does not ask for, and what to do.
+pub(crate) fn missing(path: &Path, key: &str) -> String {
+    // A file that was read before and is gone now holds no comment to fill in.
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let message = format!("missing field `{key}`");
+    let advice = suggestion(&message, &text);
+    message + &advice
+}
+
 /// A path as a file names it: `~` and `${VARIABLE}` are filled in, and what is then
 /// relative is so to the folder of that file.
 pub(crate) fn resolve(file: &Path, named: &Path) -> Result<PathBuf, Error> {

@@ -184,9 +184,11 @@ fn vehicle_file(vehicle: &Vehicle) -> VehicleFile {
         std_m: sensor.std,
     };
     VehicleFile {
-        name: vehicle.name.clone(),
+        preset: None,
+        name: Some(vehicle.name.clone()),
         dry_mass_kg: vehicle.dry_mass_kg,
         size_m: vehicle.size_m,
+        thruster_curve: None,
         thruster: vehicle.thrusters.iter().map(thruster_entry).collect(),
         sensor: SensorEntries {
             dvl: Some(DvlEntry {
@@ -224,9 +226,10 @@ fn thruster_entry(thruster: &Thruster) -> ThrusterEntry {
     };
     ThrusterEntry {
         name: thruster.name.clone(),
-        position_m: thruster.position_body.into(),
-        direction: thruster.direction_body.into(),
-        curve,
+        position_m: Some(thruster.position_body.into()),
+        direction: Some(thruster.direction_body.into()),
+        reversed: false,
+        curve: Some(curve),
         thrust_uncertainty: (thruster.uncertainty != ThrustUncertainty::default()).then(|| {
             let ThrustUncertainty { forward, reverse } = thruster.uncertainty;
             UncertaintyEntry { forward, reverse }

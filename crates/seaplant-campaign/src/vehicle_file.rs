@@ -6,20 +6,25 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use seaplant::results::InputFile;
 use seaplant::{
-    QuadraticThrust, Sensor, Sensors, ThrustCurve, ThrustTable, ThrustUncertainty, Thruster,
-    ThrusterInput, Vehicle,
+    Caveat, CaveatCode, QuadraticThrust, Sensor, Sensors, ThrustCurve, ThrustTable,
+    ThrustUncertainty, Thruster, ThrusterInput, Vehicle,
 };
 use serde::{Deserialize, Serialize};
 
 use crate::bench::{BenchColumns, read_bench};
+use crate::preset::{CurvePreset, VehiclePreset};
 use crate::{Error, toml_file};
 
 /// What a vehicle.toml says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleFile {
-    /// What the vehicle is called.
-    pub name: String,
+    /// A known vehicle, whose name and thrusters it takes; what stands here goes before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<VehiclePreset>,
+    /// What the vehicle is called; a known one has a name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// Mass in air, kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dry_mass_kg: Option<f64>,
@@ -27,7 +32,10 @@ pub struct VehicleFile {
     /// how far the vehicle goes for its size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size_m: Option<[f64; 3]>,
-    /// The thrusters.
+    /// The curve of every thruster that states none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thruster_curve: Option<CurveEntry>,
+    /// The thrusters; one that is called as one of a known vehicle states what is otherwise.
     #[serde(default)]
     pub thruster: Vec<ThrusterEntry>,
     /// The instruments; one that is left out sits at the origin, aligned.
@@ -42,11 +50,18 @@ pub struct ThrusterEntry {
     /// How channels call it: `thruster.NAME.speed`.
     pub name: String,
     /// Where it pushes, m: x forward, y starboard, z down.
-    pub position_m: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_m: Option<[f64; 3]>,
     /// The way that positive thrust pushes the vehicle; any length but zero.
-    pub direction: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<[f64; 3]>,
+    /// Whether positive input pushes against `direction`, as of motors that ArduPilot reverses
+    /// (`MOT_1_DIRECTION` is -1).
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub reversed: bool,
     /// From input to force.
-    pub curve: CurveEntry,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<CurveEntry>,
     /// How well its strength is known; carried into mass and drag. Thrusters of one degree of
     /// freedom are taken to be off together.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -71,6 +86,19 @@ pub enum CurveEntry {
     Quadratic(QuadraticEntry),
     /// Force by measured points.
     Table(TableEntry),
+    /// The published curve of a known thruster.
+    Preset(PresetCurveEntry),
+}
+
+/// The published curve of a known thruster.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PresetCurveEntry {
+    /// Which.
+    pub name: CurvePreset,
+    /// The supply voltage, V; that which is logged as supply.voltage if it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub voltage_v: Option<f64>,
 }
 
 /// `F = forward s|s|` or `reverse s|s|`, s being the input beyond the deadband.
@@ -184,10 +212,19 @@ pub struct AttitudeEntry {
 /// # Errors
 /// [`Error::Io`], [`Error::Toml`], and [`Error::Value`] for what is well-formed and wrong.
 pub fn read_vehicle(path: &Path) -> Result<(Vehicle, Vec<InputFile>), Error> {
+    let (vehicle, inputs, _) = read_doubted_vehicle(path)?;
+    Ok((vehicle, inputs))
+}
+
+/// [`read_vehicle`], with what gives reason to doubt the vehicle.
+pub(crate) fn read_doubted_vehicle(
+    path: &Path,
+) -> Result<(Vehicle, Vec<InputFile>, Option<Caveat>), Error> {
     let (file, input): (VehicleFile, _) = toml_file::read(path)?;
     let mut inputs = vec![input];
+    let caveat = file.caveat();
     let vehicle = file.into_vehicle(path, &mut inputs)?;
-    Ok((vehicle, inputs))
+    Ok((vehicle, inputs, caveat))
 }
 
 impl VehicleFile {
@@ -205,19 +242,97 @@ impl VehicleFile {
                 "must be length, width and height of the hull, three positive numbers of m";
             return Err(Error::value(path, "size_m", reason));
         }
-        let mut thrusters = Vec::with_capacity(self.thruster.len());
-        for entry in &self.thruster {
-            let curve = entry.curve.read(path, &entry.name, inputs)?;
-            let UncertaintyEntry { forward, reverse } =
-                entry.thrust_uncertainty.unwrap_or_default();
-            let thruster = Thruster::new(&entry.name, entry.position_m, entry.direction, curve)
-                .and_then(|t| t.with_uncertainty(ThrustUncertainty { forward, reverse }))
-                .map_err(Error::model(path))?;
-            thrusters.push(thruster);
-        }
+        let of_preset = || self.preset.map(|preset| preset.title().to_owned());
+        let name = self
+            .name
+            .clone()
+            .or_else(of_preset)
+            .ok_or_else(|| Error::value(path, "vehicle", toml_file::missing(path, "name")))?;
+        let entries = self.entries();
+        let thrusters = entries.iter().map(|entry| self.thruster(entry, path, inputs));
+        let thrusters = thrusters.collect::<Result<_, _>>()?;
         let sensors = self.sensor.clone().into_sensors();
-        let Self { name, dry_mass_kg, size_m, .. } = self;
+        let Self { dry_mass_kg, size_m, .. } = self;
         Ok(Vehicle { name, dry_mass_kg, size_m, thrusters, sensors })
+    }
+
+    /// The thrusters of a known vehicle, as far as the file does not say otherwise, and then
+    /// those that it adds.
+    fn entries(&self) -> Vec<ThrusterEntry> {
+        let known = self.preset.map(VehiclePreset::thrusters).unwrap_or_default();
+        let stated = |name: &str| self.thruster.iter().find(|entry| entry.name == name).cloned();
+        let completed = known.iter().map(|known| {
+            let stated = stated(known.name).unwrap_or_else(|| ThrusterEntry::called(known.name));
+            ThrusterEntry {
+                position_m: stated.position_m.or(Some(known.position_m)),
+                direction: stated.direction.or(Some(known.direction)),
+                ..stated
+            }
+        });
+        let is_known = |entry: &&ThrusterEntry| known.iter().any(|known| known.name == entry.name);
+        let added = self.thruster.iter().filter(|entry| !is_known(entry)).cloned();
+        completed.chain(added).collect()
+    }
+
+    fn thruster(
+        &self,
+        entry: &ThrusterEntry,
+        path: &Path,
+        inputs: &mut Vec<InputFile>,
+    ) -> Result<Thruster, Error> {
+        let lacks = |key: &str| {
+            let reason = toml_file::missing(path, key);
+            Error::value(path, format!("thruster `{}`", entry.name), reason)
+        };
+        let position_m = entry.position_m.ok_or_else(|| lacks("position_m"))?;
+        let direction = entry.direction.ok_or_else(|| lacks("direction"))?;
+        let direction = if entry.reversed { direction.map(|d| -d) } else { direction };
+        let curve =
+            entry.curve.as_ref().or(self.thruster_curve.as_ref()).ok_or_else(|| {
+                match self.preset {
+                    Some(_) => {
+                        let reason =
+                            "missing field `curve`\nadd it, or a thruster_curve for all thrusters";
+                        Error::value(path, format!("thruster `{}`", entry.name), reason)
+                    }
+                    None => lacks("curve"),
+                }
+            })?;
+        let curve = curve.read(path, &entry.name, inputs)?;
+        let UncertaintyEntry { forward, reverse } = entry.thrust_uncertainty.unwrap_or_default();
+        Thruster::new(&entry.name, position_m, direction, curve)
+            .and_then(|t| t.with_uncertainty(ThrustUncertainty { forward, reverse }))
+            .map_err(Error::model(path))
+    }
+
+    /// Thrusters that nobody measured on this vehicle.
+    fn caveat(&self) -> Option<Caveat> {
+        let preset = self.preset?;
+        let measured = |name: &str| {
+            self.thruster.iter().any(|entry| entry.name == name && entry.position_m.is_some())
+        };
+        let assumed = preset.thrusters().iter().filter(|known| !measured(known.name)).count();
+        let message = format!(
+            "{assumed} thrusters are taken to sit where the preset {} has them; roll, pitch and yaw \
+             go by that: measure your vehicle and state position_m",
+            preset.key()
+        );
+        (assumed > 0).then(|| Caveat::note(CaveatCode::PresetGeometry, message))
+    }
+}
+
+impl ThrusterEntry {
+    /// One of which nothing but the name is said.
+    fn called(name: &str) -> Self {
+        let name = name.to_owned();
+        Self {
+            name,
+            position_m: None,
+            direction: None,
+            reversed: false,
+            curve: None,
+            thrust_uncertainty: None,
+        }
     }
 }
 
@@ -256,6 +371,9 @@ impl CurveEntry {
         match self {
             Self::Quadratic(entry) => entry.curve(path, &key),
             Self::Table(entry) => entry.curve(path, &key, inputs),
+            Self::Preset(PresetCurveEntry { name, voltage_v }) => {
+                name.curve(*voltage_v).map_err(|reason| Error::value(path, key, reason))
+            }
         }
     }
 }

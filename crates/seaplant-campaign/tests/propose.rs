@@ -400,3 +400,121 @@ fn the_tankers_logs_are_mapped() {
     assert_eq!(campaign.trial[0].dof, [Dof::Surge]);
     assert!(proposal.open_questions.iter().any(|q| q.contains("delta_rudder")));
 }
+
+#[test]
+fn a_log_of_ardusub_is_known() {
+    let Some(log) = data("formats/ardusub/small.BIN") else { return };
+    let folder = Folder::new();
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    let found = columns(&campaign);
+    for (quantity, column) in [
+        ("attitude.heading", "ATT.Yaw"),
+        ("rate.yaw", "RATE.Y"),
+        ("depth", "BARO[1].Alt"),
+        ("supply.voltage", "BAT[0].Volt"),
+        ("thruster.motor 1.pwm", "RCOU.C1"),
+        ("thruster.motor 6.pwm", "RCOU.C6"),
+    ] {
+        assert_eq!(found.get(quantity), Some(&column), "{}", proposal.campaign_toml);
+    }
+    assert!(!found.contains_key("thruster.motor 7.pwm"));
+    assert!(campaign.channels["depth"].negate);
+
+    let (vehicle, _) = read_vehicle(&folder.path().join("vehicle.toml")).unwrap();
+    assert_eq!((vehicle.name.as_str(), vehicle.thrusters.len()), ("BlueROV2", 6));
+    // Of the settings that the log holds, MOT_1_DIRECTION is -1 and MOT_3_DIRECTION is 1.
+    let forward = |k: usize| vehicle.thrusters[k].direction_body.x > 0.0;
+    assert!(forward(0) && forward(2));
+    assert!(proposal.vehicle_toml.contains("voltage_v = 17.5"), "{}", proposal.vehicle_toml);
+    // The files are whole: what is left to decide does not keep them from being read.
+    Campaign::open(&folder.path().join("campaign.toml")).unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn telemetry_of_ardusub_is_known() {
+    let Some(log) = data("formats/ardusub/small.tlog") else { return };
+    let folder = Folder::new();
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    let found = columns(&campaign);
+    for (quantity, column) in [
+        ("attitude.heading", "ATTITUDE.yaw"),
+        ("rate.yaw", "ATTITUDE.yawspeed"),
+        ("depth", "GLOBAL_POSITION_INT.relative_alt"),
+        ("thruster.motor 8.pwm", "SERVO_OUTPUT_RAW.servo8_raw"),
+    ] {
+        assert_eq!(found.get(quantity), Some(&column), "{}", proposal.campaign_toml);
+    }
+    let (vehicle, _) = read_vehicle(&folder.path().join("vehicle.toml")).unwrap();
+    assert_eq!((vehicle.name.as_str(), vehicle.thrusters.len()), ("BlueROV2 Heavy", 8));
+    Campaign::open(&folder.path().join("campaign.toml")).unwrap_or_else(|error| panic!("{error}"));
+}
+
+/// A DataFlash log in the making.
+#[derive(Default)]
+struct Flash(Vec<u8>);
+
+impl Flash {
+    fn record(&mut self, number: u8, body: &[&[u8]]) {
+        self.0.extend([0xa3, 0x95, number]);
+        body.iter().for_each(|part| self.0.extend(*part));
+    }
+
+    fn define(&mut self, number: u8, length: u8, name: &str, letters: &str, columns: &str) {
+        let padded = |text: &str, size: usize| {
+            let mut bytes = text.as_bytes().to_vec();
+            bytes.resize(size, 0);
+            bytes
+        };
+        let (name, letters) = (padded(name, 4), padded(letters, 16));
+        self.record(128, &[&[number, length], &name, &letters, &padded(columns, 64)]);
+    }
+}
+
+/// The [`dive`] as ArduSub logs it, by motors 5 and 6 of a vectored frame.
+fn dive_of_ardusub() -> Vec<u8> {
+    let mut log = Flash::default();
+    log.define(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
+    log.define(1, 31, "PARM", "QNf", "TimeUS,Name,Value");
+    log.define(2, 23, "RCOU", "QHHHHHH", "TimeUS,C1,C2,C3,C4,C5,C6");
+    log.define(3, 15, "BARO", "Qf", "TimeUS,Alt");
+    for (name, value) in [("FRAME_CONFIG", 1.0_f32), ("MOT_6_DIRECTION", -1.0)] {
+        let mut padded = name.as_bytes().to_vec();
+        padded.resize(16, 0);
+        log.record(1, &[&0_u64.to_le_bytes(), &padded, &value.to_le_bytes()]);
+    }
+    for k in 0..2000_u64 {
+        let t = k as f64 / 10.0;
+        let works = (20.0..60.0).contains(&t) || (120.0..150.0).contains(&t);
+        let push = if works { 80.0 * (0.8 * t).sin() } else { 0.0 };
+        let down = if works { -0.3 * (0.8 * t).sin() } else { 0.0 };
+        let time_us = (1_000_000 + 100_000 * k).to_le_bytes();
+        let idle = 1500_u16.to_le_bytes();
+        let [five, six] = [1500.0 + push, 1500.0 - push].map(|pulse| (pulse as u16).to_le_bytes());
+        log.record(2, &[&time_us, &idle, &idle, &idle, &idle, &five, &six]);
+        let height = -(3.0 + down + 0.001 * noise(k as usize)) as f32;
+        log.record(3, &[&time_us, &height.to_le_bytes()]);
+    }
+    log.0
+}
+
+#[test]
+fn a_dive_of_ardusub_needs_nothing_but_its_log() {
+    let folder = Folder::new();
+    let log = folder.path().join("dive.BIN");
+    std::fs::write(&log, dive_of_ardusub()).expect("a file can be written");
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    let windows: Vec<_> = campaign.trial.iter().map(|trial| (trial.from_s, trial.to_s)).collect();
+    assert_eq!(windows, [(Some(18.0), Some(70.0)), (Some(118.0), Some(160.0))]);
+    assert!(campaign.trial.iter().all(|trial| trial.dof == [Dof::Heave]));
+    assert_eq!(campaign.trial[1].role, Role::HoldOut);
+    assert!(proposal.vehicle_toml.contains("voltage_v = 16.0 }"), "{}", proposal.vehicle_toml);
+    let campaign = Campaign::open(&folder.path().join("campaign.toml"));
+    let campaign = campaign.unwrap_or_else(|error| panic!("{error}"));
+    // Motor 6 is reversed, and so both push down at once.
+    let down = |k: usize| campaign.vehicle.thrusters[k].direction_body.z;
+    assert_eq!((down(4), down(5)), (1.0, -1.0));
+    let found = campaign.identify("seaplant identify campaign.toml");
+    let caveats = &found.results.caveats;
+    let assumed = "6 thrusters are taken to sit where the preset bluerov2 has them";
+    assert!(caveats.iter().any(|caveat| caveat.message.starts_with(assumed)), "{caveats:?}");
+}

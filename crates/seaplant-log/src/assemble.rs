@@ -117,6 +117,11 @@ impl Assembly {
         self.log.left_out.push(LeftOut { column, name, source: 0, rows: 0, reason });
     }
 
+    /// Remembers what the vehicle was set to.
+    pub(crate) fn setting(&mut self, name: String, value: f64) {
+        self.log.settings.insert(name, value);
+    }
+
     /// The log, once all is taken in. `format` says what the file is: "MCAP".
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! Logs: named, timed, unit-bearing channels.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -15,6 +16,7 @@ pub struct Log {
     pub(crate) sources: Vec<Source>,
     pub(crate) notes: Vec<Note>,
     pub(crate) left_out: Vec<LeftOut>,
+    pub(crate) settings: BTreeMap<String, f64>,
 }
 
 /// A file that a log came from.
@@ -126,6 +128,7 @@ impl Log {
         self.sources.append(&mut other.sources);
         self.notes.append(&mut other.notes);
         self.left_out.append(&mut other.left_out);
+        self.settings.append(&mut other.settings);
         self
     }
 
@@ -158,6 +161,12 @@ impl Log {
     /// What the reader decided or dropped.
     pub fn notes(&self) -> &[Note] {
         &self.notes
+    }
+
+    /// What the vehicle was set to, where a log tells it: ArduPilot's parameters by name, with
+    /// their last values.
+    pub fn settings(&self) -> &BTreeMap<String, f64> {
+        &self.settings
     }
 
     /// The channel of that name.

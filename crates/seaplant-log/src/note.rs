@@ -228,6 +228,20 @@ pub enum Note {
         /// The records after steps back, which were left out; 0 of steps ahead.
         left_out: usize,
     },
+    /// The vehicle's computer was started anew while the log was written, and its clock with it.
+    Restarted {
+        /// The file.
+        path: PathBuf,
+        /// Where the times of each later start were moved to, s.
+        at_s: Vec<f64>,
+    },
+    /// Messages of kinds that the reader does not know; they were passed over.
+    UnknownMessages {
+        /// The file.
+        path: PathBuf,
+        /// The number of each kind, and how many messages there were of it.
+        numbers: Vec<(u32, usize)>,
+    },
     /// Records without a readable time; they were dropped.
     RecordsWithoutTime {
         /// The file.
@@ -301,6 +315,8 @@ impl Note {
             | Self::ArchiveCut { path, .. }
             | Self::Clock { path, .. }
             | Self::ClockStepped { path, .. }
+            | Self::Restarted { path, .. }
+            | Self::UnknownMessages { path, .. }
             | Self::RecordsWithoutTime { path, .. }
             | Self::LateRecords { path, .. }
             | Self::RepeatedTimes { path, .. }
@@ -441,6 +457,26 @@ impl fmt::Display for Note {
                         first_of(*left_out, "record from there on is", "records from there on are")
                     ),
                 }
+            }
+            Self::Restarted { at_s, .. } => {
+                let at: Vec<String> = at_s.iter().take(12).map(|at| format!("{at:.3} s")).collect();
+                write!(
+                    f,
+                    "the autopilot was started anew {}, and its clock with it; what follows is \
+                     moved to {}: the time between is not known",
+                    first_of(at_s.len(), "time", "times"),
+                    at.join(", ")
+                )
+            }
+            Self::UnknownMessages { numbers, .. } => {
+                let count: usize = numbers.iter().map(|(_, count)| count).sum();
+                let kinds: Vec<String> = numbers.iter().map(|(kind, _)| kind.to_string()).collect();
+                write!(
+                    f,
+                    "{} of no known kind; passed over: number {}",
+                    first_of(count, "message is", "messages are"),
+                    crate::lookup::list(&kinds)
+                )
             }
             Self::RecordsWithoutTime { groups, count, of, .. } => write!(
                 f,

@@ -52,6 +52,7 @@ pub(crate) fn caveat(code: CaveatCode) -> String {
         CaveatCode::ScoredOnFit => "Scored on its own trial",
         CaveatCode::SteadyUnsteadyDisagree => "Steady and unsteady drag disagree",
         CaveatCode::ThrustScale => "Scale of thrust unseen",
+        CaveatCode::PresetGeometry => "Thrusters not measured",
         CaveatCode::TwoLevelThrust => "Thrust at two levels only",
         _ => "",
     };

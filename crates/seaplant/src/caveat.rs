@@ -89,6 +89,8 @@ pub enum CaveatCode {
     MoreThanNoise,
     /// Thrust scale cannot be seen in motion.
     ThrustScale,
+    /// Thrusters that sit where a preset has them.
+    PresetGeometry,
     /// The log reader dropped or mended something.
     Log,
 }

@@ -85,7 +85,8 @@ fn series(log: &Log, session: &Session, mapped: &Mapped) -> Series {
         (Some(stated), _) => Unit::parse_as(stated, dimension).ok(),
         (None, stated) => stated.as_ref().and_then(|unit| unit.resolve(dimension).ok()),
     };
-    let si = |x: &f64| unit.as_ref().map_or(*x, |unit| unit.to_si(*x));
+    let sign = if mapped.claim.negate { -1.0 } else { 1.0 };
+    let si = |x: &f64| sign * unit.as_ref().map_or(*x, |unit| unit.to_si(*x));
     Series {
         time_s: channel.time_s().iter().map(|t| t - session.start_s).collect(),
         values: channel.values().iter().map(si).collect(),

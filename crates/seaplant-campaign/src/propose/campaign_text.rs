@@ -190,6 +190,9 @@ fn entry(mapped: &Mapped, optional: bool) -> String {
     if let Some(unit) = mapped.claim.unit {
         entry += &format!(", unit = {}", quoted(unit));
     }
+    if mapped.claim.negate {
+        entry += ", negate = true";
+    }
     if optional {
         entry += ", optional = true";
     }

@@ -18,6 +18,8 @@ pub(super) struct Claim {
     pub strength: u8,
     /// The unit to state, where the header does not.
     pub unit: Option<&'static str>,
+    /// Whether it counts the other way.
+    pub negate: bool,
     /// Why, as "by its name and unit".
     pub why: String,
     /// What a human must decide about it.
@@ -236,6 +238,7 @@ fn of_rule(channel: &Channel, rule: &Rule, named: Option<&'static str>) -> Claim
         quantity: rule.quantity.clone(),
         strength: rule.strength,
         unit,
+        negate: false,
         why: why(channel, unit).to_owned(),
         doubt: (!doubts.is_empty()).then(|| doubts.join("; ")),
     }
@@ -274,7 +277,7 @@ fn thruster(channel: &Channel, words: &[String], unit: Option<&Unit>) -> Option<
         None => return None,
     };
     let quantity = Quantity::Thruster { name: thruster_name(&channel.name), input };
-    Some(Claim { quantity, strength: 2, unit, why, doubt: None })
+    Some(Claim { quantity, strength: 2, unit, negate: false, why, doubt: None })
 }
 
 fn thruster_input(unit: &Unit, named: bool) -> Option<ThrusterInput> {

@@ -6,6 +6,7 @@ use std::path::Path;
 use seaplant::{Quantity, ThrusterInput};
 use seaplant_log::{Channel, Log};
 
+use super::autopilot;
 use super::claim::{Claim, claim};
 use super::session::Session;
 use crate::inspect::{Remark, remarks, short};
@@ -58,6 +59,8 @@ pub(super) fn map(log: &Log, sessions: &[Session]) -> Mapping {
         for (index, channel) in session.channels(log) {
             match claim_moving(log, channel, &moving) {
                 Ok(claim) => claims.push((index, claim)),
+                // An autopilot logs hundreds of channels.
+                Err(reason) if reason == autopilot::NOT_NEEDED => {}
                 Err(reason) => mapping.leave_out(&channel.column, reason),
             }
         }
@@ -106,7 +109,10 @@ fn place(quantity: &Quantity) -> (u8, Option<&Quantity>) {
 fn claim_moving(log: &Log, channel: &Channel, moving: &BTreeSet<&str>) -> Result<Claim, String> {
     let path = &log.sources()[channel.source].path;
     let context = path.file_stem().unwrap_or_default().to_string_lossy();
-    let claim = claim(channel, &context)?;
+    let claim = match autopilot::claim(log, channel) {
+        Some(claim) => claim?,
+        None => claim(channel, &context)?,
+    };
     if matches!(claim.quantity, Quantity::Thruster { .. }) {
         return Ok(claim);
     }

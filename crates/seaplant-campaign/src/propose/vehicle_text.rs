@@ -1,33 +1,107 @@
 //! vehicle.toml, as far as a log tells it.
 
 use seaplant::{Quantity, ThrusterInput};
-use seaplant_log::Log;
+use seaplant_log::{Channel, Log};
 
+use super::autopilot;
 use super::mapping::{Mapped, Mapping};
 use super::write::{Page, quoted};
 use crate::inspect::short;
+use crate::preset::VehiclePreset;
 
 /// The file's text, and what is left to decide.
 pub(super) fn write(log: &Log, mapping: &Mapping) -> (String, Vec<String>) {
-    let questions = questions(mapping);
+    let preset = autopilot::vehicle(log, mapping);
+    let questions = questions(mapping, preset);
     let mut page = Page::default();
     page.comment("The vehicle, begun from its log. Lines with `measure:` or `decide:` need you.");
     page.list("Still open:", &questions);
     page.line("");
-    page.explained("name = \"vehicle\"", "decide: what the report calls it");
+    match preset {
+        Some(preset) => known_vehicle(&mut page, log, mapping, preset),
+        None => page.explained("name = \"vehicle\"", "decide: what the report calls it"),
+    }
     page.explained(
         "# dry_mass_kg = 0.0",
         "measure: mass in air; a fitted mass below it is doubtful",
     );
-    thrusters(&mut page, log, mapping);
+    match preset {
+        Some(preset) => reversed_thrusters(&mut page, log, preset),
+        None => thrusters(&mut page, log, mapping),
+    }
     sensors(&mut page, mapping);
     (page.text, questions)
 }
 
-fn questions(mapping: &Mapping) -> Vec<String> {
+/// The name, the thrusters and their curve, of a vehicle that is known.
+fn known_vehicle(page: &mut Page, log: &Log, mapping: &Mapping, preset: VehiclePreset) {
+    page.explained(
+        &format!("preset = {}", quoted(preset.key())),
+        "decide: by ArduSub's FRAME_CONFIG; is it this vehicle?",
+    );
+    page.explained(
+        &format!("name = {}", quoted(preset.title())),
+        "decide: what the report calls it",
+    );
+    let supply = mapping.all().into_iter().find(|m| *m.quantity() == Quantity::SupplyVoltage);
+    let typical = supply.and_then(|mapped| typical_voltage(&log.channels()[mapped.channel]));
+    let (voltage, why) = match (typical, supply) {
+        (Some(voltage), Some(mapped)) => {
+            (voltage, format!("the median of {}, rounded", quoted(&mapped.address)))
+        }
+        _ => (16.0, "measure: the supply voltage under load".to_owned()),
+    };
+    let curve = format!(
+        "thruster_curve = {{ kind = \"preset\", name = \"t200\", voltage_v = {voltage:?} }}"
+    );
+    page.explained(&curve, &format!("{why}; by the logged one if it is left out"));
+}
+
+/// The median voltage, to half a volt, if it is one that the curve was measured at.
+fn typical_voltage(channel: &Channel) -> Option<f64> {
+    let unit = channel.unit.as_ref()?;
+    let mut values = channel.values().to_vec();
+    let middle = values.len() / 2;
+    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    let volts = (2.0 * unit.to_si(*median)).round() / 2.0;
+    (10.0..=20.0).contains(&volts).then_some(volts)
+}
+
+/// The motors that the autopilot turns round.
+fn reversed_thrusters(page: &mut Page, log: &Log, preset: VehiclePreset) {
+    page.line("");
+    page.comment(
+        "Thrusters sit and push as the preset has them, in ArduSub's order. measure: where",
+    );
+    page.comment(
+        "yours sit, and state it: a [[thruster]] of the same name with position_m = [x, y, z],",
+    );
+    page.comment(
+        "m from the origin: x forward, y starboard, z down. decide: which way each pushes. A",
+    );
+    page.comment(
+        "thruster whose propeller is of the other hand has its strong side at pulses below",
+    );
+    page.comment("1500 us; then give it a curve of its own.");
+    for thruster in preset.thrusters() {
+        if autopilot::is_reversed(log, thruster.name) {
+            page.line("");
+            page.line("[[thruster]]");
+            page.line(&format!("name = {}", quoted(thruster.name)));
+            page.explained("reversed = true", "the autopilot is set to turn its input round");
+        }
+    }
+}
+
+fn questions(mapping: &Mapping, preset: Option<VehiclePreset>) -> Vec<String> {
     let names: Vec<String> = mapping.thrusters().iter().map(|(name, _)| quoted(name)).collect();
     let mut found = vec!["give name, and dry_mass_kg if it is known".to_owned()];
-    if !names.is_empty() {
+    if let Some(preset) = preset {
+        found.push(format!(
+            "is it a {}? its thrusters sit where the preset has them: measure yours",
+            preset.title()
+        ));
+    } else if !names.is_empty() {
         found.push(format!(
             "give position_m, direction and curve of each thruster ({}), or delete those that no trial uses",
             names.join(", ")

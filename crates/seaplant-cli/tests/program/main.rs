@@ -3,6 +3,7 @@
 
 mod bad_files;
 mod bad_results;
+mod dataflash;
 mod demo;
 mod formats;
 mod memory;

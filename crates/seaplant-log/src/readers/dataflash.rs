@@ -1,14 +1,157 @@
 //! ArduPilot DataFlash logs.
+//!
+//! A record is two marks, the number of its type, and fields without names. FMT records name types
+//! and fields, FMTU, UNIT and MULT give fields a unit and a multiplier.
+//!
+//! # Source
+//! [DataFlash]
 
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use crate::assemble::Assembly;
 use crate::content::Content;
-use crate::{Error, Log, ReadOptions, format};
+use crate::note::Note;
+use crate::readers::window::Window;
+use crate::{Error, Log, ReadOptions};
+
+mod definition;
+mod logbook;
+mod table;
+
+use definition::{FMT, FMT_LENGTH};
+use logbook::Logbook;
+
+/// What every record starts with.
+const MARKS: [u8; 2] = [0xa3, 0x95];
+/// Marks and the number of the type.
+const HEADER: usize = 3;
+/// No record is longer, with the marks of the next.
+const LONGEST: usize = 255 + HEADER;
 
 /// Whether bytes start like a DataFlash log.
 pub(crate) fn recognises(head: &[u8]) -> bool {
-    head.starts_with(b"\xa3\x95\x80")
+    head.starts_with(&[MARKS[0], MARKS[1], FMT])
 }
 
-/// Reads a DataFlash log.
-pub(crate) fn read(content: Content, _options: &ReadOptions) -> Result<Log, Error> {
-    Err(format::unsupported(&content))
+/// Reads a DataFlash log: a channel `MESSAGE.Field` for each number of each type of message, and
+/// `MESSAGE[0].Field` of messages that say which of several instruments they are of.
+///
+/// # Errors
+/// [`Error::NoSamples`], [`Error::Io`].
+pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
+    let path = content.path().to_owned();
+    let (origin, stream) = content.stream();
+    let mut window = Window::new(stream);
+    let mut logbook = Logbook::default();
+    let cut = scan(&mut window, &mut logbook).map_err(|error| origin.failed(error))?;
+    let notes = notes(&path, &window, &logbook, cut);
+    let mut assembly = Assembly::new(origin, options);
+    notes.into_iter().for_each(|note| assembly.note(note));
+    logbook.into_log(assembly)
 }
+
+fn notes<R: Read>(
+    path: &Path,
+    window: &Window<R>,
+    logbook: &Logbook,
+    cut: Option<u64>,
+) -> Vec<Note> {
+    let path: PathBuf = path.to_owned();
+    let mut notes = vec![Note::Clock { path: path.clone(), clock: logbook.clock() }];
+    notes.extend(window.note(&path));
+    if !logbook.restarts_s.is_empty() {
+        let at_s = logbook.restarts_s.clone();
+        notes.push(Note::Restarted { path: path.clone(), at_s });
+    }
+    notes.extend(cut.map(|byte| Note::Truncated { path, byte, last_s: logbook.latest_s }));
+    notes
+}
+
+/// Enters every record; where the last one is cut, if it is.
+fn scan<R: Read>(window: &mut Window<R>, logbook: &mut Logbook) -> io::Result<Option<u64>> {
+    let mut in_step = true;
+    loop {
+        let ahead = window.ahead(LONGEST)?;
+        match next(ahead, logbook) {
+            Next::Record(length) => {
+                logbook.enter(ahead[2], &ahead[HEADER..length]);
+                window.take(length);
+                in_step = true;
+            }
+            Next::Damage(length) => {
+                window.skip(length);
+                in_step = false;
+            }
+            Next::Padding if is_padding(window)? => return Ok(None),
+            Next::Padding => skip_padding(window)?,
+            Next::Cut if in_step => return Ok(Some(window.byte())),
+            // What looks like the start of a record within damage need not be one.
+            Next::Cut => window.skip(1),
+            Next::End => return Ok(None),
+        }
+    }
+}
+
+/// What comes next.
+enum Next {
+    /// A record of so many bytes.
+    Record(usize),
+    /// So many bytes of which nothing can be made.
+    Damage(usize),
+    /// Bytes of erased memory, perhaps to the end.
+    Padding,
+    /// A record that the end cuts.
+    Cut,
+    End,
+}
+
+fn next(ahead: &[u8], logbook: &Logbook) -> Next {
+    let damage = || Next::Damage(1 + to_marks(&ahead[1..]));
+    match *ahead {
+        [] => Next::End,
+        [mark, second, number, ..] if [mark, second] == MARKS => {
+            let Some(length) = logbook.length(number) else { return damage() };
+            match ahead.get(length..) {
+                Some(after) if may_follow(after) => Next::Record(length),
+                Some(_) => damage(),
+                None => Next::Cut,
+            }
+        }
+        _ if MARKS.starts_with(ahead) => Next::Cut,
+        [0 | 0xff, ..] => Next::Padding,
+        _ => damage(),
+    }
+}
+
+/// How far the next marks are, or what may be the first of them.
+fn to_marks(bytes: &[u8]) -> usize {
+    let starts = |at: &usize| MARKS.starts_with(&bytes[*at..bytes.len().min(at + MARKS.len())]);
+    (0..bytes.len()).find(starts).unwrap_or(bytes.len())
+}
+
+/// Whether such bytes may follow a record: without a checksum, nothing else tells one that lost
+/// bytes, and so holds the start of the next.
+fn may_follow(after: &[u8]) -> bool {
+    let near = &after[..after.len().min(MARKS.len())];
+    MARKS.starts_with(near) || near == [0, 0] || near == [0xff, 0xff]
+}
+
+/// Whether nothing but erased memory follows.
+fn is_padding<R: Read>(window: &mut Window<R>) -> io::Result<bool> {
+    /// Pages are padded, and blocks of pages.
+    const LONGEST: usize = 1 << 17;
+    let ahead = window.ahead(LONGEST)?;
+    let fill = ahead[0];
+    Ok(ahead.len() < LONGEST && ahead.iter().all(|byte| *byte == fill))
+}
+
+fn skip_padding<R: Read>(window: &mut Window<R>) -> io::Result<()> {
+    let ahead = window.ahead(LONGEST)?;
+    let fill = ahead[0];
+    let length = ahead.iter().take_while(|byte| **byte == fill).count();
+    window.skip(length);
+    Ok(())
+}
+
+const _: () = assert!(FMT_LENGTH < LONGEST);

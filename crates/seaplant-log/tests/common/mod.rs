@@ -64,3 +64,21 @@ pub fn failure_with(content: impl AsRef<[u8]>, options: &ReadOptions) -> String 
     let error = read(sample.path(), options).expect_err("this file cannot be a log");
     without_folder(&error.to_string(), sample.path())
 }
+
+/// The folder of logs that others measured: the one that `SEAPLANT_DATA` names, from the workspace,
+/// else `../shared/data`.
+pub fn data_folder() -> PathBuf {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let named = std::env::var_os("SEAPLANT_DATA").map(PathBuf::from);
+    workspace.join(named.unwrap_or_else(|| PathBuf::from("../shared/data")))
+}
+
+/// A file or folder of the data, if it is there.
+pub fn data(name: &str) -> Option<PathBuf> {
+    let path = data_folder().join(name);
+    if !path.exists() {
+        eprintln!("skipped: {} is not there", path.display());
+        return None;
+    }
+    Some(path)
+}

@@ -37,14 +37,19 @@ pub fn made(name: &str) -> Option<Made> {
     let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
     let script = scripts.join(format!("make_{name}.py"));
     let text = |path: PathBuf| std::fs::read_to_string(path).expect("the script is there");
-    let recipe = [script.clone(), scripts.join("expected.py"), scripts.join("requirements.txt")]
-        .map(text)
-        .concat();
+    let shared = ["expected.py", "dataflash.py", "tlog.py", "requirements.txt"];
+    let shared = shared.map(|name| text(scripts.join(name))).concat();
+    let recipe = text(script.clone()) + &shared;
     let stamp = folder.join("recipe.txt");
     if std::fs::read_to_string(&stamp).ok().as_ref() != Some(&recipe) {
         let _ = std::fs::remove_dir_all(&folder);
         std::fs::create_dir_all(&folder).expect("the target folder can be written");
-        let run = Command::new(&python).arg("-B").arg(&script).arg(&folder).output();
+        let run = Command::new(&python)
+            .arg("-B")
+            .arg(&script)
+            .arg(&folder)
+            .env("SEAPLANT_DATA", super::data_folder())
+            .output();
         let run = run.unwrap_or_else(|error| panic!("{} cannot run: {error}", python.display()));
         let error = String::from_utf8_lossy(&run.stderr).into_owned();
         assert!(run.status.success(), "{} failed: {error}", script.display());

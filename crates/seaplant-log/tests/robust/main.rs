@@ -6,10 +6,12 @@ mod common;
 mod harness;
 
 mod arrow;
+mod dataflash;
 mod matlab;
 mod nmea;
 mod packed;
 mod pd0;
 mod ros;
 mod text;
+mod tlog;
 mod xlsx;

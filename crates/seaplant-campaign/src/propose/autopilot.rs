@@ -1,0 +1,159 @@
+//! What the channels of ArduSub hold, which its log does not need to be asked for.
+
+use seaplant::quantity::{Attitude, Axis, World};
+use seaplant::{Quantity, ThrusterInput};
+use seaplant_log::{Channel, Log};
+
+use super::claim::Claim;
+use super::mapping::Mapping;
+use crate::preset::VehiclePreset;
+
+/// Why most channels of an autopilot are not mapped.
+pub(super) const NOT_NEEDED: &str = "of the autopilot's own, and not needed";
+
+/// A channel and the quantity that it holds.
+struct Known {
+    column: &'static str,
+    quantity: Quantity,
+    strength: u8,
+    /// Whether it counts the other way: a height in place of a depth.
+    negate: bool,
+}
+
+const fn known(column: &'static str, quantity: Quantity, strength: u8) -> Known {
+    Known { column, quantity, strength, negate: false }
+}
+
+const fn height(column: &'static str, strength: u8) -> Known {
+    Known { column, quantity: Quantity::Depth, strength, negate: true }
+}
+
+#[rustfmt::skip]
+static KNOWN: &[Known] = &[
+    known("ATT.Roll", Quantity::Attitude(Attitude::Roll), 4),
+    known("ATT.Pitch", Quantity::Attitude(Attitude::Pitch), 4),
+    known("ATT.Yaw", Quantity::Attitude(Attitude::Heading), 4),
+    known("RATE.R", Quantity::Rate(Axis::X), 4),
+    known("RATE.P", Quantity::Rate(Axis::Y), 4),
+    known("RATE.Y", Quantity::Rate(Axis::Z), 4),
+    known("XKF1[0].PN", Quantity::Position(World::North), 4),
+    known("XKF1[0].PE", Quantity::Position(World::East), 4),
+    known("NKF1[0].PN", Quantity::Position(World::North), 3),
+    known("NKF1[0].PE", Quantity::Position(World::East), 3),
+    known("NKF1.PN", Quantity::Position(World::North), 2),
+    known("NKF1.PE", Quantity::Position(World::East), 2),
+    height("BAR2.Alt", 3),
+    height("BARO.Alt", 2),
+    known("BAT[0].Volt", Quantity::SupplyVoltage, 4),
+    known("BAT.Volt", Quantity::SupplyVoltage, 3),
+    known("ATTITUDE.roll", Quantity::Attitude(Attitude::Roll), 4),
+    known("ATTITUDE.pitch", Quantity::Attitude(Attitude::Pitch), 4),
+    known("ATTITUDE.yaw", Quantity::Attitude(Attitude::Heading), 4),
+    known("ATTITUDE.rollspeed", Quantity::Rate(Axis::X), 4),
+    known("ATTITUDE.pitchspeed", Quantity::Rate(Axis::Y), 4),
+    known("ATTITUDE.yawspeed", Quantity::Rate(Axis::Z), 4),
+    known("LOCAL_POSITION_NED.x", Quantity::Position(World::North), 4),
+    known("LOCAL_POSITION_NED.y", Quantity::Position(World::East), 4),
+    height("GLOBAL_POSITION_INT.relative_alt", 4),
+    height("VFR_HUD.alt", 3),
+    known("SYS_STATUS.voltage_battery", Quantity::SupplyVoltage, 4),
+];
+
+/// What a channel of an autopilot holds; `None` of a channel of something else.
+pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String>> {
+    if !is_of_autopilot(log, channel) {
+        return None;
+    }
+    let column = without_sender(&channel.column);
+    let motor = output(&column).and_then(|output| motor(log, output));
+    let found = motor.or_else(|| depth_of_barometer(log, &column)).or_else(|| {
+        let known = KNOWN.iter().find(|known| known.column == column)?;
+        Some((known.quantity.clone(), known.strength, known.negate))
+    });
+    let Some((quantity, strength, negate)) = found else {
+        return Some(Err(NOT_NEEDED.to_owned()));
+    };
+    let unit = channel.unit.is_none().then(|| unit_of(&quantity));
+    let why = "as ArduSub logs it".to_owned();
+    Some(Ok(Claim { quantity, strength, unit, negate, why, doubt: None }))
+}
+
+/// The unit that ArduSub has always logged a quantity in; its early logs state none.
+fn unit_of(quantity: &Quantity) -> &'static str {
+    match quantity {
+        Quantity::Thruster { .. } => "us",
+        Quantity::Attitude(_) => "deg",
+        Quantity::Rate(_) => "deg/s",
+        Quantity::SupplyVoltage => "V",
+        _ => "m",
+    }
+}
+
+fn is_of_autopilot(log: &Log, channel: &Channel) -> bool {
+    let format = &log.sources()[channel.source].format;
+    ["ArduPilot DataFlash", "MAVLink telemetry"].iter().any(|known| format.starts_with(known))
+}
+
+/// `ATTITUDE.roll` of `ATTITUDE[1.1].roll`, which several systems send: that of an autopilot.
+fn without_sender(column: &str) -> String {
+    column.replacen("[1.1]", "", 1)
+}
+
+/// Which of the autopilot's outputs a channel is.
+fn output(column: &str) -> Option<u8> {
+    let of_telemetry =
+        || column.strip_prefix("SERVO_OUTPUT_RAW.servo")?.strip_suffix("_raw")?.parse().ok();
+    let of_log = || column.strip_prefix("RCOU.C")?.parse().ok();
+    of_log().or_else(of_telemetry)
+}
+
+/// The motor that an output drives, by the settings where there are some.
+fn motor(log: &Log, output: u8) -> Option<(Quantity, u8, bool)> {
+    /// What an output that drives motor 1 is set to; those up to motor 8 follow.
+    const MOTOR_1: f64 = 33.0;
+    const MOTORS: u8 = 8;
+    let settings = log.settings();
+    let function = settings.get(&format!("SERVO{output}_FUNCTION"));
+    let number = match function {
+        Some(function) => function - MOTOR_1 + 1.0,
+        None if settings.contains_key("SERVO1_FUNCTION") => return None,
+        None => f64::from(output),
+    };
+    let motors = preset(log).map_or(MOTORS, |preset| preset.thrusters().len() as u8);
+    let number = (1..=motors).find(|motor| f64::from(*motor) == number)?;
+    let name = format!("motor {number}");
+    Some((Quantity::Thruster { name, input: ThrusterInput::Pwm }, 4, false))
+}
+
+/// The barometer that is the depth sensor: the one that is set to be, else the last.
+fn depth_of_barometer(log: &Log, column: &str) -> Option<(Quantity, u8, bool)> {
+    let instance: u8 = column.strip_prefix("BARO[")?.strip_suffix("].Alt")?.parse().ok()?;
+    let strength = match log.settings().get("BARO_PRIMARY") {
+        Some(primary) if *primary == f64::from(instance) => 9,
+        _ => 4 + instance.min(4),
+    };
+    Some((Quantity::Depth, strength, true))
+}
+
+/// The known vehicle whose frame the log's settings tell.
+pub(super) fn preset(log: &Log) -> Option<VehiclePreset> {
+    let frame = log.settings().get("FRAME_CONFIG")?;
+    match *frame {
+        1.0 => Some(VehiclePreset::BlueRov2),
+        2.0 => Some(VehiclePreset::BlueRov2Heavy),
+        _ => None,
+    }
+}
+
+/// The known vehicle, if any of its motors is mapped.
+pub(super) fn vehicle(log: &Log, mapping: &Mapping) -> Option<VehiclePreset> {
+    let preset = preset(log)?;
+    let has = |name: &str| preset.thrusters().iter().any(|thruster| thruster.name == name);
+    mapping.thrusters().iter().any(|(name, _)| has(name)).then_some(preset)
+}
+
+/// Whether the autopilot is set to turn a thruster's input round.
+pub(super) fn is_reversed(log: &Log, thruster: &str) -> bool {
+    let setting = thruster.strip_prefix("motor ").map(|motor| format!("MOT_{motor}_DIRECTION"));
+    setting.and_then(|setting| log.settings().get(&setting)).is_some_and(|way| *way < 0.0)
+}

@@ -1,0 +1,214 @@
+//! All that a log told so far.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::definition::{Definition, FMT, FMT_LENGTH};
+use super::table::{Letters, Role, Table};
+use crate::assemble::Assembly;
+use crate::readers::number::{Kind, text};
+use crate::{Error, Log};
+
+/// A later start of the autopilot is put so long after the last record of the one before, s: no
+/// method takes it for a gap in one run.
+const APART_S: f64 = 100.0;
+
+/// Records stand a little out of order in one run, s.
+const JITTER_S: f64 = 1.0;
+
+/// What records told.
+pub(super) struct Logbook {
+    /// Which table each type's number stands for now.
+    types: [Option<usize>; 256],
+    tables: Vec<Table>,
+    /// The table of each definition, by its bytes but for the type's number.
+    known: HashMap<Vec<u8>, usize>,
+    letters: Letters,
+    settings: BTreeMap<String, f64>,
+    /// The latest time, s.
+    pub(super) latest_s: Option<f64>,
+    /// Where each later start of the autopilot was put, s.
+    pub(super) restarts_s: Vec<f64>,
+    /// Added to the autopilot's clock, s.
+    shift_s: f64,
+    /// Whether the definitions came again, as they do when the autopilot starts.
+    may_restart: bool,
+    epoch: Option<jiff::Timestamp>,
+}
+
+impl Default for Logbook {
+    fn default() -> Self {
+        let mut types = [None; 256];
+        types[usize::from(FMT)] = Some(0);
+        Self {
+            types,
+            tables: vec![Table::new(Definition::of_definitions())],
+            known: HashMap::new(),
+            letters: Letters::default(),
+            settings: BTreeMap::new(),
+            latest_s: None,
+            restarts_s: Vec::new(),
+            shift_s: 0.0,
+            may_restart: false,
+            epoch: None,
+        }
+    }
+}
+
+impl Logbook {
+    /// The length of a record of a type.
+    #[inline]
+    pub(super) fn length(&self, number: u8) -> Option<usize> {
+        Some(self.tables[self.types[usize::from(number)]?].definition.length)
+    }
+
+    /// Takes a record in; `body` is what follows its header.
+    #[inline]
+    pub(super) fn enter(&mut self, number: u8, body: &[u8]) {
+        let Some(index) = self.types[usize::from(number)] else { return };
+        if self.is_told(index, body) {
+            return;
+        }
+        let table = &mut self.tables[index];
+        let Some(time_s) = table.time_s(body) else {
+            table.dropped += 1;
+            return;
+        };
+        if self.may_restart {
+            self.restart(time_s);
+        }
+        let time_s = time_s + self.shift_s;
+        self.tables[index].push(time_s, body);
+        if time_s.is_finite() && self.latest_s.is_none_or(|latest_s| time_s > latest_s) {
+            self.latest_s = Some(time_s);
+        }
+    }
+
+    /// Whether a record tells of the log or the vehicle, and is no measurement.
+    fn is_told(&mut self, index: usize, body: &[u8]) -> bool {
+        // Of a record that tells nothing nothing is kept.
+        let _ = match self.tables[index].role {
+            Role::Measurement => return false,
+            Role::Fix => {
+                self.look_at_gps(index, body);
+                return false;
+            }
+            Role::Definition => self.define(body),
+            Role::Letters => self.assign_letters(index, body),
+            Role::Unit => self.define_unit(index, body),
+            Role::Multiplier => self.define_multiplier(index, body),
+            Role::Setting => self.set(index, body),
+        };
+        true
+    }
+
+    fn define(&mut self, body: &[u8]) -> Option<()> {
+        let (number, definition) = Definition::read(body)?;
+        if number == FMT {
+            // Another length for definitions themselves would be damage.
+            self.may_restart = self.latest_s.is_some();
+            return (definition.length == FMT_LENGTH).then_some(());
+        }
+        let tables = &mut self.tables;
+        let index = *self.known.entry(body[1..].to_owned()).or_insert_with(|| {
+            tables.push(Table::new(definition));
+            tables.len() - 1
+        });
+        self.types[usize::from(number)] = Some(index);
+        Some(())
+    }
+
+    fn assign_letters(&mut self, index: usize, body: &[u8]) -> Option<()> {
+        let number = self.number(index, "FmtType", body)?;
+        let units = self.text(index, "UnitIds", body)?.into_bytes();
+        let multipliers = self.text(index, "MultIds", body)?.into_bytes();
+        let table = &mut self.tables[self.types[number as usize & 0xff]?];
+        table.unit_letters = units;
+        table.multiplier_letters = multipliers;
+        Some(())
+    }
+
+    fn define_unit(&mut self, index: usize, body: &[u8]) -> Option<()> {
+        let letter = self.number(index, "Id", body)? as u8;
+        let label = self.text(index, "Label", body)?;
+        self.letters.units.insert(letter, label);
+        Some(())
+    }
+
+    fn define_multiplier(&mut self, index: usize, body: &[u8]) -> Option<()> {
+        let letter = self.number(index, "Id", body)? as u8;
+        // Stored in 64 bits, and once rounded to 32: seven digits are meant.
+        let meant = format!("{:.6e}", self.number(index, "Mult", body)?).parse().ok()?;
+        self.letters.multipliers.insert(letter, meant);
+        Some(())
+    }
+
+    fn set(&mut self, index: usize, body: &[u8]) -> Option<()> {
+        let name = self.text(index, "Name", body)?;
+        let value = self.number(index, "Value", body)?;
+        self.settings.insert(name, value);
+        Some(())
+    }
+
+    /// Takes the date from a satellite fix, once.
+    fn look_at_gps(&mut self, index: usize, body: &[u8]) {
+        if self.epoch.is_none() && self.restarts_s.is_empty() {
+            self.epoch = self.start_by_gps(index, body);
+        }
+    }
+
+    fn start_by_gps(&self, index: usize, body: &[u8]) -> Option<jiff::Timestamp> {
+        /// 1980-01-06, less the leap seconds since, of which there are 18 since 2017.
+        const EPOCH_S: f64 = 315_964_800.0 - 18.0;
+        const WEEK_S: f64 = 604_800.0;
+        let week = self.number(index, "GWk", body).filter(|week| *week > 0.0)?;
+        let of_week_s = self.number(index, "GMS", body)? / 1e3;
+        let now_s = EPOCH_S + week * WEEK_S + of_week_s;
+        let start_s = now_s - self.tables[index].time_s(body)?;
+        jiff::Timestamp::from_second(start_s.round() as i64).ok()
+    }
+
+    /// The clock went back after the definitions came again: the autopilot was started anew.
+    fn restart(&mut self, time_s: f64) {
+        self.may_restart = false;
+        if let Some(latest_s) = self.latest_s
+            && time_s + self.shift_s < latest_s - JITTER_S
+        {
+            let at_s = latest_s + APART_S;
+            self.shift_s = at_s - time_s;
+            self.restarts_s.push(at_s);
+        }
+    }
+
+    fn number(&self, index: usize, field: &str, body: &[u8]) -> Option<f64> {
+        let definition = &self.tables[index].definition;
+        let field = definition.field(field).filter(|_| definition.opaque.is_none())?;
+        let value = field.kind.value(body.get(field.at..)?);
+        value.is_finite().then_some(value)
+    }
+
+    fn text(&self, index: usize, field: &str, body: &[u8]) -> Option<String> {
+        let definition = &self.tables[index].definition;
+        let field = definition.field(field).filter(|_| definition.opaque.is_none())?;
+        let Kind::Text(size) = field.kind else { return None };
+        Some(text(body.get(field.at..field.at + size)?))
+    }
+
+    /// What the times are, in words.
+    pub(super) fn clock(&self) -> String {
+        let clock = "seconds since the autopilot started".to_owned();
+        match self.epoch {
+            Some(epoch) => format!("{clock}, which was {epoch} by satellite"),
+            None => clock,
+        }
+    }
+
+    pub(super) fn into_log(self, mut assembly: Assembly) -> Result<Log, Error> {
+        for (name, value) in self.settings {
+            assembly.setting(name, value);
+        }
+        for table in self.tables {
+            table.into_groups(&self.letters, &mut assembly);
+        }
+        assembly.log("ArduPilot DataFlash")
+    }
+}
