@@ -84,13 +84,14 @@ pub fn fit_filter_error(
     let unsteady = all_of(axes, Kind::Unsteady);
     let others = all_of(records.hold_out, Kind::Unsteady);
     let first = Beginning::of(axes, start);
-    let search = Search {
+    let mut search = Search {
         records: &unsteady,
         priors: &first.priors,
         fixed: first.fixed(),
         start: first.values,
         hold_out: &others,
         usual: Usual { speed: speed_rms(axes), thrust: force_rms(axes) },
+        quickest: QUICK_S.ln(),
     };
     let can_be = |candidate: &&Candidate| {
         candidate.exists_in(axes) && !(candidate.is_term() && terms.is_some())
@@ -106,6 +107,7 @@ pub fn fit_filter_error(
     if !fitted.optimum.converged {
         return Err(Error::NotConverged { dof, iterations: fitted.optimum.iterations });
     }
+    let fitted = quicker(&mut search, fitted);
     let mut fit = into_fit(dof, &fitted, structure, axes)?;
     if !records.steady.is_empty() {
         let steady = all_of(records.steady, Kind::Steady);
@@ -115,6 +117,26 @@ pub fn fit_filter_error(
     }
     fit.caveats.extend(hurried_disturbance(&fit, axes));
     Ok(fit)
+}
+
+/// Lets the disturbance be as quick as a sample where it wants to be quicker than anything
+/// that pulls at a vehicle from outside, as where a sensor smooths.
+///
+/// Not before the structure is found: a disturbance that forgets at once can take the place
+/// of a lag.
+fn quicker<'a>(search: &mut Search<'a>, fitted: Fitted<'a>) -> Fitted<'a> {
+    let place = fitted.problem.index(Unknown::LogCorrelation, 0);
+    let is_held = place.is_some_and(|place| fitted.optimum.theta[place] <= search.quickest);
+    if !is_held {
+        return fitted;
+    }
+    let wider = Search { quickest: QUICKEST_S.ln(), ..*search };
+    let found = wider.fit(fitted.problem.unknowns(), Some(&fitted), &search.fixed);
+    if !found.optimum.converged {
+        return fitted;
+    }
+    *search = wider;
+    found
 }
 
 /// Fits all trials, steady ones among them, if these ask for the same plant as the others.
@@ -373,8 +395,11 @@ fn nuisances(
 /// A disturbance below this part of what thrust does is none to speak of.
 const SLIGHT_DISTURBANCE: f64 = 0.05;
 
-/// Tethers, currents and swell change over longer than this, s.
+/// Tethers, currents and swell change over longer than this, s …
 const QUICK_S: f64 = 1.0;
+
+/// … and a disturbance that forgets within this is noise.
+const QUICKEST_S: f64 = 0.05;
 
 /// A disturbance that is quicker than anything that pulls at a vehicle from outside.
 fn hurried_disturbance(fit: &Fit, axes: &[AxisRecord]) -> Option<Caveat> {

@@ -44,8 +44,9 @@ pub(crate) fn minimise(problem: &Problem<'_>, start: DVector<f64>) -> Optimum {
     let mut descent = Descent { theta: start, damping: FIRST_DAMPING, at_kink: false, poor: 0 };
     let mut here = problem.evaluate(&descent.theta);
     for iterations in 0..MOST_ITERATIONS {
-        let free = descent.free(unknowns, &here.1);
-        let step = damped_step(&here.2, &here.1, &descent.room(unknowns), &free, LEAST_DAMPING);
+        let free = descent.free(problem, unknowns, &here.1);
+        let step =
+            damped_step(&here.2, &here.1, &descent.room(problem, unknowns), &free, LEAST_DAMPING);
         let promise = step.map_or(f64::INFINITY, |step| promise(&here.2, &here.1, &step));
         let moved = promise >= CONVERGED && descent.step(problem, unknowns, &here, &free);
         if !moved {
@@ -86,8 +87,13 @@ impl Descent {
         self.poor = 0;
     }
 
-    fn free(&self, unknowns: &[Unknown], gradient: &DVector<f64>) -> Vec<bool> {
-        let mut free = free(unknowns, &self.theta, gradient);
+    fn free(
+        &self,
+        problem: &Problem<'_>,
+        unknowns: &[Unknown],
+        gradient: &DVector<f64>,
+    ) -> Vec<bool> {
+        let mut free = free(problem, unknowns, &self.theta, gradient);
         for (free, unknown) in free.iter_mut().zip(unknowns) {
             *free &= !(self.at_kink && *unknown == Unknown::Delay);
         }
@@ -95,9 +101,9 @@ impl Descent {
     }
 
     /// How far down and up each number may go.
-    fn room(&self, unknowns: &[Unknown]) -> Vec<(f64, f64)> {
+    fn room(&self, problem: &Problem<'_>, unknowns: &[Unknown]) -> Vec<(f64, f64)> {
         let of = |(unknown, at): (&Unknown, &f64)| {
-            let (low, high) = limits(*unknown);
+            let (low, high) = problem.limits(*unknown);
             (low - at, high - at)
         };
         unknowns.iter().zip(self.theta.iter()).map(of).collect()
@@ -112,9 +118,9 @@ impl Descent {
         free: &[bool],
     ) -> bool {
         while self.damping < MOST_DAMPING {
-            let room = self.room(unknowns);
+            let room = self.room(problem, unknowns);
             let next = damped_step(information, gradient, &room, free, self.damping)
-                .map(|step| within(unknowns, &self.theta, &step))
+                .map(|step| within(problem, unknowns, &self.theta, &step))
                 .filter(|next| problem.cost(next) < *cost);
             if let Some(next) = next {
                 self.theta = next;
@@ -128,9 +134,14 @@ impl Descent {
 }
 
 /// Which numbers may move: not those at a limit that the cost pushes them against.
-fn free(unknowns: &[Unknown], theta: &DVector<f64>, gradient: &DVector<f64>) -> Vec<bool> {
+fn free(
+    problem: &Problem<'_>,
+    unknowns: &[Unknown],
+    theta: &DVector<f64>,
+    gradient: &DVector<f64>,
+) -> Vec<bool> {
     let is_free = |(j, unknown): (usize, &Unknown)| {
-        let (low, high) = limits(*unknown);
+        let (low, high) = problem.limits(*unknown);
         !(theta[j] <= low && gradient[j] > 0.0 || theta[j] >= high && gradient[j] < 0.0)
     };
     unknowns.iter().enumerate().map(is_free).collect()
@@ -192,8 +203,8 @@ pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
         Unknown::Lag => (0.0, 3.0),
         Unknown::Delay => (-1.0, 3.0),
         Unknown::LogReverseRatio | Unknown::LogForwardRatio => (-1.5, 1.5),
-        // A disturbance that forgets between two samples is noise, one of an hour a bias.
-        Unknown::LogCorrelation => (-3.0, 8.0),
+        // A disturbance of an hour is a bias; how quick it may be, the problem says.
+        Unknown::LogCorrelation => (f64::NEG_INFINITY, 8.0),
         Unknown::LogDisturbance | Unknown::LogVelocityNoise | Unknown::LogPositionNoise => {
             (-25.0, 5.0)
         }
@@ -210,10 +221,15 @@ pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
 }
 
 /// A step cut to limits, and to what a parabola can be trusted for.
-fn within(unknowns: &[Unknown], theta: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
+fn within(
+    problem: &Problem<'_>,
+    unknowns: &[Unknown],
+    theta: &DVector<f64>,
+    step: &DVector<f64>,
+) -> DVector<f64> {
     DVector::from_fn(theta.len(), |j, _| {
         let from = theta[j];
-        let (low, high) = limits(unknowns[j]);
+        let (low, high) = problem.limits(unknowns[j]);
         let (near, far) = match unknowns[j] {
             Unknown::Alpha => (from / 4.0, from * 4.0),
             Unknown::Current => (from - 0.2, from + 0.2),

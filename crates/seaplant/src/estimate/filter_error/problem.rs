@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::drive::Drive;
 use super::kalman::{Likelihood, Start, Wanted, likelihood};
+use super::minimise::limits;
 use super::parameters::{Active, Unknown, Values};
 use super::schedule::Measurements;
 use crate::{AxisRecord, ThrusterTrack, Timed};
@@ -90,6 +91,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) priors: &'a [Prior],
     /// Values of what is not fitted.
     pub(crate) fixed: Values,
+    /// The logarithm of the shortest time in which a disturbance may forget, s.
+    quickest: f64,
 }
 
 impl<'a> Problem<'a> {
@@ -133,7 +136,7 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        Self { records, active, places, numbers, priors, fixed }
+        Self { records, active, places, numbers, priors, fixed, quickest: 0.0 }
     }
 
     /// The same problem with one more number, the last, that all trials share.
@@ -143,6 +146,17 @@ impl<'a> Problem<'a> {
         wider.places.iter_mut().for_each(|places| places.push(self.numbers.len()));
         wider.numbers.push(unknown);
         wider
+    }
+
+    /// The same problem with disturbances as quick as that.
+    pub(crate) fn with_quickest(self, quickest: f64) -> Self {
+        Self { quickest, ..self }
+    }
+
+    /// Where a number means something.
+    pub(crate) fn limits(&self, unknown: Unknown) -> (f64, f64) {
+        let (low, high) = limits(unknown);
+        (if unknown == Unknown::LogCorrelation { self.quickest } else { low }, high)
     }
 
     /// How many numbers are fitted.

@@ -161,6 +161,8 @@ pub(crate) struct Search<'a> {
     pub(crate) hold_out: &'a [Record],
     /// What is usual in the fitted trials.
     pub(crate) usual: Usual,
+    /// The logarithm of the shortest time in which a disturbance may forget, s.
+    pub(crate) quickest: f64,
 }
 
 /// Root mean squares over the fitted trials.
@@ -208,7 +210,8 @@ impl<'a> Search<'a> {
         from: Option<&Fitted<'_>>,
         at: &Values,
     ) -> Fitted<'a> {
-        let problem = Problem::new(self.records, unknowns, self.priors, self.fixed);
+        let problem = Problem::new(self.records, unknowns, self.priors, self.fixed)
+            .with_quickest(self.quickest);
         Fitted::of(problem, from, at)
     }
 
@@ -257,13 +260,13 @@ impl<'a> Search<'a> {
             let without = self.without(model, candidate);
             return Decision { admitted: true, ..self.decide(candidate, model, &without) };
         }
-        let with = candidate.is_term().then(|| self.with(model, &[candidate]));
+        let ratio = self.score(model, candidate).unwrap_or(0.0);
+        // What the logs ask for and held-out trials refuse is shown with both.
+        let is_close = candidate.is_term() || ratio > self.needed(candidate);
+        let with = is_close.then(|| self.with(model, &[candidate]));
         let decision = match with.filter(|with| with.optimum.converged) {
             Some(with) => self.decide(candidate, &with, model),
-            None => {
-                let ratio = self.score(model, candidate).unwrap_or(0.0);
-                self.decision(candidate, ratio, None, None)
-            }
+            None => self.decision(candidate, ratio, None, None),
         };
         Decision { admitted: false, ..decision }
     }
@@ -422,7 +425,8 @@ impl<'a> Search<'a> {
     fn score(&self, model: &Fitted<'a>, candidate: Candidate) -> Option<f64> {
         let mut unknowns = model.problem.unknowns().to_vec();
         unknowns.push(candidate.unknown());
-        let problem = Problem::new(self.records, &unknowns, self.priors, self.fixed);
+        let problem = Problem::new(self.records, &unknowns, self.priors, self.fixed)
+            .with_quickest(self.quickest);
         let mut theta = DVector::zeros(problem.len());
         let mut base = Vec::new();
         let mut added = Vec::new();

@@ -44,7 +44,8 @@ impl<'a> TwoPlants<'a> {
         let unknowns = unsteady.problem.unknowns();
         let together = search.fit(unknowns, Some(unsteady), &search.fixed);
         let Search { records, priors, fixed, .. } = *search;
-        let problem = Problem::apart(records, unknowns, &MAY_DIFFER, priors, fixed);
+        let problem = Problem::apart(records, unknowns, &MAY_DIFFER, priors, fixed)
+            .with_quickest(search.quickest);
         let apart = Fitted::of(problem, Some(&together), &fixed);
         let converged = together.optimum.converged && apart.optimum.converged;
         converged.then_some(Self { together, apart })
