@@ -12,7 +12,7 @@ use seaplant::{
 use serde::{Deserialize, Serialize};
 
 use crate::bench::{BenchColumns, read_bench};
-use crate::preset::{CurvePreset, VehiclePreset};
+use crate::preset::{CurvePreset, PRESET_STD, VehiclePreset};
 use crate::{Error, toml_file};
 
 /// What a vehicle.toml says.
@@ -298,8 +298,9 @@ impl VehicleFile {
                     None => lacks("curve"),
                 }
             })?;
-        let curve = curve.read(path, &entry.name, inputs)?;
-        let UncertaintyEntry { forward, reverse } = entry.thrust_uncertainty.unwrap_or_default();
+        let (curve_entry, curve) = (curve, curve.read(path, &entry.name, inputs)?);
+        let usual = curve_entry.usual_uncertainty();
+        let UncertaintyEntry { forward, reverse } = entry.thrust_uncertainty.unwrap_or(usual);
         Thruster::new(&entry.name, position_m, direction, curve)
             .and_then(|t| t.with_uncertainty(ThrustUncertainty { forward, reverse }))
             .map_err(Error::model(path))
@@ -361,6 +362,15 @@ impl SensorEntries {
 }
 
 impl CurveEntry {
+    /// How well the strength of a curve is known of which nothing is said: of a preset, no
+    /// better than one thruster is like another.
+    fn usual_uncertainty(&self) -> UncertaintyEntry {
+        match self {
+            Self::Preset(_) => UncertaintyEntry { forward: PRESET_STD, reverse: PRESET_STD },
+            Self::Quadratic(_) | Self::Table(_) => UncertaintyEntry::default(),
+        }
+    }
+
     fn read(
         &self,
         path: &Path,

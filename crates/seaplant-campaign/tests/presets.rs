@@ -28,6 +28,7 @@ fn a_known_vehicle_needs_no_more_than_its_name_and_a_voltage() {
         // 5.25 kgf at full throttle.
         let thrust = vehicle.thrusters[0].curve.force(1900.0, None);
         assert!((thrust - 5.25 * 9.80665).abs() < 1e-9);
+        assert_eq!(vehicle.thrusters[0].uncertainty.forward, 0.05);
     }
 }
 
@@ -72,10 +73,9 @@ fn what_no_preset_has_must_be_said() {
 }
 
 #[test]
-fn the_curve_of_the_t200_is_that_of_its_makers_whole_table() {
-    /// Of the maximum; between points 40 us apart, and of what the bench wobbles.
-    const PART: f64 = 0.025;
-    for volts in [10, 12, 16, 20] {
+fn the_law_of_the_t200_is_near_published_tables() {
+    // Parts of the largest thrust: the law is one for all voltages.
+    for (volts, part) in [(12, 0.03), (16, 0.03), (20, 0.09)] {
         let Some(path) = data(&format!("t200-static/T200-Thrusters-{volts}V.csv")) else { return };
         let bench = read_bench(&path, &BenchColumns::default(), None).unwrap();
         let curve = CURVE.replace("16.0", &format!("{volts}.0"));
@@ -84,7 +84,7 @@ fn the_curve_of_the_t200_is_that_of_its_makers_whole_table() {
         for (pulse, thrust) in &bench.points {
             let found = vehicle.thrusters[0].curve.force(*pulse, None);
             let off = (found - thrust).abs();
-            assert!(off < PART * largest, "{volts} V, {pulse} us: {found} N for {thrust} N");
+            assert!(off < part * largest, "{volts} V, {pulse} us: {found} N for {thrust} N");
         }
     }
 }
