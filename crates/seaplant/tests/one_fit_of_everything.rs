@@ -103,29 +103,29 @@ fn turning_ship(c: f64) -> Recording {
         |t: f64| if (t / 40.0) as i64 % 3 == 2 { -40.0 } else { 60.0 + 20.0 * (0.05 * t).sin() };
     let (sway, rate) = (|t: f64| 0.08 * (0.11 * t).sin(), |t: f64| 0.06 * (0.11 * t - 0.6).sin());
     let mut u = 0.0_f64;
-    let mut rows: Vec<(f64, f64, f64, f64, f64)> = Vec::new();
+    let mut rows: Vec<[f64; 5]> = Vec::new();
     for k in 0..60_000 {
         let t = STEP_S * f64::from(k);
         // Thrust is held over a tenth of a second, as it is logged.
         let n: f64 = propeller((10.0 * t).floor() / 10.0);
         if k % 10 == 0 {
-            rows.push((t, n, u, sway(t), rate(t)));
+            rows.push([t, n, u, sway(t), rate(t)]);
         }
         let tau = 4e-4 * n * n.abs();
         u += STEP_S * (plant.acceleration(tau, u) + c * sway(t) * rate(t));
     }
-    let time_s: Vec<f64> = rows.iter().map(|row| row.0).collect();
-    let series = |name: &str, of: &dyn Fn(&(f64, f64, f64, f64, f64)) -> f64| {
+    let time_s: Vec<f64> = rows.iter().map(|row| row[0]).collect();
+    let series = |name: &str, of: &dyn Fn(&[f64; 5]) -> f64| {
         Timed::new(name, time_s.clone(), rows.iter().map(of).collect::<Vec<f64>>()).expect("valid")
     };
     let speed = Quantity::Thruster { name: "propeller".into(), input: ThrusterInput::Speed };
     // Noise of a millimetre a second, the same at every run.
     let noise = |t: f64| 1e-3 * ((7919.0 * t).sin() + (104_729.0 * t).sin());
     Recording::from([
-        (speed, series("n", &|row| row.1)),
-        (Quantity::Velocity(Dof::Surge), series("u", &|row| row.2 + noise(row.0))),
-        (Quantity::Velocity(Dof::Sway), series("v", &|row| row.3)),
-        (Quantity::Rate(seaplant::quantity::Axis::Z), series("r", &|row| row.4)),
+        (speed, series("n", &|row| row[1])),
+        (Quantity::Velocity(Dof::Surge), series("u", &|row| row[2] + noise(row[0]))),
+        (Quantity::Velocity(Dof::Sway), series("v", &|row| row[3])),
+        (Quantity::Rate(seaplant::quantity::Axis::Z), series("r", &|row| row[4])),
     ])
 }
 

@@ -88,7 +88,7 @@ fn assert_predicts_position(plant: &Value, trial: &str, r_squared: f64) {
 }
 
 /// A careful fit by hand reached 0.918 on these dives.
-const HEAVE_R_SQUARED: f64 = 0.85;
+const HEAVE_R_SQUARED: f64 = 0.9;
 
 #[test]
 fn bolt_in_heave_is_physical_and_predicts_held_out_dives() {
@@ -98,12 +98,12 @@ fn bolt_in_heave_is_physical_and_predicts_held_out_dives() {
         assert_eq!(plant["stable"], true, "{method}");
         assert_physical(plant);
         assert_better_than_null(plant);
-        // Vertical thrusters hold down a vehicle that floats.
-        assert!(number(plant, "parameters.bias_force.low95") > 0.0, "{method}");
-        assert_predicts_position(plant, "depth 4", HEAVE_R_SQUARED);
+        for trial in ["depth 1", "depth 2"] {
+            assert_predicts_position(plant, trial, HEAVE_R_SQUARED);
+        }
     }
-    let plant = &found["methods"]["heave"]["equation-error"];
-    assert_predicts_position(plant, "depth 3", HEAVE_R_SQUARED);
+    // Vertical thrusters hold down a vehicle that floats.
+    assert!(number(&found["plants"]["heave"], "parameters.bias_force.low95") > 0.0);
 }
 
 #[test]
@@ -127,15 +127,15 @@ const YAW_R_SQUARED: f64 = 0.6;
 #[test]
 fn bolt_in_yaw_is_physical_and_predicts_held_out_turns() {
     let Some(found) = bolt_in_yaw() else { return };
-    for method in ["filter-error", "equation-error"] {
-        let plant = &found["methods"]["yaw"][method];
-        assert_eq!(plant["stable"], true, "{method}");
-        assert_physical(plant);
-        assert_better_than_null(plant);
-        assert!(number(plant, "hold_out.r_squared") > YAW_R_SQUARED, "{method}");
-    }
+    let plant = &found["plants"]["yaw"];
+    assert_eq!(plant["stable"], true);
+    assert_physical(plant);
+    assert_better_than_null(plant);
+    assert!(number(plant, "hold_out.r_squared") > YAW_R_SQUARED);
     // A careful fit by hand reached 0.967 on a held-out turn.
-    assert_predicts_position(&found["plants"]["yaw"], "yaw 6", 0.9);
+    for trial in ["yaw 4", "yaw 6"] {
+        assert_predicts_position(plant, trial, 0.9);
+    }
 }
 
 #[test]
@@ -158,7 +158,10 @@ fn the_esso_osaka_is_physical_and_predicts_held_out_runs() {
     assert_eq!(plant["stable"], true);
     assert_physical(plant);
     assert_better_than_null(plant);
-    assert!(number(plant, "hold_out.r_squared") > 0.5);
+    assert!(number(plant, "hold_out.r_squared") > 0.8);
+    // Textbooks have the water that a tanker moves sideways weigh half as much again as the
+    // ship, and that which it moves ahead a tenth of it: 1.5 to 1.8 times the turning.
+    assert!((1.3..2.0).contains(&number(plant, "nuisances.turning.value")));
     for method in ["filter-error", "equation-error"] {
         // The water that a slender hull takes along in surge weighs a few per cent of it;
         // the guess of the propeller's thrust may be off by far more, either way.

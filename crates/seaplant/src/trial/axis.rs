@@ -177,9 +177,9 @@ impl AxisRecord {
         })
     }
 
-    /// The record with no thrust before its first, if the vehicle then still is at rest:
+    /// The record with propellers at rest before its first thrust, if the vehicle still is:
     /// whatever had pushed it before would show.
-    pub(super) fn from_rest(self) -> Self {
+    pub(super) fn starting_from_rest(self) -> Self {
         let motion = self.motion.series();
         let has_history = self.force.first_s() < motion.first_s() - motion.period_s();
         let Ok(velocity) = self.velocity() else { return self };
@@ -190,16 +190,13 @@ impl AxisRecord {
         if has_history || !is_at_rest {
             return self;
         }
-        let off_before = |series: &Timed| series.preceded_by(OFF_BEFORE_S, 0.0);
-        let speed_off = |track: &ThrusterTrack| ThrusterTrack {
-            speed: off_before(&track.speed),
+        let off_before = |track: &ThrusterTrack| ThrusterTrack {
+            speed: track.speed.preceded_by(OFF_BEFORE_S, 0.0),
             ..track.clone()
         };
-        Self {
-            force: off_before(&self.force),
-            thrusters: self.thrusters.iter().map(speed_off).collect(),
-            ..self
-        }
+        // Regressions go by the force that was logged; only what lags or comes late asks for
+        // what was before.
+        Self { thrusters: self.thrusters.iter().map(off_before).collect(), ..self }
     }
 
     /// The thrusters, or one that stands for them all where only the force is known.

@@ -113,7 +113,7 @@ impl Whole<'_> {
             turning: turning.map(|turning| cutter.around(turning, window_s)),
             position: position.and_then(|path| cutter.window(path, window_s)),
         };
-        Some(record.from_rest())
+        Some(record.starting_from_rest())
     }
 
     /// The part of the trial's window in which both force and motion are known, s.
