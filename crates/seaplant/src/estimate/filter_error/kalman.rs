@@ -212,7 +212,7 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
         Likelihood {
             cost: if is_finite { self.cost } else { f64::INFINITY },
             gradient: DVector::from_fn(n, |j, _| self.gradient[j]),
-            information: DMatrix::from_fn(n, n, |i, j| self.information[i][j]),
+            information: DMatrix::from_fn(n, n, |i, j| self.information[i.min(j)][i.max(j)]),
             innovations: self.innovations.unwrap_or_default(),
         }
     }
@@ -469,7 +469,8 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
         for j in 0..N {
             self.gradient[j] += e_by[j] * e * weight + total_by[j] * half;
             let (by_e, by_total) = (e_by[j] * weight, 0.5 * total_by[j] * weight * weight);
-            for i in 0..N {
+            // It is symmetric: half of it will do.
+            for i in j..N {
                 self.information[j][i] += e_by[i] * by_e + total_by[i] * by_total;
             }
         }
