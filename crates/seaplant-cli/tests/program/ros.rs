@@ -8,8 +8,11 @@ use serde_json::Value;
 use crate::demo;
 use crate::workshop::{Workshop, number};
 
-/// Sums in another order; a part of the value, or of its standard deviation.
-const SAME: f64 = 1e-9;
+/// Times since 1970 are rounded to a quarter of a microsecond; a part of the value, or of its
+/// standard deviation.
+const SAME: f64 = 1e-4;
+/// The paper reads thrust at single samples of velocity, and differences of time decide which.
+const SAME_BY_PAPER: f64 = 5e-3;
 
 #[test]
 fn an_mcap_recording_gives_the_estimates_of_the_tables() {
@@ -35,7 +38,8 @@ fn an_mcap_recording_gives_the_estimates_of_the_tables() {
             let parameters = plant["parameters"].as_object().expect("by name");
             for (name, parameter) in parameters.iter().filter(|(_, value)| !value.is_null()) {
                 let same = &found["methods"][dof][method]["parameters"][name];
-                assert_same(&format!("{name} in {dof} by {method}"), same, parameter);
+                let within = if method == "paper" { SAME_BY_PAPER } else { SAME };
+                assert_same(&format!("{name} in {dof} by {method}"), same, parameter, within);
                 compared += 1;
             }
         }
@@ -43,9 +47,9 @@ fn an_mcap_recording_gives_the_estimates_of_the_tables() {
     assert!(compared > 40, "{compared} parameters");
 }
 
-fn assert_same(name: &str, found: &Value, expected: &Value) {
+fn assert_same(name: &str, found: &Value, expected: &Value, within: f64) {
     let (found, right) = (number(found, "value"), number(expected, "value"));
     let std = expected["std"].as_f64().unwrap_or(0.0);
     let apart = (found - right).abs();
-    assert!(apart <= SAME * right.abs().max(std), "{name}: {found} for {right}");
+    assert!(apart <= within * right.abs().max(std), "{name}: {found} for {right}");
 }

@@ -17,8 +17,8 @@ import tomllib
 from mcap_ros2.writer import Writer
 from rosbags.typesys import Stores, get_typestore
 
-# Of a clock that started with the vehicle, some time before.
-START = 1_000_000_000_000
+# Nanoseconds since 1970, as ROS stamps have them.
+START = 1_700_000_000_000_000_000
 
 
 def columns(path):
