@@ -17,10 +17,6 @@ import tomllib
 from mcap_ros2.writer import Writer
 from rosbags.typesys import Stores, get_typestore
 
-# Nanoseconds since 1970, as ROS stamps have them.
-START = 1_700_000_000_000_000_000
-
-
 def columns(path):
     with open(path, newline="") as file:
         rows = list(csv.reader(file))
@@ -67,13 +63,13 @@ TOPICS = {
 }
 
 
-def write(path, logs):
+def write(path, logs, start_ns):
     store = get_typestore(Stores.ROS2_HUMBLE)
     messages = []
     for log in logs:
         topic, kind, fill = TOPICS[log.stem]
         for row in columns(log):
-            stamp = START + round(row["time"] * 1e9)
+            stamp = start_ns + round(row["time"] * 1e9)
             header = {"stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9}, "frame_id": ""}
             messages.append((stamp, topic, kind, {"header": header} | fill(row)))
     messages.sort(key=lambda message: message[0])
@@ -104,13 +100,14 @@ def channel(quantity):
 
 
 def main():
-    source, target = map(pathlib.Path, sys.argv[1:])
+    source, target = map(pathlib.Path, sys.argv[1:3])
+    start_ns = int(sys.argv[3])
     campaign = tomllib.loads((source / "campaign.toml").read_text())
     lines = ['vehicle = "vehicle.toml"']
     for trial in campaign["trial"]:
         logs = [source / log for log in trial["log"]]
         name = f"{logs[0].parent.name}.mcap"
-        write(target / name, logs)
+        write(target / name, logs, start_ns)
         dof = ", ".join(f'"{dof}"' for dof in trial["dof"])
         lines += ["[[trial]]", f'name = "{trial["name"]}"', f'log = "{name}"']
         lines += [f"dof = [{dof}]", f'role = "{trial["role"]}"']
