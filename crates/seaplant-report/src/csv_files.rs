@@ -2,10 +2,9 @@
 
 use std::io::{self, Write};
 
-use seaplant::results::{ComparisonFigure, Parameter, PlantResult, Results};
-use seaplant::{Dof, Method};
+use seaplant::results::{Parameter, PlantResult, Results};
+use seaplant::{Comparison, Dof, Method, PositionComparison};
 
-use crate::paths::Paths;
 use crate::{Artifact, Error};
 
 type Writer = csv::Writer<Vec<u8>>;
@@ -24,22 +23,8 @@ fn artifact(path: &str, writer: Writer) -> Result<Artifact<'static>, Error> {
     Ok(Artifact::of_bytes(path, bytes))
 }
 
-/// The names of the files of series.
-#[derive(Default)]
-pub(crate) struct Names(Paths);
-
-impl Names {
-    /// `series/TRIAL.DOF.METHOD.csv`.
-    pub(crate) fn of(&mut self, figure: &ComparisonFigure) -> String {
-        let comparison = &figure.comparison;
-        let parts = [&comparison.trial, comparison.dof.name(), figure.method.name()];
-        format!("series/{}.csv", self.0.unique(&parts))
-    }
-}
-
-/// Writes every sample of a comparison.
-pub(crate) fn write_series(figure: &ComparisonFigure, out: impl Write) -> io::Result<()> {
-    let comparison = &figure.comparison;
+/// Writes every sample of velocity.
+pub(crate) fn write_motion(comparison: &Comparison, out: impl Write) -> io::Result<()> {
     let units = comparison.dof.units();
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record([
@@ -54,6 +39,27 @@ pub(crate) fn write_series(figure: &ComparisonFigure, out: impl Write) -> io::Re
         comparison.time_s.iter().zip(&comparison.force).zip(motion)
     {
         writer.serialize([*time, *force, *measured, *simulated, simulated - measured])?;
+    }
+    writer.flush()
+}
+
+/// Writes every sample of position.
+pub(crate) fn write_position(
+    position: &PositionComparison,
+    dof: Dof,
+    out: impl Write,
+) -> io::Result<()> {
+    let unit = dof.units().position;
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record([
+        "time_s".to_owned(),
+        format!("measured [{unit}]"),
+        format!("simulated [{unit}]"),
+        format!("difference [{unit}]"),
+    ])?;
+    let motion = position.measured.iter().zip(&position.simulated);
+    for (time, (measured, simulated)) in position.time_s.iter().zip(motion) {
+        writer.serialize([*time, *measured, *simulated, simulated - measured])?;
     }
     writer.flush()
 }

@@ -43,6 +43,29 @@ pub(crate) fn decimate(x: &[f64], y: &[f64], most: usize) -> Vec<(f64, f64)> {
     kept
 }
 
+/// A pause this many times as long as the usual step is a gap, which no line crosses.
+const GAP_STEPS: f64 = 5.0;
+
+/// Where a series of instants runs without a gap.
+pub(crate) fn runs(x: &[f64]) -> Vec<std::ops::Range<usize>> {
+    let mut steps: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle = steps.len() / 2;
+    let longest = if steps.is_empty() {
+        f64::INFINITY
+    } else {
+        GAP_STEPS * *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let mut runs = Vec::new();
+    let mut from = 0;
+    for k in 1..=x.len() {
+        if k == x.len() || x[k] - x[k - 1] > longest {
+            runs.push(from..k);
+            from = k;
+        }
+    }
+    runs
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -71,5 +94,12 @@ mod tests {
         let y: Vec<f64> = (0..5000).map(f64::from).collect();
         let kept = decimate(&[3.0; 5000], &y, 100);
         assert!(kept.len() <= 100 && kept.contains(&(3.0, 4998.0)));
+    }
+
+    #[test]
+    fn no_line_crosses_a_gap() {
+        assert_eq!(runs(&[0.0, 0.1, 0.2, 9.0, 9.1]), [0..3, 3..5]);
+        assert_eq!(runs(&[0.0, 0.1]), vec![0..2; 1]);
+        assert_eq!(runs(&[]), []);
     }
 }

@@ -12,14 +12,16 @@ mod steady;
 mod svg_writer;
 mod thrust;
 
-use seaplant::results::{ComparisonFigure, Results, Series};
+use seaplant::results::{Results, Series};
 use seaplant::{Dof, Method, Role};
 
 use crate::Error;
-use crate::paths::Paths;
 
-pub(crate) use ink::style_sheet;
+pub(crate) use comparison::description as comparison_description;
+pub(crate) use ink::{Ink, hex, style_sheet};
 pub(crate) use scene::Scene;
+pub(crate) use spectrum::view as spectrum_view;
+pub(crate) use steady::{description as steady_description, segments as steady_segments};
 pub(crate) use svg_writer::inline as inline_svg;
 pub(crate) use thrust::scene as thrust;
 
@@ -79,43 +81,34 @@ struct Draft {
 /// The figures of a report, drawn one by one and painted together.
 #[derive(Default)]
 pub(crate) struct Album {
-    paths: Paths,
     drafts: Vec<Draft>,
 }
 
 impl Album {
-    /// Draws a figure; the series is not needed any more then.
-    pub(crate) fn draw(&mut self, series: &Series, results: &Results) -> Result<(), Error> {
-        let draft = match series {
-            Series::Comparison(figure) => self.comparison(figure)?,
-            Series::Spectrum(figure) => Draft {
-                subject: Subject::Spectrum,
-                dof: Some(figure.dof),
-                trial: figure.trial.clone(),
-                stem: self.paths.unique(&[&figure.trial, figure.dof.name(), "spectrum"]),
-                scene: spectrum::scene(figure, results)?,
-            },
-            Series::Steady(figure) => Draft {
-                subject: Subject::Steady,
-                dof: Some(figure.dof),
-                trial: figure.trial.clone(),
-                stem: self.paths.unique(&[&figure.trial, figure.dof.name(), "steady"]),
-                scene: steady::scene(figure, results)?,
-            },
+    /// Draws a figure; the series is not needed any more then. `stem` is the name of its files.
+    pub(crate) fn draw(
+        &mut self,
+        series: &Series,
+        results: &Results,
+        stem: &str,
+    ) -> Result<(), Error> {
+        let (subject, dof, trial, scene) = match series {
+            Series::Comparison(figure) => (
+                Subject::Comparison { method: figure.method, role: figure.role },
+                figure.comparison.dof,
+                &figure.comparison.trial,
+                comparison::scene(figure)?,
+            ),
+            Series::Spectrum(figure) => {
+                (Subject::Spectrum, figure.dof, &figure.trial, spectrum::scene(figure, results)?)
+            }
+            Series::Steady(figure) => {
+                (Subject::Steady, figure.dof, &figure.trial, steady::scene(figure, results)?)
+            }
         };
-        self.drafts.push(draft);
+        let (dof, trial, stem) = (Some(dof), trial.clone(), stem.to_owned());
+        self.drafts.push(Draft { subject, dof, trial, stem, scene });
         Ok(())
-    }
-
-    fn comparison(&mut self, figure: &ComparisonFigure) -> Result<Draft, Error> {
-        let (dof, trial) = (figure.comparison.dof, &figure.comparison.trial);
-        Ok(Draft {
-            subject: Subject::Comparison { method: figure.method, role: figure.role },
-            dof: Some(dof),
-            trial: trial.clone(),
-            stem: self.paths.unique(&[trial, dof.name(), figure.method.name()]),
-            scene: comparison::scene(figure)?,
-        })
     }
 
     /// Every figure, with that of bollard pull where there is one, painted.
@@ -125,7 +118,7 @@ impl Album {
                 subject: Subject::Thrust,
                 dof: None,
                 trial: String::new(),
-                stem: self.paths.unique(&["thrust"]),
+                stem: "thrust".to_owned(),
                 scene: thrust(bollard_pull)?,
             });
         }

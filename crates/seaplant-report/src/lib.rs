@@ -3,6 +3,7 @@
 //!
 //! [`render`] hands them out one by one; where they are written is the caller's.
 
+mod chart;
 mod csv_files;
 mod decimate;
 mod error;
@@ -21,7 +22,8 @@ mod report_tests;
 
 use std::io::{self, Write};
 
-use seaplant::results::{BollardPullResult, ComparisonFigure, Results, Series};
+use seaplant::results::{BollardPullResult, Results, Series};
+use seaplant::{Comparison, Dof, PositionComparison};
 
 pub use error::Error;
 pub use figure::Figure;
@@ -39,8 +41,9 @@ pub struct Artifact<'a> {
 #[derive(Debug)]
 enum Content<'a> {
     Bytes(Vec<u8>),
-    /// A table that is too long to be made in memory.
-    Series(&'a ComparisonFigure),
+    /// Tables that are too long to be made in memory.
+    Motion(&'a Comparison),
+    Position(&'a PositionComparison, Dof),
 }
 
 impl Artifact<'_> {
@@ -55,7 +58,8 @@ impl Artifact<'_> {
     pub fn write_to(&self, mut out: impl Write) -> io::Result<()> {
         match &self.content {
             Content::Bytes(bytes) => out.write_all(bytes),
-            Content::Series(figure) => csv_files::write_series(figure, out),
+            Content::Motion(motion) => csv_files::write_motion(motion, out),
+            Content::Position(position, dof) => csv_files::write_position(position, *dof, out),
         }
     }
 }
@@ -76,23 +80,50 @@ pub fn render<E: From<Error>>(
     series: impl IntoIterator<Item = Series>,
     mut put: impl FnMut(&Artifact<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
-    let mut names = csv_files::Names::default();
+    let mut stems = paths::Paths::default();
     let mut album = figure::Album::default();
+    let mut charts = chart::Charts::default();
     for series in series {
+        let stem = stem(&series, &mut stems);
         if let Series::Comparison(figure) = &series {
-            put(&Artifact { path: names.of(figure), content: Content::Series(figure) })?;
+            let comparison = &figure.comparison;
+            let path = format!("series/{stem}.csv");
+            put(&Artifact { path, content: Content::Motion(comparison) })?;
+            if let Some(position) = &comparison.position {
+                let path = format!("series/{stem}.position.csv");
+                let content = Content::Position(position, comparison.dof);
+                put(&Artifact { path, content })?;
+            }
         }
-        album.draw(&series, results)?;
+        album.draw(&series, results, &stem)?;
+        charts.add(&series, results, &stem);
     }
     let plates = album.plates(results)?;
     put(&Artifact::of_bytes("results.json", json::bytes(results)?))?;
-    put(&Artifact::of_bytes("report.html", page::html(results, &plates)?))?;
+    let charts = charts.all(results);
+    put(&Artifact::of_bytes(
+        "report.html",
+        page::html(results, page::Pictures { charts: &charts, plates: &plates })?,
+    ))?;
+    drop(charts);
     for plate in plates {
         let stem = format!("figures/{}", plate.stem);
         put(&Artifact::of_bytes(format!("{stem}.svg"), plate.figure.svg))?;
         put(&Artifact::of_bytes(format!("{stem}.png"), plate.figure.png))?;
     }
     csv_files::tables(results)?.iter().try_for_each(put)
+}
+
+/// What the files of a series are called, without folder and ending.
+fn stem(series: &Series, taken: &mut paths::Paths) -> String {
+    match series {
+        Series::Comparison(figure) => {
+            let Comparison { dof, trial, .. } = &figure.comparison;
+            taken.unique(&[trial, dof.name(), figure.method.name()])
+        }
+        Series::Spectrum(figure) => taken.unique(&[&figure.trial, figure.dof.name(), "spectrum"]),
+        Series::Steady(figure) => taken.unique(&[&figure.trial, figure.dof.name(), "steady"]),
+    }
 }
 
 /// Draws thrust against the square of the input, with the fitted lines.

@@ -7,12 +7,16 @@ mod paper_section;
 mod provenance;
 mod table;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value};
 use seaplant::results::Results;
 use serde::Serialize;
+use sha2::{Digest, Sha256};
 
+use crate::chart::{Chart, Sheet};
 use crate::figure::{Plate, Subject, style_sheet};
 use crate::{Error, words};
 
@@ -25,6 +29,13 @@ const TEMPLATES: [(&str, &str); 6] = [
     ("paper.html", include_str!("../templates/paper.html")),
     ("provenance.html", include_str!("../templates/provenance.html")),
 ];
+
+/// The library of charts, then what draws with it.
+const SCRIPTS: [&str; 2] =
+    [include_str!("../vendor/uplot/uPlot.iife.min.js"), include_str!("../templates/report.js")];
+
+/// What the library's drawings need.
+const CHART_STYLE: &str = include_str!("../vendor/uplot/uPlot.min.css");
 
 const STYLE: &str = include_str!("../templates/report.css");
 
@@ -40,9 +51,44 @@ impl FigureView {
     fn of(plate: &Plate) -> Self {
         Self { svg: plate.inline.clone(), caption: plate.caption.clone(), stem: plate.stem.clone() }
     }
+}
 
-    fn all(plates: &[Plate], wanted: impl Fn(&Plate) -> bool) -> Vec<Self> {
-        plates.iter().filter(|plate| wanted(plate)).map(Self::of).collect()
+/// A chart's place on the page; the script fills it.
+#[derive(Serialize)]
+struct ChartView {
+    id: String,
+    title: String,
+    description: String,
+    files: Vec<(String, String)>,
+    /// What stands in its place on paper and without script, if the page does not show it anyway.
+    still: Option<String>,
+}
+
+/// The charts of a report, and the figures that stand still.
+#[derive(Clone, Copy)]
+pub(crate) struct Pictures<'a> {
+    pub(crate) charts: &'a [Chart],
+    pub(crate) plates: &'a [Plate],
+}
+
+impl Pictures<'_> {
+    fn charts(&self, wanted: impl Fn(&Chart) -> bool) -> Vec<ChartView> {
+        let still = |chart: &Chart| {
+            let stem = chart.still.as_ref()?;
+            self.plates.iter().find(|plate| plate.stem == *stem).map(|plate| plate.inline.clone())
+        };
+        let view = |chart: &Chart| ChartView {
+            id: chart.id.clone(),
+            title: chart.title.clone(),
+            description: chart.description.clone(),
+            files: chart.files.clone(),
+            still: still(chart),
+        };
+        self.charts.iter().filter(|chart| wanted(chart)).map(view).collect()
+    }
+
+    fn figures(&self, wanted: impl Fn(&Plate) -> bool) -> Vec<FigureView> {
+        self.plates.iter().filter(|plate| wanted(plate)).map(FigureView::of).collect()
     }
 }
 
@@ -51,6 +97,11 @@ impl FigureView {
 struct Page<'a> {
     style: &'static str,
     figure_style: String,
+    chart_style: &'static str,
+    scripts: [&'static str; 2],
+    /// What the browser may run: nothing else does.
+    script_hashes: [String; 2],
+    sheet: String,
     vehicle: &'a str,
     line: String,
     failures: Vec<(String, &'a str)>,
@@ -64,11 +115,16 @@ struct Page<'a> {
 }
 
 impl<'a> Page<'a> {
-    fn of(results: &'a Results, plates: &[Plate]) -> Self {
+    fn of(results: &'a Results, pictures: Pictures<'_>) -> Result<Self, Error> {
         let axes = results.plants.iter();
-        Self {
+        Ok(Self {
             style: STYLE,
             figure_style: style_sheet(),
+            chart_style: CHART_STYLE,
+            scripts: SCRIPTS,
+            script_hashes: SCRIPTS.map(|script| STANDARD.encode(Sha256::digest(script))),
+            // Within an element, nothing but its end may begin with this.
+            sheet: serde_json::to_string(&Sheet::of(pictures.charts))?.replace('<', "\\u003c"),
             vehicle: &results.vehicle,
             line: provenance::line(results),
             failures: failures(results),
@@ -76,18 +132,18 @@ impl<'a> Page<'a> {
             has_truth: results.truth.is_some(),
             doubts: doubts::of_campaign(results),
             axes: axes
-                .map(|(&dof, plant)| axis_section::view(dof, plant, results, plates))
+                .map(|(&dof, plant)| axis_section::view(dof, plant, results, pictures))
                 .collect(),
-            paper: paper_section::view(results, plates),
-            thrust: FigureView::all(plates, |plate| plate.subject == Subject::Thrust),
+            paper: paper_section::view(results, pictures),
+            thrust: pictures.figures(|plate| plate.subject == Subject::Thrust),
             provenance: provenance::view(results),
-        }
+        })
     }
 }
 
 /// Fills in the templates.
-pub(crate) fn html(results: &Results, plates: &[Plate]) -> Result<String, Error> {
-    let page = Value::from(Serde(Page::of(results, plates)));
+pub(crate) fn html(results: &Results, pictures: Pictures<'_>) -> Result<String, Error> {
+    let page = Value::from(Serde(Page::of(results, pictures)?));
     Ok(environment()?.get_template("report.html")?.render(page)?)
 }
 

@@ -2,7 +2,10 @@
 
 use std::collections::HashSet;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use seaplant::results::{Parameter, Series};
+use sha2::{Digest, Sha256};
 
 use crate::figure::thrust;
 use crate::fixture::Found;
@@ -49,8 +52,19 @@ fn unescaped(html: &str) -> String {
 fn names_of_users_are_escaped_everywhere() {
     let all = artifacts(&fixture::identification());
     let html = text(&all, "report.html");
-    assert!(!html.contains("<script"), "a name became an element");
+    let elements = html.matches("<script").count();
+    assert_eq!(elements, 3, "a name became an element, or a script is missing");
     assert!(unescaped(html).contains("<script>alert('x')</script>"));
+    // Within the data of the charts, no name ends the element.
+    let data = html.split("id=\"sheet\">").nth(1).and_then(|rest| rest.split("</script>").next());
+    let data: serde_json::Value = serde_json::from_str(data.expect("data")).expect("JSON");
+    let titles: Vec<&str> = data["charts"]
+        .as_array()
+        .expect("charts")
+        .iter()
+        .map(|chart| chart["title"].as_str().expect("a title"))
+        .collect();
+    assert!(titles.iter().any(|title| title.contains(fixture::HOSTILE)), "{titles:?}");
     for artifact in &all {
         let safe = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "./-".contains(c);
         assert!(artifact.path.chars().all(safe), "{}", artifact.path);
@@ -62,11 +76,43 @@ fn names_of_users_are_escaped_everywhere() {
 fn the_page_asks_the_network_for_nothing() {
     let all = artifacts(&fixture::identification());
     let html = text(&all, "report.html");
-    for word in ["http:", "https:", "src=", "url(", "@import", "<link", "<iframe"] {
+    // The library's head names where it comes from, and nothing goes there.
+    let html = unescaped(html).replace("/*! https://github.com/leeoniya/uPlot", "");
+    for word in ["http:", "https:", "src=", "url(", "@import", "<link", "<iframe", "fetch("] {
         assert!(!html.contains(word), "{word}");
     }
     let links = html.match_indices("href=\"").map(|(at, word)| &html[at + word.len()..]);
-    assert!(links.into_iter().all(|link| link.starts_with('#')));
+    let folders = ["#", "figures/", "series/", "tables/"];
+    let is_near = |link: &str| folders.iter().any(|folder| link.starts_with(folder));
+    assert!(links.into_iter().all(is_near));
+}
+
+#[test]
+fn the_browser_runs_the_page_s_own_scripts_and_no_other() {
+    let all = artifacts(&fixture::identification());
+    let html = text(&all, "report.html");
+    let policy = html.split("script-src").nth(1).expect("a policy");
+    let policy = policy.split(';').next().expect("its end");
+    let scripts: Vec<&str> = html.split("<script>").skip(1).collect();
+    assert_eq!(scripts.len(), 2);
+    for script in scripts {
+        let script = script.split("</script>").next().expect("its end");
+        let hash = STANDARD.encode(Sha256::digest(script));
+        assert!(policy.contains(&format!("'sha256-{hash}'")), "{policy}");
+    }
+}
+
+#[test]
+fn every_file_that_the_page_names_is_written() {
+    let all = artifacts(&fixture::identification());
+    let html = unescaped(text(&all, "report.html"));
+    let links = html.match_indices("href=\"").map(|(at, word)| &html[at + word.len()..]);
+    let links: Vec<&str> = links.filter_map(|link| link.split('"').next()).collect();
+    let files: Vec<&str> = links.into_iter().filter(|link| !link.starts_with('#')).collect();
+    assert!(files.len() > 5, "{files:?}");
+    for file in files {
+        assert!(all.iter().any(|artifact| artifact.path == file), "{file}");
+    }
 }
 
 #[test]
@@ -139,8 +185,9 @@ fn inline_figures_are_xml_too() {
     let all = artifacts(&fixture::identification());
     let html = text(&all, "report.html");
     let mut count = 0;
-    for part in html.split("<div class=\"plot\">").skip(1) {
-        let svg = part.split("</div>").next().expect("closed");
+    for part in html.split("<div class=\"plot").skip(1) {
+        let svg = part.split("</div>").next().and_then(|part| part.split_once('>'));
+        let (_, svg) = svg.expect("closed");
         roxmltree::Document::parse(svg).expect("XML");
         count += 1;
     }

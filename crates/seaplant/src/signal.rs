@@ -1,11 +1,13 @@
 //! Filters, derivatives, resampling and spectra of uniform series.
 
+mod autocorrelation;
 mod derivative;
 mod low_pass;
 mod outliers;
 mod resample;
 mod spectrum;
 
+pub use autocorrelation::autocorrelation;
 pub(crate) use derivative::{check_differentiable, slope_of_parabola};
 pub use derivative::{differentiate, differentiate_timed};
 pub use low_pass::LowPass;

@@ -14,13 +14,10 @@ use super::font;
 use super::ink::Ink;
 use super::scene::{PER_PIXEL, Recorder, Scene};
 use crate::Error;
-use crate::decimate::decimate;
+use crate::decimate::{decimate, runs};
 
 /// Points of one line: more than there are pixels across the page.
 const MOST_POINTS: usize = 1500;
-
-/// A pause this many times as long as the usual step is a gap, which no line crosses.
-const GAP_STEPS: f64 = 5.0;
 
 const TITLE_SIZE: i32 = 13;
 const TEXT_SIZE: i32 = 12;
@@ -168,36 +165,4 @@ pub(crate) fn note(chart: &mut Chart<'_, '_>, at: (f64, f64), text: &str) -> Res
     let text = plotters::element::Text::new(text.to_owned(), (px(5), px(1)), style);
     chart.draw_series([EmptyElement::at(at) + text])?;
     Ok(())
-}
-
-/// Where a series of instants runs without a gap.
-fn runs(x: &[f64]) -> Vec<std::ops::Range<usize>> {
-    let mut steps: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle = steps.len() / 2;
-    let longest = if steps.is_empty() {
-        f64::INFINITY
-    } else {
-        GAP_STEPS * *steps.select_nth_unstable_by(middle, f64::total_cmp).1
-    };
-    let mut runs = Vec::new();
-    let mut from = 0;
-    for k in 1..=x.len() {
-        if k == x.len() || x[k] - x[k - 1] > longest {
-            runs.push(from..k);
-            from = k;
-        }
-    }
-    runs
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_line_crosses_a_gap() {
-        assert_eq!(runs(&[0.0, 0.1, 0.2, 9.0, 9.1]), [0..3, 3..5]);
-        assert_eq!(runs(&[0.0, 0.1]), vec![0..2; 1]);
-        assert_eq!(runs(&[]), []);
-    }
 }

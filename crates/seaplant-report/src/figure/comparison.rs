@@ -58,7 +58,8 @@ fn title(figure: &ComparisonFigure) -> String {
     )
 }
 
-fn description(figure: &ComparisonFigure) -> String {
+/// What the figure says, in words and numbers.
+pub(crate) fn description(figure: &ComparisonFigure) -> String {
     let Comparison { dof, trial, velocity, position, .. } = &figure.comparison;
     let units = dof.units();
     let mut text = format!(

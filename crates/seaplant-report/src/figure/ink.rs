@@ -24,6 +24,10 @@ pub(crate) enum Ink {
     Forward,
     Reverse,
     Segment,
+    Other1,
+    Other2,
+    Other3,
+    Other4,
 }
 
 /// How an ink looks.
@@ -50,7 +54,7 @@ const fn bytes(rgb: u32) -> [u8; 3] {
 pub(crate) const PAPER: ([u8; 3], [u8; 3]) = (bytes(0xffffff), bytes(0x161c22));
 
 impl Ink {
-    pub(crate) const ALL: [Self; 16] = [
+    pub(crate) const ALL: [Self; 20] = [
         Self::Text,
         Self::FaintText,
         Self::Frame,
@@ -67,6 +71,10 @@ impl Ink {
         Self::Forward,
         Self::Reverse,
         Self::Segment,
+        Self::Other1,
+        Self::Other2,
+        Self::Other3,
+        Self::Other4,
     ];
 
     /// The colours are Okabe and Ito's, made darker on white and lighter on black.
@@ -88,6 +96,12 @@ impl Ink {
             Self::Forward => look("fw", 0xb23a00, 0xff9d5c, 1.8),
             Self::Reverse => Look { dashes: &[6.0, 3.0], ..look("fr", 0xb23a00, 0xff9d5c, 1.8) },
             Self::Segment => look("fz", 0xfbe7b8, 0x4a4020, 0.0),
+            Self::Other1 => Look { dashes: &[6.0, 3.0], ..look("o1", 0x00795a, 0x35c79f, 1.4) },
+            Self::Other2 => Look { dashes: &[2.0, 2.0], ..look("o2", 0x8a3f77, 0xe094c8, 1.6) },
+            Self::Other3 => {
+                Look { dashes: &[8.0, 3.0, 2.0, 3.0], ..look("o3", 0x26323c, 0xdde4ea, 1.4) }
+            }
+            Self::Other4 => Look { dashes: &[12.0, 4.0], ..look("o4", 0x7a5200, 0xf0c061, 1.2) },
         }
     }
 

@@ -25,10 +25,34 @@ const GAIN_POINTS: usize = 200;
 const HIGHEST_PART: f64 = 1.12;
 
 /// A filter whose gain is drawn.
-struct Gain {
-    ink: Ink,
-    name: String,
-    filter: LowPass,
+pub(crate) struct Gain {
+    pub(crate) ink: Ink,
+    pub(crate) name: String,
+    pub(crate) filter: LowPass,
+}
+
+/// What a figure of spectra shows.
+pub(crate) struct View {
+    /// Over the span that is shown.
+    pub(crate) frequency_hz: Vec<f64>,
+    /// Amplitudes as parts of the greatest.
+    pub(crate) force: Vec<f64>,
+    /// The same of velocity.
+    pub(crate) velocity: Vec<f64>,
+    pub(crate) gains: Vec<Gain>,
+    pub(crate) excited_hz: Option<f64>,
+    /// What it says, in words and numbers.
+    pub(crate) description: String,
+}
+
+/// What a figure shows, as numbers.
+pub(crate) fn view(figure: &SpectrumFigure, results: &Results) -> View {
+    let (excited_hz, gains) = (excited_hz(figure, results), gains(figure, results));
+    let ends = frequency_axis(figure).ends();
+    let (frequency_hz, force) = parts(&figure.force, &ends);
+    let (_, velocity) = parts(&figure.velocity, &ends);
+    let description = description(figure, excited_hz, &gains);
+    View { frequency_hz, force, velocity, gains, excited_hz, description }
 }
 
 /// # Source

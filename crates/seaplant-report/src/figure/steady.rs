@@ -21,11 +21,7 @@ const KEY: [(Ink, &str); 3] = [
 /// # Source
 /// [Jason2, eq. (8), table 6].
 pub(super) fn scene(figure: &SteadyFigure, results: &Results) -> Result<Scene, Error> {
-    let segments: Vec<&SegmentResult> = results
-        .steady
-        .get(&figure.dof)
-        .map(|steady| steady.segments.iter().filter(|s| s.trial == figure.trial).collect())
-        .unwrap_or_default();
+    let segments = segments(figure, results);
     let name = words::capitalised(figure.dof.name());
     let title = format!("{name} · {} · steady stretches", figure.trial);
     let has_position = !figure.position.is_empty();
@@ -40,6 +36,13 @@ pub(super) fn scene(figure: &SteadyFigure, results: &Results) -> Result<Scene, E
         position_panel(&above, figure, &segments, x.clone())?;
         velocity_panel(&below, figure, &segments, x)
     })
+}
+
+/// The steady stretches of the figure's trial.
+pub(crate) fn segments<'a>(figure: &SteadyFigure, results: &'a Results) -> Vec<&'a SegmentResult> {
+    let steady = results.steady.get(&figure.dof);
+    let all = steady.into_iter().flat_map(|steady| &steady.segments);
+    all.filter(|segment| segment.trial == figure.trial).collect()
 }
 
 fn position_panel(
@@ -83,7 +86,8 @@ fn velocity_panel(
     Ok(())
 }
 
-fn description(figure: &SteadyFigure, segments: &[&SegmentResult]) -> String {
+/// What the figure says, in words and numbers.
+pub(crate) fn description(figure: &SteadyFigure, segments: &[&SegmentResult]) -> String {
     let units = figure.dof.units();
     if segments.is_empty() {
         return format!("Trial “{}”: no stretch counts as steady.", figure.trial);

@@ -4,11 +4,11 @@ use seaplant::results::{Parameter, Parameters, PlantResult, Results};
 use seaplant::{Caveat, Dof, Method, Role};
 use serde::Serialize;
 
-use super::FigureView;
 use super::card::stability;
 use super::doubts::{Doubts, collected};
 use super::table::{Row, Table};
-use crate::figure::{Plate, Subject};
+use super::{ChartView, Pictures};
+use crate::chart::Subject;
 use crate::number::{ABSENT, Rounded, count, or_absent, significant};
 use crate::words;
 
@@ -19,9 +19,10 @@ pub(crate) struct AxisSection {
     method: String,
     terms: String,
     stability: String,
-    figures: Vec<FigureGroup>,
-    others: Vec<FigureView>,
-    spectra: Vec<FigureView>,
+    intervals: Vec<ChartView>,
+    motions: Vec<Motions>,
+    memory: Vec<ChartView>,
+    spectra: Vec<ChartView>,
     tables: Vec<Table>,
     details: Vec<Table>,
     doubts: Doubts,
@@ -29,20 +30,20 @@ pub(crate) struct AxisSection {
 
 /// Trials of one role.
 #[derive(Serialize)]
-struct FigureGroup {
+struct Motions {
     title: &'static str,
-    /// Of each trial, the recommended method's figure and the paper's beside it.
-    trials: Vec<Vec<FigureView>>,
+    role: &'static str,
+    charts: Vec<ChartView>,
 }
 
 pub(crate) fn view(
     dof: Dof,
     plant: &PlantResult,
     results: &Results,
-    plates: &[Plate],
+    pictures: Pictures<'_>,
 ) -> AxisSection {
     let methods = methods(dof, plant, results);
-    let spectra = FigureView::all(plates, |p| p.dof == Some(dof) && p.subject == Subject::Spectrum);
+    let of = |subject| pictures.charts(|chart| chart.dof == dof && chart.subject == subject);
     let mut details = vec![regression(&methods, plant.method)];
     details.extend(subsets(dof, results));
     details.push(correlation(plant));
@@ -55,9 +56,10 @@ pub(crate) fn view(
         method: words::method(plant.method),
         terms: words::terms(&plant.terms),
         stability: stability(dof, &plant.stability),
-        figures: figure_groups(dof, plant.method, plates),
-        others: other_figures(dof, plant.method, plates),
-        spectra,
+        intervals: of(Subject::Intervals),
+        motions: motions(&of),
+        memory: of(Subject::Memory),
+        spectra: of(Subject::Spectrum),
         tables: vec![parameters(dof, &methods, plant.method), scores(dof, &methods, plant.method)],
         details,
         doubts: other_doubts(&methods, plant),
@@ -77,40 +79,15 @@ fn methods<'a>(
     methods
 }
 
-fn figure_groups(dof: Dof, recommended: Method, plates: &[Plate]) -> Vec<FigureGroup> {
+fn motions(of: &impl Fn(Subject) -> Vec<ChartView>) -> Vec<Motions> {
     let titles = [
-        (Role::Fit, "Fitted trials"),
-        (Role::HoldOut, "Held-out trials"),
-        (Role::Steady, "Steady trials"),
+        (Role::Fit, "Fitted trials", "fitted"),
+        (Role::HoldOut, "Held-out trials", "held-out"),
+        (Role::Steady, "Steady trials", "steady"),
     ];
-    let group = |(wanted, title)| {
-        let mut trials: Vec<(&str, Vec<FigureView>)> = Vec::new();
-        for plate in plates.iter().filter(|plate| plate.dof == Some(dof)) {
-            let Subject::Comparison { method, role } = plate.subject else { continue };
-            if role != wanted || !(method == recommended || method == Method::Paper) {
-                continue;
-            }
-            let trial = &plate.trial;
-            let known = trials.iter_mut().find(|(name, _)| name == trial);
-            let place = if method == recommended { 0 } else { usize::MAX };
-            match known {
-                Some((_, figures)) => {
-                    figures.insert(place.min(figures.len()), FigureView::of(plate));
-                }
-                None => trials.push((trial, vec![FigureView::of(plate)])),
-            }
-        }
-        FigureGroup { title, trials: trials.into_iter().map(|(_, figures)| figures).collect() }
-    };
-    titles.map(group).into_iter().filter(|group| !group.trials.is_empty()).collect()
-}
-
-/// The figures of methods that are neither recommended nor the paper's.
-fn other_figures(dof: Dof, recommended: Method, plates: &[Plate]) -> Vec<FigureView> {
-    FigureView::all(plates, |plate| {
-        let Subject::Comparison { method, .. } = plate.subject else { return false };
-        plate.dof == Some(dof) && method != recommended && method != Method::Paper
-    })
+    let of_role =
+        |(role, title, class)| Motions { title, role: class, charts: of(Subject::Motion(role)) };
+    titles.map(of_role).into_iter().filter(|group| !group.charts.is_empty()).collect()
 }
 
 /// `12 970 ± 250 [12 460, 13 480]`.

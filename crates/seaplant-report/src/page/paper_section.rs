@@ -4,9 +4,10 @@ use seaplant::results::{Parameter, PlantResult, Results, SegmentResult, SteadyRe
 use seaplant::{Dof, Method};
 use serde::Serialize;
 
-use super::FigureView;
 use super::axis_section::with_interval;
 use super::table::{Row, Table};
+use super::{ChartView, FigureView, Pictures};
+use crate::chart;
 use crate::figure::{Plate, Subject};
 use crate::number::{ABSENT, Rounded, chosen, or_absent, significant};
 use crate::words;
@@ -19,10 +20,12 @@ pub(crate) struct PaperSection {
     table_4: Table,
     table_5: Table,
     table_6: Vec<Table>,
-    steady: Vec<FigureView>,
+    /// Of each trial the paper's method beside the recommended one.
+    comparisons: Vec<Vec<FigureView>>,
+    steady: Vec<ChartView>,
 }
 
-pub(crate) fn view(results: &Results, plates: &[Plate]) -> PaperSection {
+pub(crate) fn view(results: &Results, pictures: Pictures<'_>) -> PaperSection {
     PaperSection {
         table_2: table_2(results),
         table_3: table_3(results),
@@ -30,8 +33,30 @@ pub(crate) fn view(results: &Results, plates: &[Plate]) -> PaperSection {
         table_4: table_4(results),
         table_5: table_5(results),
         table_6: results.steady.iter().flat_map(|(dof, s)| table_6(*dof, s)).collect(),
-        steady: FigureView::all(plates, |plate| plate.subject == Subject::Steady),
+        comparisons: comparisons(results, pictures.plates),
+        steady: pictures.charts(|chart| chart.subject == chart::Subject::Steady),
     }
+}
+
+fn comparisons(results: &Results, plates: &[Plate]) -> Vec<Vec<FigureView>> {
+    let mut pairs: Vec<Vec<&Plate>> = Vec::new();
+    for plate in plates {
+        let Subject::Comparison { method, .. } = plate.subject else { continue };
+        let recommended = plate.dof.and_then(|dof| results.plants.get(&dof));
+        let is_paper = method == Method::Paper;
+        if !is_paper && recommended.is_none_or(|plant| plant.method != method) {
+            continue;
+        }
+        let is_of_same = |pair: &Vec<&Plate>| {
+            pair.iter().any(|known| known.dof == plate.dof && known.trial == plate.trial)
+        };
+        match pairs.iter_mut().find(|pair| is_of_same(pair)) {
+            Some(pair) if is_paper => pair.insert(0, plate),
+            Some(pair) => pair.push(plate),
+            None => pairs.push(vec![plate]),
+        }
+    }
+    pairs.into_iter().map(|pair| pair.into_iter().map(FigureView::of).collect()).collect()
 }
 
 /// Definitions, then both kinds of parameter of each recommended plant.

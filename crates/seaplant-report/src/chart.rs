@@ -1,0 +1,178 @@
+//! Charts that a reader can zoom: what they show, as data for the page's script.
+//!
+//! The script knows nothing of vehicles: a chart is panels below each other that share their
+//! horizontal axis, and a panel is lines, markers and bands with names and inks.
+
+mod intervals;
+mod memory;
+mod motion;
+mod spectrum;
+mod steady;
+mod values;
+
+use std::collections::BTreeMap;
+
+use seaplant::results::{Results, Series};
+use seaplant::{Dof, Role};
+use serde::Serialize;
+
+use crate::figure::{Ink, hex};
+use crate::paths::Paths;
+use motion::Motions;
+pub(crate) use values::Values;
+
+/// What a chart shows, and where the page puts it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Subject {
+    Motion(Role),
+    /// What the simulation's error remembers.
+    Memory,
+    Spectrum,
+    Steady,
+    /// Parameters by method.
+    Intervals,
+}
+
+/// One chart.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Chart {
+    #[serde(skip)]
+    pub(crate) subject: Subject,
+    #[serde(skip)]
+    pub(crate) dof: Dof,
+    /// Unlike any other on the page.
+    pub(crate) id: String,
+    pub(crate) title: String,
+    /// What it says, in words and numbers.
+    pub(crate) description: String,
+    /// Files beside the report that have the same: what to call each, and where it is.
+    #[serde(skip)]
+    pub(crate) files: Vec<(String, String)>,
+    /// The figure of the same, by the name of its files, where it stands nowhere else on the page.
+    #[serde(skip)]
+    pub(crate) still: Option<String>,
+    pub(crate) x: Horizontal,
+    pub(crate) panels: Vec<Panel>,
+}
+
+/// The axis that panels share.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Horizontal {
+    pub(crate) label: String,
+    /// "s"; empty where the axis has none.
+    pub(crate) unit: &'static str,
+    pub(crate) logarithmic: bool,
+    /// Names of 0, 1, 2 …, where the axis counts things.
+    pub(crate) names: Vec<String>,
+}
+
+impl Horizontal {
+    pub(crate) fn seconds(label: &str) -> Self {
+        Self { label: label.to_owned(), unit: "s", ..Self::default() }
+    }
+}
+
+/// Lines over one another.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Panel {
+    pub(crate) label: String,
+    /// px
+    pub(crate) height: u16,
+    pub(crate) x: Values,
+    pub(crate) lines: Vec<Line>,
+    /// Stretches of x that stand out.
+    pub(crate) bands: Vec<[f64; 2]>,
+    /// Places on x that stand out, each with a word.
+    pub(crate) marks: Vec<(f64, String)>,
+    /// Heights across which a thin line goes.
+    pub(crate) levels: Vec<f64>,
+}
+
+/// One line, or points with intervals.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Line {
+    pub(crate) name: String,
+    pub(crate) ink: &'static str,
+    pub(crate) y: Values,
+    /// The ends of an interval at each point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) interval: Option<[Values; 2]>,
+    /// Whether it is drawn before the reader asks for it.
+    pub(crate) shown: bool,
+}
+
+impl Line {
+    pub(crate) fn new(name: impl Into<String>, ink: Ink, y: Values) -> Self {
+        let (name, ink) = (name.into(), ink.look().class);
+        Self { name, ink, y, interval: None, shown: true }
+    }
+
+    pub(crate) fn shown_if(mut self, shown: bool) -> Self {
+        self.shown = shown;
+        self
+    }
+}
+
+/// The charts of a report, from series that are seen one at a time.
+#[derive(Default)]
+pub(crate) struct Charts {
+    motions: Motions,
+    others: Vec<Chart>,
+    ids: Paths,
+}
+
+impl Charts {
+    /// Takes in what a series has to show; the series is not needed any more then.
+    ///
+    /// `stem` is the name of its files, without folder and ending.
+    pub(crate) fn add(&mut self, series: &Series, results: &Results, stem: &str) {
+        match series {
+            Series::Comparison(figure) => self.motions.add(figure, results, stem),
+            Series::Spectrum(figure) => {
+                let id = self.ids.unique(&["spectrum", figure.dof.name(), &figure.trial]);
+                self.others.push(spectrum::chart(figure, results, id, stem));
+            }
+            Series::Steady(figure) => {
+                let id = self.ids.unique(&["steady", figure.dof.name(), &figure.trial]);
+                self.others.push(steady::chart(figure, results, id, stem));
+            }
+        }
+    }
+
+    /// All charts, those of the parameters among them.
+    pub(crate) fn all(self, results: &Results) -> Vec<Chart> {
+        let Self { motions, others, mut ids } = self;
+        let mut charts = motions.charts(&mut ids);
+        charts.extend(others);
+        let with_plants = results.plants.keys();
+        charts.extend(with_plants.filter_map(|&dof| intervals::chart(dof, results, &mut ids)));
+        charts
+    }
+}
+
+/// What the page's script reads.
+#[derive(Serialize)]
+pub(crate) struct Sheet<'a> {
+    pub(crate) charts: &'a [Chart],
+    pub(crate) inks: BTreeMap<&'static str, InkView>,
+}
+
+/// How a line looks, by day and at night.
+#[derive(Serialize)]
+pub(crate) struct InkView {
+    light: String,
+    dark: String,
+    width: f32,
+    dashes: &'static [f32],
+}
+
+impl<'a> Sheet<'a> {
+    pub(crate) fn of(charts: &'a [Chart]) -> Self {
+        let view = |ink: Ink| {
+            let look = ink.look();
+            let (light, dark) = (hex(look.light), hex(look.dark));
+            (look.class, InkView { light, dark, width: look.width, dashes: look.dashes })
+        };
+        Self { charts, inks: Ink::ALL.into_iter().map(view).collect() }
+    }
+}
