@@ -461,6 +461,7 @@
     }
   });
 
+  document.querySelector(".scriptless").remove();
   document.querySelectorAll(".scroll").forEach(copyable);
   liven();
 })();

@@ -1,0 +1,229 @@
+"""The report in a real browser: it draws, it can be zoomed, it asks the network for nothing.
+
+Screenshots are left in target/browser to be looked at.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, sync_playwright
+
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR") or Path(__file__).parents[4] / "target").absolute()
+PROGRAM = TARGET / "debug" / "seaplant"
+SHOTS = TARGET / "browser"
+
+MOTION = "#surge .fitted figure.chart"
+
+
+def run(*arguments: str | Path) -> None:
+    subprocess.run([PROGRAM, *arguments, "--quiet"], check=True)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        path = os.environ["SEAPLANT_BROWSER"]
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="session")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("demo")
+    run("demo", "--out", folder)
+    return folder / "report.html"
+
+
+class Reader:
+    """Someone who has the report open, and what the browser complained of."""
+
+    def __init__(self, browser: Browser, report: Path, **context: object) -> None:
+        self.context = browser.new_context(**context)  # type: ignore[arg-type]
+        self.page = self.context.new_page()
+        self.complaints: list[str] = []
+        self.requests: list[str] = []
+        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.url = report.as_uri()
+        self.page.goto(self.url)
+
+    def __enter__(self) -> Page:
+        return self.page
+
+    def __exit__(self, *error: object) -> None:
+        self.context.close()
+        if error[0] is None:
+            assert self.complaints == []
+            assert self.requests == [self.url]
+
+
+def alive(chart: Locator) -> Locator:
+    """A chart that has been scrolled to and has drawn itself."""
+    chart.scroll_into_view_if_needed()
+    chart.page.wait_for_function("figure => figure.classList.contains('live')", arg=chart.element_handle())
+    return chart
+
+
+def picture(chart: Locator, panel: int = 0) -> str:
+    """The pixels of a panel."""
+    return chart.locator("canvas").nth(panel).evaluate("canvas => canvas.toDataURL()")
+
+
+def span(chart: Locator) -> tuple[float, float]:
+    """What a chart says that it shows, on its shared axis."""
+    text = chart.locator("output").inner_text().replace("−", "-")
+    low, high = re.match(r"(\S+) to (\S+)", text).groups()
+    return float(low), float(high)
+
+
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 1280), ("light", 390)])
+def test_every_chart_is_drawn(browser: Browser, report: Path, scheme: str, width: int) -> None:
+    viewport = {"width": width, "height": 900}
+    with Reader(browser, report, viewport=viewport, color_scheme=scheme) as page:
+        charts = page.locator("figure.chart")
+        # Per degree of freedom: two trials, intervals, memory, a spectrum; and seven steady runs.
+        assert charts.count() == 4 * 5 + 7
+        for k in range(charts.count()):
+            chart = alive(charts.nth(k))
+            for n in range(chart.locator("canvas").count()):
+                inks = chart.locator("canvas").nth(n).evaluate(
+                    """canvas => {
+                        const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+                        const seen = new Map();
+                        for (let k = 0; k < data.length; k += 4) {
+                            const ink = data.slice(k, k + 4).join();
+                            seen.set(ink, (seen.get(ink) ?? 0) + 1);
+                        }
+                        return [...seen.values()].filter((count) => count > 50).length;
+                    }"""
+                )
+                assert inks >= 3, f"panel {n} of {chart.get_attribute('data-chart')} is empty"
+        overflow = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+        assert overflow <= 0, "the page is wider than the window"
+        SHOTS.mkdir(parents=True, exist_ok=True)
+        page.evaluate("scrollTo(0, 0)")
+        page.screenshot(path=SHOTS / f"top-{scheme}-{width}.png")
+        alive(page.locator(MOTION).first)
+        page.screenshot(path=SHOTS / f"motion-{scheme}-{width}.png")
+
+
+def test_a_drag_zooms_every_panel_and_whole_undoes_it(browser: Browser, report: Path) -> None:
+    with Reader(browser, report) as page:
+        chart = alive(page.locator(MOTION).first)
+        assert span(chart) == (0, 480)
+        before = [picture(chart, panel) for panel in range(3)]
+        area = chart.locator(".u-over").first
+        box = area.bounding_box()
+        page.mouse.move(box["x"] + box["width"] / 4, box["y"] + 20)
+        page.mouse.down()
+        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 60, steps=5)
+        page.mouse.up()
+        low, high = span(chart)
+        assert low == pytest.approx(120, abs=2) and high == pytest.approx(240, abs=2)
+        zoomed = [picture(chart, panel) for panel in range(3)]
+        assert all(one != other for one, other in zip(before, zoomed, strict=True))
+        chart.get_by_role("button", name="Show all").click()
+        page.mouse.move(0, 0)
+        assert span(chart) == (0, 480)
+        assert [picture(chart, panel) for panel in range(3)] == before
+
+
+def test_the_keyboard_zooms_moves_and_switches_lines(browser: Browser, report: Path) -> None:
+    with Reader(browser, report) as page:
+        chart = alive(page.locator(MOTION).first)
+        chart.locator(".panels").focus()
+        page.keyboard.press("+")
+        assert span(chart) == (120, 360)
+        page.keyboard.press("ArrowRight")
+        assert span(chart) == (144, 384)
+        page.keyboard.press("0")
+        assert span(chart) == (0, 480)
+
+        paper = chart.get_by_role("switch", name="the paper’s method")
+        assert [paper.nth(k).get_attribute("aria-checked") for k in range(2)] == ["false", "false"]
+        before = [picture(chart, panel) for panel in range(3)]
+        paper.first.focus()
+        page.keyboard.press("Enter")
+        assert [paper.nth(k).get_attribute("aria-checked") for k in range(2)] == ["true", "true"]
+        after = [picture(chart, panel) for panel in range(3)]
+        assert after[0] != before[0] and after[1] != before[1] and after[2] == before[2]
+
+
+def test_hovering_tells_what_the_series_file_says(browser: Browser, report: Path) -> None:
+    rows = (report.parent / "series" / "surge-1.surge.filter-error.csv").read_text().splitlines()
+    with Reader(browser, report) as page:
+        chart = alive(page.locator(MOTION).first)
+        box = chart.locator(".u-over").first.bounding_box()
+        page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 30)
+        legends = chart.locator(".u-legend")
+        told = [value.replace("−", "-") for value in legends.first.locator(".u-value").all_inner_texts()]
+        time, measured, simulated = float(told[0].removesuffix(" s")), float(told[1]), float(told[2])
+        row = [float(cell) for cell in rows[1 + round(10 * time)].split(",")]
+        assert row[0] == pytest.approx(time)
+        assert (measured, simulated) == pytest.approx((row[2], row[3]), abs=3e-4)
+        # The panels below tell of the same instant.
+        force = legends.nth(2).locator(".u-value").all_inner_texts()
+        assert force[0] == told[0].replace("-", "−")
+        assert float(force[1].replace("−", "-")) == pytest.approx(row[1], rel=1e-3)
+
+
+def test_charts_follow_the_reader_from_day_to_night(browser: Browser, report: Path) -> None:
+    with Reader(browser, report, color_scheme="light") as page:
+        chart = alive(page.locator(MOTION).first)
+        day = picture(chart)
+        page.emulate_media(color_scheme="dark")
+        page.wait_for_function("day => document.querySelector('#surge .fitted canvas').toDataURL() !== day", arg=day)
+
+
+def test_tables_are_copied_as_spreadsheets_take_them(browser: Browser, report: Path) -> None:
+    with Reader(browser, report, permissions=["clipboard-read", "clipboard-write"]) as page:
+        page.locator("#surge .copy").first.click()
+        page.get_by_text("Copied").wait_for()
+        lines = page.evaluate("navigator.clipboard.readText()").splitlines()
+        cells = [line.split("\t") for line in lines]
+        assert cells[0][:2] == ["Method", "Mass, kg"]
+        assert cells[1][0] == "Filter error" and len({len(row) for row in cells}) == 1
+
+
+def test_paper_and_no_script_show_figures_that_stand_still(browser: Browser, report: Path) -> None:
+    with Reader(browser, report) as page:
+        alive(page.locator(MOTION).first)
+        page.emulate_media(media="print")
+        assert page.locator(".panels:visible").count() == 0
+        stills = page.locator(".still").count()
+        assert stills == 4 + 7 and page.locator(".still:visible").count() == stills
+        (SHOTS / "report.pdf").write_bytes(page.pdf())
+    with Reader(browser, report, java_script_enabled=False) as page:
+        assert page.locator(".still:visible").count() == stills
+        assert page.get_by_text("need JavaScript").is_visible()
+
+
+def test_a_day_at_ten_hertz_is_thinned_and_zoomed(browser: Browser, tmp_path: Path) -> None:
+    spec = tmp_path / "spec.toml"
+    spec.write_text('duration_s = 86400\nhold_out_s = 480\ndofs = ["surge"]\n')
+    run("twin", spec, "--out", tmp_path / "log")
+    campaign = tmp_path / "log" / "campaign.toml"
+    run("identify", campaign, "--method", "equation-error", "--out", tmp_path / "found")
+    report = tmp_path / "found" / "report.html"
+    samples = json.loads((tmp_path / "found" / "results.json").read_text())
+    assert samples["plants"]["surge"]["fit"]["trials"][0]["samples"] == 864_001
+    assert report.stat().st_size < 4e6
+    with Reader(browser, report) as page:
+        chart = alive(page.locator(MOTION).first)
+        assert "Of every" in chart.locator("figcaption").inner_text()
+        chart.locator(".panels").focus()
+        whole = picture(chart)
+        for _ in range(8):
+            page.keyboard.press("+")
+        low, high = span(chart)
+        assert high - low == pytest.approx(86_400 / 256, rel=0.01)
+        assert picture(chart) != whole
