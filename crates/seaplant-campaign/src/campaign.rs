@@ -124,6 +124,23 @@ impl Campaign {
     }
 }
 
+/// The files that a campaign is made from, there or not: itself, its vehicle with its tables, its
+/// logs; as far as they can be told.
+pub fn campaign_files(campaign: &Path) -> Vec<PathBuf> {
+    let mut files = vec![campaign.to_owned()];
+    let Ok((file, _)) = toml_file::read::<CampaignFile>(campaign) else { return files };
+    let resolved = |named: &Path| toml_file::resolve(campaign, named).ok();
+    let logs = file.trial.iter().flat_map(|trial| trial.log.files());
+    let bench = file.bollard_pull.iter().map(|entry| &entry.file);
+    files.extend(logs.chain(bench).filter_map(|named| resolved(named)));
+    if let Some(vehicle) = resolved(&file.vehicle) {
+        let tables = read_doubted_vehicle(&vehicle).map(|(_, inputs, _)| inputs);
+        files.extend(tables.unwrap_or_default().into_iter().map(|input| input.path.into()));
+        files.push(vehicle);
+    }
+    files
+}
+
 /// Reads logs as one trial of one degree of freedom, by the vehicle, time column and
 /// channels of a campaign.
 ///

@@ -1,5 +1,7 @@
 use std::path::{Path, PathBuf};
 
+use crate::excerpt::excerpt;
+
 /// Why a campaign could not be read or run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -23,7 +25,7 @@ pub enum Error {
         advice: String,
     },
     /// A value that is well-formed and wrong.
-    #[error("{}: {key}: {reason}", path.display())]
+    #[error("{}: {key}: {reason}{excerpt}", path.display())]
     Value {
         /// The file.
         path: PathBuf,
@@ -31,6 +33,8 @@ pub enum Error {
         key: String,
         /// What is wrong, and what to do.
         reason: String,
+        /// The line of the file, with a mark under the key; empty if it is in none.
+        excerpt: String,
     },
     /// A log lacks what a trial needs of it.
     #[error("trial `{trial}`, {quantity}: {source}")]
@@ -79,7 +83,9 @@ pub enum Error {
 
 impl Error {
     pub(crate) fn value(path: &Path, key: impl Into<String>, reason: impl Into<String>) -> Self {
-        Self::Value { path: path.to_owned(), key: key.into(), reason: reason.into() }
+        let (key, reason) = (key.into(), reason.into());
+        let excerpt = excerpt(path, &key);
+        Self::Value { path: path.to_owned(), key, reason, excerpt }
     }
 
     pub(crate) fn model(path: &Path) -> impl FnOnce(seaplant::Error) -> Self + '_ {

@@ -7,6 +7,7 @@ mod bench;
 mod campaign;
 mod campaign_file;
 mod error;
+mod excerpt;
 mod inspect;
 mod preset;
 mod propose;
@@ -17,7 +18,7 @@ mod units;
 mod vehicle_file;
 
 pub use bench::{Bench, BenchColumns, read_bench};
-pub use campaign::{Campaign, bollard_result, fit_bench, read_logs};
+pub use campaign::{Campaign, bollard_result, campaign_files, fit_bench, read_logs};
 pub use campaign_file::{
     Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, FitEntry, LogEntry,
     StampEntry, SteadyEntry, TimeEntry, TrialEntry,

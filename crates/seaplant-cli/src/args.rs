@@ -72,6 +72,10 @@ pub enum Command {
     Simulate(Simulate),
     /// Score a fitted plant on the trials of a campaign.
     Validate(Validate),
+    /// Put fits beside each other and tell whether they differ by more than chance.
+    Compare(Compare),
+    /// Identify a campaign again whenever one of its files changes.
+    Watch(Watch),
     /// Fit a thrust curve to a bollard-pull table.
     Thruster(Thruster),
     /// Make the logs of a vehicle whose truth is known.
@@ -285,6 +289,44 @@ pub struct Validate {
     /// The method whose plants to use; the recommended one's if not given.
     #[arg(long, value_parser = method())]
     pub method: Option<Method>,
+}
+
+/// Put fits beside each other and tell whether they differ by more than chance.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant compare spring/results autumn/results\n  seaplant compare dive*/results/results.json --method filter-error"
+)]
+pub struct Compare {
+    /// The results.json of each fit, or the folder that it is in.
+    #[arg(required = true, num_args = 2.., value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
+    pub results: Vec<PathBuf>,
+    /// The method whose plants to compare; the recommended ones if not given.
+    #[arg(long, value_parser = method())]
+    pub method: Option<Method>,
+}
+
+/// Identify a campaign again whenever one of its files changes.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example, between dives:\n  seaplant watch campaign.toml\n\nIt ends with Ctrl-C. Each round tells which parameters moved by more than chance."
+)]
+pub struct Watch {
+    /// What to identify, and how.
+    #[command(flatten)]
+    pub identify: Identify,
+    /// For how long files must stay as they are before they count as complete, s.
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = settle)]
+    pub settle_s: f64,
+    /// End after so many rounds.
+    #[arg(long, value_name = "N")]
+    pub rounds: Option<u64>,
+}
+
+/// Seconds that are some and not too many.
+fn settle(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "is not a number of seconds".to_owned())?;
+    let sound = (0.01..=3600.0).contains(&seconds);
+    sound.then_some(seconds).ok_or_else(|| "must be from 0.01 to 3600 s".to_owned())
 }
 
 /// Fit a thrust curve to a bollard-pull table.

@@ -4,6 +4,7 @@ use seaplant_log::{ReadOptions, Stamp, TimeColumn};
 
 use crate::args::{MessageStamp, Reading};
 
+pub mod compare;
 pub mod completions;
 pub mod demo;
 pub mod identify;
@@ -16,6 +17,7 @@ pub mod simulate;
 pub mod thruster;
 pub mod twin;
 pub mod validate;
+pub mod watch;
 
 /// How a user wants logs read.
 fn read_options(reading: &Reading) -> ReadOptions {

@@ -3,6 +3,7 @@
 mod args;
 mod commands;
 mod output;
+mod sketch;
 mod summary;
 
 use std::process::ExitCode;
@@ -14,6 +15,7 @@ use output::Output;
 
 fn main() -> ExitCode {
     keep_readers_quiet();
+    output::leave_nothing_behind();
     let arguments = Arguments::parse();
     arguments.color.write_global();
     let output = Output { json: arguments.json, quiet: arguments.quiet };
@@ -44,6 +46,8 @@ fn run(command: Command, output: Output) -> anyhow::Result<ExitCode> {
         Command::Identify(arguments) => commands::identify::run(&arguments, output),
         Command::Simulate(arguments) => commands::simulate::run(&arguments, output),
         Command::Validate(arguments) => commands::validate::run(&arguments, output),
+        Command::Compare(arguments) => commands::compare::run(&arguments, output),
+        Command::Watch(arguments) => commands::watch::run(&arguments, output),
         Command::Thruster(arguments) => commands::thruster::run(&arguments, output),
         Command::Twin(arguments) => commands::twin::run(&arguments, output),
         Command::MonteCarlo(arguments) => commands::monte_carlo::run(&arguments, output),

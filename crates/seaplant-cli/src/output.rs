@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anstyle::{AnsiColor, Style};
 use anyhow::{Context, Result, bail};
@@ -110,8 +111,53 @@ pub fn fill_folder(folder: &Path, fill: impl FnOnce(&mut Aside) -> Result<()>) -
         .with_context(|| format!("cannot write to {}; nothing was changed there", folder.display()))
 }
 
+/// A folder for what is not complete; it goes with this, or when the program is interrupted.
+struct Hidden(TempDir);
+
 /// Names of what is not complete begin so.
 const ASIDE: &str = ".seaplant-";
+
+/// Folders that hold what is not complete.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Hidden {
+    fn in_folder(folder: &Path) -> io::Result<Self> {
+        let mut unfinished = unfinished();
+        let made = tempfile::Builder::new().prefix(ASIDE).tempdir_in(folder)?;
+        unfinished.push(made.path().to_owned());
+        Ok(Self(made))
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+impl Drop for Hidden {
+    fn drop(&mut self) {
+        unfinished().retain(|path| path != self.0.path());
+    }
+}
+
+/// Ends the program at Ctrl-C, or when it is asked to end, with nothing half-written left: what is
+/// being put in place is first put there, the rest is removed.
+pub fn leave_nothing_behind() {
+    /// Of a program that an interrupt ended, as shells know it.
+    const INTERRUPTED: i32 = 130;
+    let end = || {
+        for folder in unfinished().iter() {
+            // Most are gone already, with all that was in them.
+            let _ = fs::remove_dir_all(folder);
+        }
+        std::process::exit(INTERRUPTED);
+    };
+    // Without the handler the system ends the program, as it would any other.
+    let _ = ctrlc::set_handler(end);
+}
 
 fn fill_into(
     folder: &Path,
@@ -119,9 +165,10 @@ fn fill_into(
     made: &mut Vec<PathBuf>,
 ) -> Result<()> {
     make_folder(folder, made)?;
-    let aside = tempfile::Builder::new().prefix(ASIDE).tempdir_in(folder)?;
-    let mut aside = Aside { aside, paths: Vec::new() };
+    let mut aside = Aside { aside: Hidden::in_folder(folder)?, paths: Vec::new() };
     fill(&mut aside)?;
+    // From here to the end an interrupt waits.
+    let _placing = unfinished();
     let mut placed = Vec::new();
     let moved = aside.paths.iter().enumerate().try_for_each(|(k, path)| {
         let target = folder.join(path);
@@ -138,7 +185,7 @@ fn fill_into(
 
 /// Files that are complete and not yet in place.
 pub struct Aside {
-    aside: TempDir,
+    aside: Hidden,
     /// Where they go, relative to the folder.
     paths: Vec<String>,
 }
@@ -221,7 +268,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
             bail!("it is a folder; name a file in it");
         }
         // In a folder of its own, a file gets the permissions that files get here.
-        let aside = tempfile::Builder::new().prefix(ASIDE).tempdir_in(folder)?;
+        let aside = Hidden::in_folder(folder)?;
         let new = aside.path().join("new");
         write_whole(&new, |out| out.write_all(bytes))?;
         fs::rename(new, path)?;

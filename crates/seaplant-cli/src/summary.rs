@@ -11,13 +11,14 @@ use seaplant_report::number::{Rounded, signed_percent, significant};
 use seaplant_report::{Trust, verdict};
 
 use crate::output::{FAINT, SEVERE, STRONG, WARNING};
+use crate::sketch::Sketches;
 
 /// The whole summary.
-pub fn of(results: &Results, folder: &Path) -> String {
+pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     let mut text = String::new();
     for (dof, plant) in &results.plants {
         let truth = results.truth.as_ref().and_then(|truth| truth.get(dof));
-        text.push_str(&plant_block(*dof, plant, truth));
+        text.push_str(&plant_block(*dof, plant, truth, sketches));
     }
     for (dof, steady) in &results.steady {
         text.push_str(&steady_block(*dof, steady));
@@ -49,7 +50,12 @@ fn count_notes(results: &Results) -> usize {
         + notes(&results.caveats)
 }
 
-fn plant_block(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> String {
+fn plant_block(
+    dof: Dof,
+    plant: &PlantResult,
+    truth: Option<&TruePlant>,
+    sketches: &Sketches,
+) -> String {
     let mut text = String::new();
     let verdict = verdict(dof, plant);
     let style = match verdict.trust {
@@ -106,6 +112,7 @@ fn plant_block(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Stri
         Some(hold_out) => _ = writeln!(text, "{}", score("held out", hold_out)),
         None => _ = writeln!(text, "{}", score("on its own trial", &plant.fit)),
     }
+    text.push_str(&sketches.of(dof));
     push_caveats(&mut text, &plant.caveats);
     text.push('\n');
     text
@@ -151,7 +158,8 @@ fn steady_block(dof: Dof, steady: &SteadyResult) -> String {
     text
 }
 
-fn push_caveats(text: &mut String, caveats: &[Caveat]) {
+/// Warnings and worse, one a line.
+pub fn push_caveats(text: &mut String, caveats: &[Caveat]) {
     for caveat in caveats.iter().filter(|caveat| caveat.severity > Severity::Note) {
         let (style, name) = match caveat.severity {
             Severity::Severe => (SEVERE, "severe"),

@@ -6,7 +6,8 @@ use seaplant::results::Parameter;
 const THIN_SPACE: char = '\u{202f}';
 
 /// What stands where there is no number.
-pub(crate) const ABSENT: &str = "–";
+/// What stands for a number that there is none of.
+pub const ABSENT: &str = "–";
 
 /// Beyond these magnitudes a number is written with a power of ten.
 const PLAIN: std::ops::Range<f64> = 1e-4..1e9;

@@ -83,6 +83,8 @@ pub enum CaveatCode {
     ThrustBetweenSamples,
     /// Thrust acts later than it was logged.
     LagOrDelay,
+    /// Fits that a test of their difference does not suit.
+    NotComparable,
     /// What the model fails to predict is correlated in time.
     ResidualsNotWhite,
     /// The equation misses by far more than the noise of the instruments makes it.

@@ -6,7 +6,7 @@ use seaplant::results::TruePlant;
 use seaplant::twin::{Disturbance, TwinSpec, make};
 use seaplant_campaign::Campaign;
 
-use super::identify::{finish, quoted};
+use super::identify::{exit_code, finish, quoted};
 use crate::args::Demo;
 use crate::output::Output;
 
@@ -22,7 +22,8 @@ pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
     let mut found = campaign.identify(&command_line(arguments));
     found.results.provenance.seed = Some(spec.seed);
     found.results.truth = Some(truth(&spec));
-    finish(&found, &campaign.trials, &arguments.out, output)
+    finish(&found, &campaign.trials, &arguments.out, output)?;
+    Ok(exit_code(&found.results))
 }
 
 fn truth(spec: &TwinSpec) -> BTreeMap<seaplant::Dof, TruePlant> {

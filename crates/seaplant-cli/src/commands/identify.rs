@@ -3,15 +3,22 @@ use std::process::ExitCode;
 
 use anyhow::{Result, anyhow, bail};
 use seaplant::Trial;
-use seaplant::results::Identification;
+use seaplant::results::{Identification, Results};
 use seaplant_campaign::Campaign;
 use seaplant_report::render;
 
 use crate::args::{Identify, MethodChoice};
 use crate::output::{Output, fill_folder};
+use crate::sketch::Sketches;
 use crate::summary;
 
 pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
+    let found = identified(arguments, output)?;
+    Ok(exit_code(&found.results))
+}
+
+/// Identifies a campaign, writes its report and says what was found.
+pub fn identified(arguments: &Identify, output: Output) -> Result<Identification> {
     let mut campaign = Campaign::open(&arguments.campaign)?;
     if !arguments.methods.is_empty() {
         campaign.options.methods = MethodChoice::methods(&arguments.methods);
@@ -22,7 +29,13 @@ pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
     }
     let folder = arguments.out.clone().unwrap_or_else(|| beside(&arguments.campaign));
     let found = campaign.identify(&command_line(arguments));
-    finish(&found, &campaign.trials, &folder, output)
+    finish(&found, &campaign.trials, &folder, output)?;
+    Ok(found)
+}
+
+/// Failure if anything that was asked for could not be done.
+pub fn exit_code(results: &Results) -> ExitCode {
+    if results.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 /// Writes the report and says what was found; fails if nothing was.
@@ -31,7 +44,7 @@ pub fn finish(
     trials: &[Trial],
     folder: &Path,
     output: Output,
-) -> Result<ExitCode> {
+) -> Result<()> {
     let results = &found.results;
     if results.plants.is_empty() && results.steady.is_empty() {
         let mut reasons: Vec<String> = results
@@ -44,19 +57,20 @@ pub fn finish(
         }
         bail!("no plant could be identified:{}", reasons.concat());
     }
+    let mut sketches = Sketches::default();
     fill_folder(folder, |aside| {
-        render(results, found.series(trials), |artifact| {
+        let series = found.series(trials).inspect(|series| sketches.see(series, results));
+        render(results, series, |artifact| {
             aside.write(&artifact.path, |out| artifact.write_to(out))
         })
     })?;
-    output.give(results, || summary::of(results, folder))?;
+    output.give(results, || summary::of(results, &sketches, folder))?;
     if output.quiet && !output.json {
         for f in &results.failures {
             output.error(&anyhow!("{} by {}: {}", f.dof, f.method, f.message));
         }
     }
-    let complete = results.failures.is_empty();
-    Ok(if complete { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(())
 }
 
 fn beside(campaign: &Path) -> PathBuf {

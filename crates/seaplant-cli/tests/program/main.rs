@@ -3,6 +3,7 @@
 
 mod bad_files;
 mod bad_results;
+mod compare;
 mod dataflash;
 mod demo;
 mod formats;
@@ -12,5 +13,6 @@ mod real_data;
 mod ros;
 mod tables;
 mod terminal;
+mod watch;
 mod workshop;
 mod writing;

@@ -1,0 +1,160 @@
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::time::Duration;
+
+use anyhow::{Context, Result, anyhow};
+use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
+use seaplant::results::{Parameters, Results};
+use seaplant_campaign::campaign_files;
+use seaplant_report::number::{signed_percent, significant};
+
+use crate::args::Watch;
+use crate::commands::identify::{exit_code, identified};
+use crate::output::{FAINT, Output, STRONG};
+
+pub fn run(arguments: &Watch, output: Output) -> Result<ExitCode> {
+    let mut watch = Files::new(&arguments.identify.campaign)?;
+    let mut before: Option<Results> = None;
+    let mut last = Ok(ExitCode::SUCCESS);
+    for round in 1.. {
+        last = match identified(&arguments.identify, output) {
+            Ok(found) => {
+                let code = exit_code(&found.results);
+                if let Some(before) = &before {
+                    output.say(&moves(before, &found.results))?;
+                }
+                before = Some(found.results);
+                Ok(code)
+            }
+            Err(error) => Err(error),
+        };
+        if arguments.rounds == Some(round) {
+            break;
+        }
+        if let Err(error) = &last {
+            output.error(error);
+        }
+        watch.look_again()?;
+        output.say(&format!("{FAINT}waiting for a change; Ctrl-C ends{FAINT:#}"))?;
+        let changed = watch.wait(Duration::from_secs_f64(arguments.settle_s))?;
+        output.say(&format!("\n{STRONG}changed:{STRONG:#} {changed}\n"))?;
+    }
+    last
+}
+
+/// The files that a campaign is made from, watched by way of their folders: one that is not there
+/// yet may come.
+struct Files {
+    campaign: PathBuf,
+    files: BTreeSet<PathBuf>,
+    folders: BTreeSet<PathBuf>,
+    watcher: RecommendedWatcher,
+    events: Receiver<notify::Result<Event>>,
+}
+
+impl Files {
+    fn new(campaign: &Path) -> Result<Self> {
+        let (sender, events) = mpsc::channel();
+        let watcher = notify::recommended_watcher(sender).context("cannot watch files")?;
+        let (files, folders) = Default::default();
+        let mut watch = Self { campaign: campaign.to_owned(), files, folders, watcher, events };
+        watch.look_again()?;
+        Ok(watch)
+    }
+
+    /// Watches what the campaign names now.
+    fn look_again(&mut self) -> Result<()> {
+        self.files = campaign_files(&self.campaign).iter().map(|file| absolute(file)).collect();
+        for file in &self.files {
+            let Some(folder) = file.parent().filter(|folder| folder.is_dir()) else { continue };
+            if self.folders.contains(folder) {
+                continue;
+            }
+            self.watcher
+                .watch(folder, RecursiveMode::NonRecursive)
+                .with_context(|| format!("cannot watch the folder {}", folder.display()))?;
+            self.folders.insert(folder.to_owned());
+        }
+        Ok(())
+    }
+
+    /// Waits until a file changes and then none does for a while; says which changed.
+    fn wait(&self, settle: Duration) -> Result<String> {
+        let mut changed = BTreeSet::new();
+        while changed.is_empty() {
+            let event = self.events.recv().map_err(|_| anyhow!("files are watched no more"))?;
+            self.note(event, &mut changed)?;
+        }
+        loop {
+            match self.events.recv_timeout(settle) {
+                Ok(event) => self.note(event, &mut changed)?,
+                Err(RecvTimeoutError::Timeout) => break,
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(anyhow!("files are watched no more"));
+                }
+            }
+        }
+        Ok(changed.into_iter().collect::<Vec<_>>().join(", "))
+    }
+
+    fn note(&self, event: notify::Result<Event>, changed: &mut BTreeSet<String>) -> Result<()> {
+        let event = event.context("cannot watch files")?;
+        if event.kind.is_access() {
+            return Ok(());
+        }
+        let ours = event.paths.iter().filter(|path| self.files.contains(&absolute(path)));
+        let name = |path: &PathBuf| path.file_name().map(|name| name.display().to_string());
+        changed.extend(ours.filter_map(name));
+        Ok(())
+    }
+}
+
+/// With its folder's links followed; the file itself may not be there.
+fn absolute(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let folder = folder.unwrap_or(Path::new(".")).canonicalize();
+    match (folder, path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_owned(),
+    }
+}
+
+/// What became of each parameter.
+fn moves(before: &Results, after: &Results) -> String {
+    let mut text = String::new();
+    for (dof, plant) in &after.plants {
+        let Some(old) = before.plants.get(dof) else {
+            text += &format!("{dof}: new\n");
+            continue;
+        };
+        let old = named(&old.parameters);
+        for (name, [value, std]) in named(&plant.parameters) {
+            let Some([old, _]) = old.get(name) else {
+                text += &format!("{dof} {name}: new, {}\n", significant(value, 4));
+                continue;
+            };
+            if value == *old {
+                continue;
+            }
+            let part = signed_percent(value / old - 1.0);
+            let stds = significant((value - old) / std, 2);
+            let (old, new) = (significant(*old, 5), significant(value, 5));
+            text += &format!("{dof} {name}: {old} → {new} ({part}, {stds} standard deviations)\n");
+        }
+    }
+    if text.is_empty() { "nothing moved".to_owned() } else { text }
+}
+
+/// Value and standard deviation of each parameter that there is.
+fn named(parameters: &Parameters) -> BTreeMap<&'static str, [f64; 2]> {
+    let Parameters { mass, quadratic_drag, linear_drag, bias_force } = parameters;
+    let all = [
+        ("mass", Some(mass)),
+        ("quadratic drag", quadratic_drag.as_ref()),
+        ("linear drag", linear_drag.as_ref()),
+        ("bias force", bias_force.as_ref()),
+    ];
+    all.into_iter().filter_map(|(name, p)| p.map(|p| (name, [p.value, p.std]))).collect()
+}

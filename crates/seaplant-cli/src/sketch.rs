@@ -1,0 +1,130 @@
+//! Measured beside simulated velocity in two lines of text.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use seaplant::results::{ComparisonFigure, Results, Series};
+use seaplant::{Comparison, Dof, Role};
+use seaplant_report::number::significant;
+
+use crate::output::FAINT;
+
+/// Characters of a line.
+const COLUMNS: usize = 64;
+/// Characters of a period of the excitation: fewer hide its shape.
+const COLUMNS_A_PERIOD: f64 = 8.0;
+
+const LEVELS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+
+/// One sketch for each degree of freedom, from series that are seen one at a time.
+#[derive(Default)]
+pub struct Sketches(BTreeMap<Dof, (Role, String)>);
+
+impl Sketches {
+    /// Takes a series in, if it is of the recommended plant; a held-out trial is preferred.
+    pub fn see(&mut self, series: &Series, results: &Results) {
+        let Series::Comparison(figure) = series else { return };
+        let dof = figure.comparison.dof;
+        if results.plants.get(&dof).is_none_or(|plant| plant.method != figure.method) {
+            return;
+        }
+        let known = self.0.get(&dof);
+        if known.is_none_or(|(role, _)| *role == Role::Fit && figure.role == Role::HoldOut) {
+            self.0.insert(dof, (figure.role, sketch(figure, results)));
+        }
+    }
+
+    /// The lines of a degree of freedom; empty if there is nothing to show.
+    pub fn of(&self, dof: Dof) -> String {
+        self.0.get(&dof).map(|(_, lines)| lines.clone()).unwrap_or_default()
+    }
+}
+
+fn sketch(figure: &ComparisonFigure, results: &Results) -> String {
+    let Comparison { dof, trial, time_s, measured, simulated, .. } = &figure.comparison;
+    let axis = results.trials.iter().find(|t| t.name == *trial).and_then(|t| t.axes.get(dof));
+    let window = window(time_s, measured, axis.and_then(|axis| axis.dominant_hz));
+    if window.len() < 2 {
+        return String::new();
+    }
+    let shown = |values: &[f64]| means(&values[window.clone()]);
+    let lines = [shown(measured), shown(simulated)];
+    let all = || lines.iter().flatten().copied();
+    let (low, high) =
+        (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+    let bar = |line: &[f64]| line.iter().map(|x| level(*x, low, high)).collect::<String>();
+    let number = |x: f64| significant(x, 2);
+    format!(
+        "  measured  {}  {FAINT}{} to {} {}{FAINT:#}\n  simulated {}  {FAINT}{trial}, {} to {} s{FAINT:#}\n",
+        bar(&lines[0]),
+        number(low),
+        number(high),
+        dof.units().velocity,
+        bar(&lines[1]),
+        significant(time_s[window.start], 3),
+        significant(time_s[window.end - 1], 3),
+    )
+}
+
+/// The samples to show: some periods of the excitation around the greatest speed, or all.
+fn window(time_s: &[f64], measured: &[f64], excited_hz: Option<f64>) -> Range<usize> {
+    let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else { return 0..0 };
+    let span_s = match excited_hz {
+        Some(hz) => (COLUMNS as f64 / COLUMNS_A_PERIOD / hz).min(last - first),
+        None => last - first,
+    };
+    let fastest = (0..measured.len())
+        .max_by(|a, b| measured[*a].abs().total_cmp(&measured[*b].abs()))
+        .unwrap_or_default();
+    let from_s = (time_s[fastest] - 0.5 * span_s).clamp(*first, last - span_s);
+    let start = time_s.partition_point(|t| *t < from_s);
+    start..time_s.partition_point(|t| *t <= from_s + span_s)
+}
+
+/// The mean of each column.
+fn means(values: &[f64]) -> Vec<f64> {
+    let columns = COLUMNS.min(values.len());
+    let part = |k: usize| k * values.len() / columns;
+    (0..columns)
+        .map(|k| &values[part(k)..part(k + 1)])
+        .map(|part| part.iter().sum::<f64>() / part.len() as f64)
+        .collect()
+}
+
+fn level(x: f64, low: f64, high: f64) -> char {
+    let part = if high > low { (x - low) / (high - low) } else { 0.0 };
+    LEVELS[((part * LEVELS.len() as f64) as usize).min(LEVELS.len() - 1)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_span_what_is_shown() {
+        let shown: String =
+            [-1.0, -0.6, 0.0, 0.6, 1.0].map(|x| level(x, -1.0, 1.0)).iter().collect();
+        assert_eq!(shown, "▁▂▅▇█");
+        assert_eq!(level(3.0, 3.0, 3.0), '▁');
+    }
+
+    #[test]
+    fn the_window_holds_eight_periods_around_the_greatest_speed() {
+        let time_s: Vec<f64> = (0..4800).map(|k| 0.1 * f64::from(k)).collect();
+        let mut measured = vec![0.0; 4800];
+        measured[3000] = -1.0;
+        let shown = window(&time_s, &measured, Some(0.125));
+        assert!((shown.len() as f64 - 640.0).abs() <= 1.0 && shown.contains(&3000), "{shown:?}");
+        assert_eq!(window(&time_s, &measured, None), 0..4800);
+        measured[4799] = 2.0;
+        assert_eq!(window(&time_s, &measured, Some(0.125)).end, 4800);
+        assert_eq!(window(&[], &[], None), 0..0);
+    }
+
+    #[test]
+    fn columns_are_means_of_equal_parts() {
+        assert_eq!(means(&[1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]);
+        let many: Vec<f64> = (0..640).map(f64::from).collect();
+        assert_eq!(means(&many)[..2], [4.5, 14.5]);
+    }
+}

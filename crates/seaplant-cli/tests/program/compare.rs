@@ -1,0 +1,69 @@
+//! Fits beside each other.
+
+use predicates::prelude::*;
+
+use crate::workshop::{Workshop, assert_within, log, number};
+
+/// The sled, and the sled on another day.
+fn two_days() -> Workshop {
+    let workshop = Workshop::quick();
+    workshop.success(&["identify", "campaign.toml", "--out", "first", "--quiet"]);
+    let gentle = |t: f64| 100.0 * (0.43 * t + 0.4).sin() + 70.0 * (0.21 * t).sin();
+    workshop.write("log.csv", log(gentle));
+    workshop.success(&["identify", "campaign.toml", "--out", "second", "--quiet"]);
+    workshop
+}
+
+#[test]
+fn each_test_is_the_difference_over_its_uncertainty() {
+    let workshop = two_days();
+    let found = workshop.json(&["compare", "first", "second/results.json", "--json"]);
+    let results = ["first", "second"].map(|folder| {
+        let text = workshop.read(&format!("{folder}/results.json"));
+        serde_json::from_str::<serde_json::Value>(&text).expect("JSON")
+    });
+    for name in ["mass", "quadratic_drag", "bias_force"] {
+        let parameter = |k: usize, of: &str| {
+            number(&results[k], &format!("plants.surge.parameters.{name}.{of}"))
+        };
+        let difference = parameter(0, "value") - parameter(1, "value");
+        let variance = parameter(0, "std").powi(2) + parameter(1, "std").powi(2);
+        let q = number(&found, &format!("dofs.surge.parameters.{name}.test.q"));
+        assert_within(name, q, difference * difference / variance, 1e-9);
+    }
+    assert_eq!(found["dofs"]["surge"]["test"]["degrees"], 3);
+    assert_eq!(found["caveats"].as_array().map(Vec::len), Some(0));
+}
+
+#[test]
+fn words_say_whether_the_plants_differ() {
+    let workshop = two_days();
+    let words = workshop.success(&["compare", "first", "second"]);
+    assert!(words.starts_with("[1] first/results.json\n[2] second/results.json\n"), "{words}");
+    assert!(words.contains("surge: the plants "), "{words}");
+    let rows = ["  mass ", "  quadratic drag ", "  bias force "];
+    let places: Vec<usize> = rows.iter().filter_map(|row| words.find(row)).collect();
+    assert!(places.len() == 3 && places.is_sorted(), "{words}");
+}
+
+#[test]
+fn fits_of_the_same_log_are_no_independent_ones() {
+    let workshop = Workshop::quick();
+    workshop.success(&["identify", "campaign.toml", "--quiet"]);
+    let words = workshop.success(&["compare", "results", "results"]);
+    assert!(words.contains("log is behind more than one of the fits"), "{words}");
+    assert!(words.contains("p = 1"), "{words}");
+}
+
+#[test]
+fn a_method_that_no_two_fits_have_is_refused() {
+    let workshop = two_days();
+    let message = workshop.failure(&["compare", "first", "second", "--method", "sriv"]);
+    assert_eq!(message, "no two of the results hold a plant by sriv of the same degree of freedom");
+}
+
+#[test]
+fn one_fit_is_misuse() {
+    let says = predicate::str::contains("2 values required");
+    Workshop::empty().seaplant(&["compare", "one"]).assert().code(2).stderr(says);
+}
