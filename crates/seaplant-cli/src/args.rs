@@ -14,6 +14,7 @@ use seaplant::{Dof, Method, Terms};
 #[command(
     name = "seaplant",
     version,
+    long_version = env!("SEAPLANT_BUILD"),
     propagate_version = true,
     after_help = "Start with `seaplant demo`, which makes a campaign, identifies it and writes the report.\n\
                   With a log of your own: `seaplant inspect LOG`, `seaplant init LOG`, finish the two files\n\

@@ -11,6 +11,7 @@ mod memory;
 mod methods;
 mod real_data;
 mod ros;
+mod snapshots;
 mod tables;
 mod terminal;
 mod watch;

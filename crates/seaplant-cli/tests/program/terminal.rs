@@ -16,6 +16,15 @@ fn without_a_command_help_is_shown_as_for_a_mistake() {
     seaplant().assert().code(2).stdout("").stderr(says);
 }
 
+#[test]
+fn version_says_what_the_program_was_built_from() {
+    let version = concat!("seaplant ", env!("CARGO_PKG_VERSION"));
+    seaplant().arg("-V").assert().success().stdout(format!("{version}\n"));
+    let whole = predicate::str::starts_with(format!("{version}; commit "))
+        .and(predicate::str::contains("rustc 1."));
+    seaplant().arg("--version").assert().success().stdout(whole);
+}
+
 /// The commands that the help lists.
 fn commands() -> Vec<String> {
     let help = seaplant().arg("--help").assert().success().get_output().clone();
