@@ -9,10 +9,11 @@ use seaplant_report::render;
 
 use crate::args::{Identify, MethodChoice};
 use crate::output::{Output, fill_folder};
+use crate::progress::watched;
 use crate::summary;
 
 pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
-    let mut campaign = Campaign::open(&arguments.campaign)?;
+    let mut campaign = watched(output, || Campaign::open(&arguments.campaign))?;
     if !arguments.methods.is_empty() {
         campaign.options.methods = MethodChoice::methods(&arguments.methods);
     }

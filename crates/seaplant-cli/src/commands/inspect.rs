@@ -2,20 +2,24 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use seaplant_campaign::{Inspection, inspect};
-use seaplant_log::Log;
+use seaplant_campaign::{ChannelSummary, InspectedFile, Inspection, inspect, inspect_survey};
+use seaplant_log::{Log, Survey};
 use seaplant_report::number::{or_absent, significant};
 
 use crate::args::Inspect;
 use crate::commands::read_options;
 use crate::output::{FAINT, Output, STRONG, WARNING};
+use crate::progress::watched;
 use crate::summary::{align, plain_table};
 
 pub fn run(arguments: &Inspect, output: Output) -> Result<ExitCode> {
     let options = read_options(&arguments.reading);
     let files: Vec<_> = arguments.logs.iter().map(|path| (path.clone(), options.clone())).collect();
-    let log = Log::open(&files)?;
-    let inspection = inspect(&log);
+    let inspection = if arguments.whole {
+        inspect(&watched(output, || Log::open(&files))?)
+    } else {
+        inspect_survey(&watched(output, || Survey::open(&files))?)
+    };
     output.give(&inspection, || words(&inspection))?;
     Ok(ExitCode::SUCCESS)
 }
@@ -25,12 +29,32 @@ fn file_name(path: &str) -> &str {
     Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or(path)
 }
 
+/// What was read of a file that was not read whole.
+fn surveyed(file: &InspectedFile) -> String {
+    if !file.surveyed {
+        return String::new();
+    }
+    let megabytes = significant(file.bytes_read as f64 / 1e6, 2);
+    format!(
+        "surveyed: {megabytes} MB in {} parts were read. ≈ marks estimates; min, max, remarks and what \
+         notes count are of these parts; gaps are not looked for. --whole reads all of it.\n",
+        file.parts
+    )
+}
+
+/// A number, marked if it is an estimate.
+fn figure(channel: &ChannelSummary, field: &str, number: String) -> String {
+    let is_estimate = channel.estimated.iter().any(|estimated| estimated == field);
+    if is_estimate { format!("≈ {number}") } else { number }
+}
+
 fn words(inspection: &Inspection) -> String {
     let mut text = String::new();
     let several = inspection.files.len() > 1;
     for file in &inspection.files {
         text +=
             &format!("{STRONG}{}{STRONG:#}: {}, {} bytes\n", file.path, file.format, file.bytes);
+        text += &surveyed(file);
     }
     let mut table = plain_table();
     let header = ["column", "unit", "samples", "Hz", "first s", "last s", "gaps", "min", "max"];
@@ -44,11 +68,11 @@ fn words(inspection: &Inspection) -> String {
         table.add_row([
             name,
             channel.unit.clone().unwrap_or_else(|| "?".to_owned()),
-            channel.count.to_string(),
-            or_absent(channel.rate_hz, 3),
-            significant(channel.first_s, 6),
-            significant(channel.last_s, 6),
-            channel.gaps.to_string(),
+            figure(channel, "count", channel.count.to_string()),
+            figure(channel, "rate_hz", or_absent(channel.rate_hz, 3)),
+            figure(channel, "first_s", significant(channel.first_s, 6)),
+            figure(channel, "last_s", significant(channel.last_s, 6)),
+            channel.gaps.map_or("–".to_owned(), |gaps| gaps.to_string()),
             significant(channel.min, 4),
             significant(channel.max, 4),
         ]);

@@ -3,13 +3,16 @@
 //! The format is that of the specification at mcap.dev: records of a byte that says what they are,
 //! a length and so many bytes; chunks hold records, packed.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io;
 
 use crate::assemble::Assembly;
 use crate::content::{Content, Origin};
 use crate::readers::bytes::Bytes;
-use crate::readers::ros::{Connection, Encoding, Packing, Recording, Window};
+use crate::readers::ros::{
+    Choice, Chunk, Connection, Encoding, Packing, Recording, Window, choose,
+};
+use crate::survey::{Glance, Thoroughness};
 use crate::{Error, Log, ReadOptions};
 
 const FORMAT: &str = "an MCAP file";
@@ -22,6 +25,8 @@ mod op {
     pub(super) const CHANNEL: u8 = 4;
     pub(super) const MESSAGE: u8 = 5;
     pub(super) const CHUNK: u8 = 6;
+    pub(super) const CHUNK_INDEX: u8 = 8;
+    pub(super) const STATISTICS: u8 = 11;
     pub(super) const DATA_END: u8 = 15;
     /// From here on, anybody's own.
     pub(super) const PRIVATE: u8 = 128;
@@ -35,6 +40,44 @@ const LONGEST: u64 = 1 << 30;
 /// Whether bytes start like an MCAP file.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(b"\x89MCAP")
+}
+
+/// Reads the summary of an MCAP file and some of its chunks; `None` where the summary does not tell
+/// of all messages.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn glance(
+    content: Content,
+    options: &ReadOptions,
+    how: Thoroughness,
+) -> Result<Option<Glance>, Error> {
+    let (mut origin, file) = content.seekable()?;
+    let read = Window::new(file).and_then(|mut window| {
+        let length = window.left();
+        let mut reader = Reader::new(length, options);
+        reader.summary(&mut window)?;
+        let Some(choice) = reader.index.choose(length, how) else { return Ok(None) };
+        for &place in &choice.places {
+            window.go(reader.index.chunks[place].at)?;
+            let Some((op::CHUNK, length)) = head(&mut window)? else { return Ok(None) };
+            if length > window.left() - RECORD || !chunk_is_plausible(&mut window)? {
+                return Ok(None);
+            }
+            let chunk = &window.look(RECORD + length)?[RECORD as usize..];
+            reader.chunk(chunk, true, 0);
+        }
+        Ok(Some((reader, choice, length)))
+    });
+    let read = read.map_err(|error| origin.failed(error))?;
+    let Some((mut reader, choice, length)) = read else { return Ok(None) };
+    if reader.recording.is_damaged() || !reader.count() || !reader.recording.is_held() {
+        return Ok(None);
+    }
+    origin.reads_in_part(length);
+    let log = reader.finish(origin, options)?;
+    let Choice { places, bytes, pause_s } = choice;
+    Ok(Some(Glance { log, parts: places.len(), bytes, pause_s, has_ends: true }))
 }
 
 /// Reads an MCAP file.
@@ -66,6 +109,69 @@ struct Reader {
     /// A chunk, once it is unpacked.
     unpacked: Vec<u8>,
     unknown_packing: Option<String>,
+    index: Index,
+}
+
+/// What the summary says of chunks and messages.
+#[derive(Default)]
+struct Index {
+    chunks: Vec<Chunk>,
+    /// The messages of each channel.
+    counts: HashMap<u16, u64>,
+    /// The chunks and the messages of the file.
+    totals: Option<(u32, u64)>,
+}
+
+impl Index {
+    fn chunk(&mut self, record: &[u8]) -> Option<()> {
+        let mut bytes = Bytes(record);
+        let (from_ns, to_ns) = (bytes.u64()?, bytes.u64()?);
+        let (at, length) = (bytes.u64()?, bytes.u64()?);
+        let size = bytes.u32()? as usize;
+        let mut offsets = Bytes(bytes.take(size)?);
+        let mut channels = Vec::new();
+        while let Some(channel) = offsets.u16() {
+            offsets.u64()?;
+            channels.push(channel.into());
+        }
+        self.chunks.push(Chunk { at, bytes: length, from_ns, to_ns, channels });
+        Some(())
+    }
+
+    fn count(&mut self, record: &[u8]) -> Option<()> {
+        let mut bytes = Bytes(record);
+        let messages = bytes.u64()?;
+        bytes.take(2 + 4 + 4 + 4)?;
+        let chunks = bytes.u32()?;
+        bytes.take(16)?;
+        let size = bytes.u32()? as usize;
+        let mut counts = Bytes(bytes.take(size)?);
+        while let Some(channel) = counts.u16() {
+            self.counts.insert(channel, counts.u64()?);
+        }
+        self.totals = Some((chunks, messages));
+        Some(())
+    }
+
+    /// Chooses chunks for a survey, if chunks hold all messages of the file, which has so many
+    /// bytes.
+    fn choose(&mut self, length: u64, how: Thoroughness) -> Option<Choice> {
+        self.chunks.sort_by_key(|chunk| chunk.at);
+        let (chunks, messages) = self.totals?;
+        let apart =
+            self.chunks.windows(2).all(|w| w[0].at.checked_add(w[0].bytes) <= Some(w[1].at));
+        let last = self.chunks.last()?;
+        let inside = last.at.checked_add(last.bytes)? <= length;
+        let counted = self.counts.values().try_fold(0_u64, |sum, count| sum.checked_add(*count))?;
+        let in_chunks: HashSet<u32> =
+            self.chunks.iter().flat_map(|c| &c.channels).copied().collect();
+        let all = self
+            .counts
+            .iter()
+            .all(|(channel, count)| *count == 0 || in_chunks.contains(&u32::from(*channel)));
+        let whole = chunks as usize == self.chunks.len() && counted == messages;
+        (apart && inside && whole && all).then(|| choose(&self.chunks, how))?
+    }
 }
 
 struct Schema {
@@ -82,6 +188,7 @@ impl Reader {
             channels: HashMap::new(),
             unpacked: Vec::new(),
             unknown_packing: None,
+            index: Index::default(),
         }
     }
 
@@ -115,13 +222,31 @@ impl Reader {
                 if length > window.left() {
                     break;
                 }
-                if matches!(kind, op::SCHEMA | op::CHANNEL) {
-                    self.declare(kind, &window.look(RECORD + length)?[RECORD as usize..]);
-                }
+                let record = &window.look(RECORD + length)?[RECORD as usize..];
+                // What makes no sense here is read where it stands first.
+                let _ = match kind {
+                    op::SCHEMA | op::CHANNEL => self.declare(kind, record),
+                    op::CHUNK_INDEX => self.index.chunk(record),
+                    op::STATISTICS => self.index.count(record),
+                    _ => None,
+                };
                 window.skip(RECORD + length)?;
             }
         }
         window.go(MAGIC.len() as u64)
+    }
+
+    /// Tells the recording how many messages the summary counts; whether that may be.
+    fn count(&mut self) -> bool {
+        let Self { index, channels, recording, .. } = self;
+        index.counts.iter().all(|(channel, count)| match channels.get(channel) {
+            Some(Some(topic)) => {
+                recording.holds(*topic, *count);
+                true
+            }
+            Some(None) => true,
+            None => false,
+        })
     }
 
     /// Goes through the records from front to back, over damaged ones.
