@@ -95,8 +95,11 @@ enum Framing {
     /// The end of a line.
     Lines,
     /// The length of the record that bytes start with.
-    Records(Box<dyn Fn(&[u8]) -> Option<usize>>),
+    Records(Box<Length>),
 }
+
+/// The length of the record that bytes start with; `None` where they start with none.
+type Length = dyn Fn(&[u8]) -> Option<usize>;
 
 impl Framing {
     /// How a file of a format is framed that starts with `head`.

@@ -125,24 +125,21 @@ fn an_sqlite_bag_is_surveyed_by_pages() {
 
 #[test]
 fn a_doppler_log_is_surveyed_by_ensembles() {
-    for (name, near) in
-        [("formats/pd0/RDI_withBT.000", 0.1), ("formats/pd0/RiverPro_test01.PD0", 0.2)]
-    {
-        let Some(path) = data(name) else { return };
-        let survey = surveyed(&path);
-        assert!(in_parts(&survey), "{name}");
-        let whole = read(&path, &ReadOptions::default()).unwrap();
-        for seen in survey.channels() {
-            let all = whole.channel(&seen.read.column).unwrap();
-            is_part(&seen.read, all);
-            // The bottom is lost now and then, at the start, too.
-            let first_s = all.time_s()[0];
-            assert!(seen.first_s.is_estimate() || seen.first_s.value() == first_s);
-        }
-        let heading = survey.channels().iter().find(|c| c.read.name == "heading").unwrap();
-        let count = whole.channel("heading").unwrap().len() as f64;
-        assert!((heading.count.value() as f64 - count).abs() < near * count, "{:?}", heading.count);
+    let Some(path) = data("formats/pd0/RDI_withBT.000") else { return };
+    let survey = surveyed(&path);
+    assert!(in_parts(&survey));
+    let whole = read(&path, &ReadOptions::default()).unwrap();
+    for seen in survey.channels() {
+        let all = whole.channel(&seen.read.column).unwrap();
+        is_part(&seen.read, all);
+        // The bottom is lost now and then, at the start, too.
+        let first_s = all.time_s()[0];
+        assert!(seen.first_s.is_estimate() || seen.first_s.value() == first_s);
     }
+    let heading = survey.channels().iter().find(|c| c.read.name == "heading").unwrap();
+    let count = whole.channel("heading").unwrap().len() as f64;
+    // A dozen ensembles in each part.
+    assert!((heading.count.value() as f64 - count).abs() < 0.1 * count, "{:?}", heading.count);
 }
 
 #[test]

@@ -93,3 +93,50 @@ fn words(inspection: &Inspection) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn estimates_are_marked() {
+        let file = InspectedFile {
+            path: "a.csv".to_owned(),
+            bytes: 1_000_000_000,
+            sha256: None,
+            format: "comma-separated text".to_owned(),
+            surveyed: true,
+            parts: 16,
+            bytes_read: 8_400_000,
+        };
+        let channel = ChannelSummary {
+            file: file.path.clone(),
+            column: "u [m/s]".to_owned(),
+            unit: Some("m/s".to_owned()),
+            count: 4_000_000,
+            read: 33_000,
+            missing: 0,
+            rate_hz: Some(100.0),
+            first_s: 0.0,
+            last_s: 40_000.0,
+            gaps: None,
+            longest_gap_s: None,
+            min: -1.0,
+            max: 1.0,
+            remarks: Vec::new(),
+            estimated: vec!["count".to_owned()],
+        };
+        let inspection =
+            Inspection { files: vec![file], channels: vec![channel], notes: Vec::new() };
+        let words = anstream::adapter::strip_str(&words(&inspection)).to_string();
+        assert!(words.contains("surveyed: 8.4 MB in 16 parts were read."), "{words}");
+        let row: Vec<&str> = words.lines().last().unwrap_or_default().split_whitespace().collect();
+        assert_eq!(
+            row,
+            [
+                "u", "[m/s]", "m/s", "≈", "4000000", "100", "0", "40", "000.0", "–", "−1.000",
+                "1.000"
+            ]
+        );
+    }
+}

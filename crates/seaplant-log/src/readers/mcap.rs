@@ -3,15 +3,16 @@
 //! The format is that of the specification at mcap.dev: records of a byte that says what they are,
 //! a length and so many bytes; chunks hold records, packed.
 
-use std::collections::{HashMap, HashSet};
+mod index;
+
+use std::collections::HashMap;
 use std::io;
 
+use self::index::Index;
 use crate::assemble::Assembly;
 use crate::content::{Content, Origin};
 use crate::readers::bytes::Bytes;
-use crate::readers::ros::{
-    Choice, Chunk, Connection, Encoding, Packing, Recording, Window, choose,
-};
+use crate::readers::ros::{Choice, Connection, Encoding, Packing, Recording, Window};
 use crate::survey::{Glance, Thoroughness};
 use crate::{Error, Log, ReadOptions};
 
@@ -110,68 +111,6 @@ struct Reader {
     unpacked: Vec<u8>,
     unknown_packing: Option<String>,
     index: Index,
-}
-
-/// What the summary says of chunks and messages.
-#[derive(Default)]
-struct Index {
-    chunks: Vec<Chunk>,
-    /// The messages of each channel.
-    counts: HashMap<u16, u64>,
-    /// The chunks and the messages of the file.
-    totals: Option<(u32, u64)>,
-}
-
-impl Index {
-    fn chunk(&mut self, record: &[u8]) -> Option<()> {
-        let mut bytes = Bytes(record);
-        let (from_ns, to_ns) = (bytes.u64()?, bytes.u64()?);
-        let (at, length) = (bytes.u64()?, bytes.u64()?);
-        let size = bytes.u32()? as usize;
-        let mut offsets = Bytes(bytes.take(size)?);
-        let mut channels = Vec::new();
-        while let Some(channel) = offsets.u16() {
-            offsets.u64()?;
-            channels.push(channel.into());
-        }
-        self.chunks.push(Chunk { at, bytes: length, from_ns, to_ns, channels });
-        Some(())
-    }
-
-    fn count(&mut self, record: &[u8]) -> Option<()> {
-        let mut bytes = Bytes(record);
-        let messages = bytes.u64()?;
-        bytes.take(2 + 4 + 4 + 4)?;
-        let chunks = bytes.u32()?;
-        bytes.take(16)?;
-        let size = bytes.u32()? as usize;
-        let mut counts = Bytes(bytes.take(size)?);
-        while let Some(channel) = counts.u16() {
-            self.counts.insert(channel, counts.u64()?);
-        }
-        self.totals = Some((chunks, messages));
-        Some(())
-    }
-
-    /// Chooses chunks for a survey, if chunks hold all messages of the file, which has so many
-    /// bytes.
-    fn choose(&mut self, length: u64, how: Thoroughness) -> Option<Choice> {
-        self.chunks.sort_by_key(|chunk| chunk.at);
-        let (chunks, messages) = self.totals?;
-        let apart =
-            self.chunks.windows(2).all(|w| w[0].at.checked_add(w[0].bytes) <= Some(w[1].at));
-        let last = self.chunks.last()?;
-        let inside = last.at.checked_add(last.bytes)? <= length;
-        let counted = self.counts.values().try_fold(0_u64, |sum, count| sum.checked_add(*count))?;
-        let in_chunks: HashSet<u32> =
-            self.chunks.iter().flat_map(|c| &c.channels).copied().collect();
-        let all = self
-            .counts
-            .iter()
-            .all(|(channel, count)| *count == 0 || in_chunks.contains(&u32::from(*channel)));
-        let whole = chunks as usize == self.chunks.len() && counted == messages;
-        (apart && inside && whole && all).then(|| choose(&self.chunks, how))?
-    }
 }
 
 struct Schema {

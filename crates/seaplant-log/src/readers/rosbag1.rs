@@ -1,14 +1,15 @@
 //! ROS 1 bags, version 2.0, from front to back: whether they are indexed does not matter.
 
+mod index;
+
 use std::collections::HashMap;
 use std::io;
 
+use self::index::Index;
 use crate::assemble::Assembly;
 use crate::content::{Content, Origin};
 use crate::readers::bytes::Bytes;
-use crate::readers::ros::{
-    Choice, Chunk, Connection, Encoding, Packing, Recording, Window, choose,
-};
+use crate::readers::ros::{Choice, Connection, Encoding, Packing, Recording, Window};
 use crate::survey::{Glance, Thoroughness};
 use crate::{Error, Log, ReadOptions};
 
@@ -103,51 +104,6 @@ struct Reader {
     unpacked: Vec<u8>,
     unknown_packing: Option<String>,
     index: Index,
-}
-
-/// What the end of a whole bag says of chunks and messages.
-#[derive(Default)]
-struct Index {
-    /// Where it starts, and how many chunks there are.
-    at: u64,
-    count: u64,
-    chunks: Vec<Chunk>,
-    /// The messages of each connection.
-    counts: HashMap<u32, u64>,
-}
-
-impl Index {
-    fn chunk(&mut self, header: Header<'_>, data: &[u8]) -> Option<()> {
-        let time = |name| {
-            let mut time = Bytes(header.field(name)?);
-            Some(u64::from(time.u32()?) * 1_000_000_000 + u64::from(time.u32()?))
-        };
-        let (at, from_ns, to_ns) =
-            (header.number("chunk_pos")?, time("start_time")?, time("end_time")?);
-        let mut channels = Vec::new();
-        let mut counts = Bytes(data);
-        while let (Some(connection), Some(count)) = (counts.u32(), counts.u32()) {
-            let all = self.counts.entry(connection).or_default();
-            *all = all.saturating_add(count.into());
-            channels.push(connection);
-        }
-        self.chunks.push(Chunk { at, bytes: 0, from_ns, to_ns, channels });
-        Some(())
-    }
-
-    /// Chooses chunks for a survey, if the index tells of all.
-    fn choose(&mut self, how: Thoroughness) -> Option<Choice> {
-        if self.chunks.is_empty() || self.chunks.len() as u64 != self.count {
-            return None;
-        }
-        self.chunks.sort_by_key(|chunk| chunk.at);
-        let ends = self.chunks.iter().skip(1).map(|chunk| chunk.at).chain([self.at]);
-        let ends: Vec<u64> = ends.collect();
-        for (chunk, end) in self.chunks.iter_mut().zip(ends) {
-            chunk.bytes = end.checked_sub(chunk.at)?;
-        }
-        choose(&self.chunks, how)
-    }
 }
 
 impl Reader {
