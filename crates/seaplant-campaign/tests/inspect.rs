@@ -197,7 +197,8 @@ fn what_a_survey_estimates_is_told_apart_from_what_it_knows() {
     let [heading, x] = &inspection.channels[..] else { panic!("two channels") };
     assert_eq!(heading.estimated, ["count", "rate_hz"]);
     assert_eq!((heading.first_s, heading.last_s, heading.gaps), (0.0, 1999.9, None));
-    assert!(heading.count.abs_diff(20_000) < 600 && heading.read < 1000, "{}", heading.count);
+    // Rows grow longer with time, and the first of three parts counts for a third of the file.
+    assert!(heading.count.abs_diff(20_000) < 2000 && heading.read < 1000, "{}", heading.count);
     assert!((heading.rate_hz.unwrap() - 10.0).abs() < 1e-6);
     assert_eq!(heading.remarks, [""; 0], "no turn in which it wraps was seen");
     assert_eq!(x.remarks, [format!("constant: all {} samples are 7 m", x.read)]);

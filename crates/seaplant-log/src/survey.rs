@@ -8,7 +8,7 @@ use crate::format::{self, Format};
 use crate::log::Channel;
 use crate::note::Note;
 use crate::progress::{progress, take_back};
-use crate::readers::{mcap, rosbag1, sqlite};
+use crate::readers::{mcap, parquet, rosbag1, sqlite};
 use crate::{Error, Log, ReadOptions, read};
 
 /// How much of a file a survey reads.
@@ -70,7 +70,8 @@ pub struct Parts {
 pub struct SurveyedChannel {
     /// The samples that were read.
     pub read: Channel,
-    /// How many samples the file holds.
+    /// How many samples the file holds. An index counts records: that values are missing in some of
+    /// those that were not read, it does not tell.
     pub count: Figure<u64>,
     /// The time of the first of them, s.
     pub first_s: Figure<f64>,
@@ -253,7 +254,7 @@ fn rate(channel: &Channel, count: u64, pause_s: f64) -> Option<Figure<f64>> {
 /// parts from its first byte to its last, by the reader of the whole.
 ///
 /// Read whole, however large, are formats that have to be (archives, workbooks, MATLAB and HDF5
-/// files, Parquet and Arrow files, NMEA 0183 sentences, whose times take all before them), bags
+/// files, Arrow files, NMEA 0183 sentences, whose times take all before them), bags
 /// without an index, and whatever is odd: a clock that steps, damage, quotes over several lines.
 ///
 /// # Errors
@@ -287,26 +288,26 @@ fn glance(
         Format::Mcap => mcap::glance(content, options, how),
         Format::Rosbag1 => rosbag1::glance(content, options, how),
         Format::Sqlite => sqlite::glance(content, options, how),
+        Format::Parquet => parquet::glance(content, options, how),
         kind @ (Format::Text | Format::DataFlash | Format::Tlog | Format::Pd0) => {
             let Some(excerpt) = excerpt::of(&content, kind, how)? else { return Ok(None) };
             let (parts, bytes) = (excerpt.pieces.len(), excerpt.length());
             let mut log = format::read_as(kind, content.excerpt(&excerpt)?, options)?;
             log.notes = log.notes.into_iter().map(|note| excerpt.place(note)).collect();
-            let pause_s = half_a_hole(&log, &excerpt);
+            let pause_s = half_a_hole(&log, parts, bytes as f64 / excerpt.size.max(1) as f64);
             Ok(Some(Glance { log, parts, bytes, pause_s, has_ends: false }))
         }
         _ => Ok(None),
     }
 }
 
-/// Half the time between two parts of a file that was written at an even rate, s.
-fn half_a_hole(log: &Log, excerpt: &excerpt::Excerpt) -> f64 {
+/// Half the time between two of so many parts of a file that was written at an even rate, s; all
+/// parts together are a `portion` of it.
+pub(crate) fn half_a_hole(log: &Log, parts: usize, portion: f64) -> f64 {
     let ends = log.channels.iter().filter_map(|c| Some((*c.time_s.first()?, *c.time_s.last()?)));
     let (from_s, to_s) = ends
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), (a, b)| (from.min(a), to.max(b)));
-    let holes = (excerpt.pieces.len() - 1).max(1) as f64;
-    let unread = 1.0 - excerpt.length() as f64 / excerpt.size.max(1) as f64;
-    0.5 * (to_s - from_s) * unread / holes
+    0.5 * (to_s - from_s) * (1.0 - portion) / (parts.max(2) - 1) as f64
 }
 
 /// Whether parts do not tell what the whole would.
@@ -314,7 +315,10 @@ fn is_odd(log: &Log) -> bool {
     log.notes.iter().any(|note| {
         matches!(
             note,
-            Note::ClockStepped { .. } | Note::Restarted { .. } | Note::CorruptRecords { .. }
+            Note::ClockStepped { .. }
+                | Note::Restarted { .. }
+                | Note::CorruptRecords { .. }
+                | Note::UnreadableRows { .. }
         )
     })
 }

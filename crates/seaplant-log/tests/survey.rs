@@ -104,6 +104,18 @@ fn bags_are_surveyed_by_their_index() {
 }
 
 #[test]
+fn a_parquet_file_is_surveyed_by_rows() {
+    let Some(made) = made("survey") else { return };
+    let path = made.file("log.parquet");
+    let survey = surveyed(&path);
+    assert!(in_parts(&survey));
+    agrees(&path, &survey, NEAR);
+    for channel in survey.channels() {
+        assert!(!channel.count.is_estimate() && !channel.last_s.is_estimate());
+    }
+}
+
+#[test]
 fn an_sqlite_bag_is_surveyed_by_pages() {
     let Some(made) = made("survey") else { return };
     let path = made.file("log.db3");

@@ -10,6 +10,8 @@ import sqlite3
 import sys
 
 import dataflash
+import pyarrow
+import pyarrow.parquet
 from expected import Expected
 from make_tlog import Writer as Telemetry
 from mcap.writer import CompressionType, Writer as Mcap
@@ -26,6 +28,17 @@ def table(path):
     dice = random.Random(1)
     rows = [f"{0.01 * k:.2f},{dice.gauss(0, 1)!r},{math.sin(0.01 * k)!r}" for k in range(TICKS)]
     path.write_text("\n".join(["time [s],u [m/s],depth [m]", *rows]) + "\n")
+
+
+def parquet(path):
+    dice = random.Random(1)
+    columns = {
+        "time [s]": [0.01 * k for k in range(2 * TICKS)],
+        "u [m/s]": [dice.gauss(0, 1) for _ in range(2 * TICKS)],
+        "depth [m]": [math.sin(0.01 * k) for k in range(2 * TICKS)],
+    }
+    table = pyarrow.table(columns)
+    pyarrow.parquet.write_table(table, path, row_group_size=2500, data_page_size=2000, use_dictionary=False)
 
 
 def flash(path):
@@ -128,6 +141,7 @@ def bag(path):
 def main():
     folder = pathlib.Path(sys.argv[1])
     table(folder / "log.csv")
+    parquet(folder / "log.parquet")
     flash(folder / "log.BIN")
     telemetry(folder / "log.tlog")
     mcap(folder / "log.mcap", CompressionType.NONE)
