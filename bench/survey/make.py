@@ -1,4 +1,4 @@
-"""Writes logs of about so many megabytes each: log.csv, log.BIN, log.tlog, log.mcap, log.db3, log.bag.
+"""Writes logs of about so many megabytes each, from log.csv to log.parquet.
 
     make.py FOLDER MEGABYTES [NAME...]
 
@@ -11,6 +11,8 @@ import sqlite3
 import sys
 
 import numpy
+import pyarrow
+import pyarrow.parquet
 
 HERE = pathlib.Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "side_by_side_logs"))
@@ -45,6 +47,18 @@ def table(path, megabytes, columns=12):
             milliseconds = (numpy.arange(rows) + k * rows) * 10
             block[places] = milliseconds[:, None] // powers % 10 + ord("0")
             file.write(block.tobytes())
+
+
+def parquet(path, megabytes, columns=12):
+    dice = numpy.random.default_rng(1)
+    rows = 1_000_000
+    names = ["time [s]", *(f"channel {k} [m/s]" for k in range(columns))]
+    schema = pyarrow.schema([(name, pyarrow.float64()) for name in names])
+    with pyarrow.parquet.ParquetWriter(path, schema, compression="zstd", use_dictionary=False) as writer:
+        for k in range(max(1, round(megabytes * 1e6 / (rows * 93)))):
+            times = (numpy.arange(rows) + k * rows) * 0.01
+            numbers = [times, *(dice.normal(size=rows) for _ in range(columns))]
+            writer.write_table(pyarrow.table(numbers, schema=schema))
 
 
 def messages(store, prefix):
@@ -151,7 +165,7 @@ def bag(path, megabytes):
 
 
 WRITERS = {"log.csv": table, "log.BIN": flash, "log.tlog": telemetry, "log.mcap": mcap,
-           "log.db3": db3, "log.bag": bag}
+           "log.db3": db3, "log.bag": bag, "log.parquet": parquet}
 
 
 def main():

@@ -31,7 +31,7 @@ timed() {
 }
 
 "$python" -B "$here/make.py" "$work" "$megabytes"
-for log in log.csv log.BIN log.tlog log.mcap log.db3 log.bag; do
+for log in log.csv log.BIN log.tlog log.mcap log.db3 log.bag log.parquet; do
     printf '\n%s: %s bytes\n' "$log" "$(stat --format %s "$work/$log")"
     for _ in $(seq "$rounds"); do
         timed "inspect" "$target/release/seaplant" inspect "$work/$log" --quiet

@@ -36,17 +36,21 @@ fn show(before: Progress, wait: &Receiver<()>) {
     if wait.recv_timeout(PATIENCE) != Err(RecvTimeoutError::Timeout) {
         return;
     }
-    let template = "{bar:30} {bytes}/{total_bytes} read, {bytes_per_sec}, {eta} left";
-    let style = ProgressStyle::with_template(template);
-    let bar =
-        ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let style = |template| {
+        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+    };
+    let reading = style("{bar:30} {bytes}/{total_bytes} read, {bytes_per_sec}, {eta} left");
+    let done = style("{bar:30} {bytes} read; going through them");
+    let bar = ProgressBar::new(0);
     // Of what was read before the bar came, too.
     let bar = bar.with_elapsed(PATIENCE);
     while wait.recv_timeout(STEP) == Err(RecvTimeoutError::Timeout) {
         let now = progress();
         let of = now.of.saturating_sub(before.of);
+        let read = now.read.saturating_sub(before.read).min(of);
+        bar.set_style(if read < of { reading.clone() } else { done.clone() });
         bar.set_length(of);
-        bar.set_position(now.read.saturating_sub(before.read).min(of));
+        bar.set_position(read);
     }
     bar.finish_and_clear();
 }

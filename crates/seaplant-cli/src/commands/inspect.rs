@@ -16,9 +16,9 @@ pub fn run(arguments: &Inspect, output: Output) -> Result<ExitCode> {
     let options = read_options(&arguments.reading);
     let files: Vec<_> = arguments.logs.iter().map(|path| (path.clone(), options.clone())).collect();
     let inspection = if arguments.whole {
-        inspect(&watched(output, || Log::open(&files))?)
+        watched(output, || Log::open(&files).map(|log| inspect(&log)))?
     } else {
-        inspect_survey(&watched(output, || Survey::open(&files))?)
+        watched(output, || Survey::open(&files).map(|survey| inspect_survey(&survey)))?
     };
     output.give(&inspection, || words(&inspection))?;
     Ok(ExitCode::SUCCESS)
