@@ -205,7 +205,7 @@ impl Bag {
         if found.missing.is_some() || !found.damaged.is_empty() || messages < rows {
             return Ok(None);
         }
-        self.recording.holds_about(messages);
+        self.recording.holds_about(messages, rows);
         Ok(Some((each * parts) as u64 * page_size))
     }
 

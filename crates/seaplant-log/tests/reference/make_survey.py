@@ -118,9 +118,12 @@ def db3(path):
         row = (numbers[topic], topic, kind, "cdr", "")
         database.execute("INSERT INTO topics VALUES(?,?,?,?,?)", row)
     rows = (
-        (numbers[topic], receipt, content)
+        (number, receipt, content)
         for receipt, topic, content in messages(get_typestore(Stores.ROS2_HUMBLE), False)
+        for number in ([numbers[topic], 9] if topic == "/pressure" else [numbers[topic]])
     )
+    # A type that nobody knows: its messages count, and are not read.
+    database.execute("INSERT INTO topics VALUES(9,'/secret','secret_msgs/msg/Secret','cdr','')")
     database.executemany("INSERT INTO messages(topic_id,timestamp,data) VALUES(?,?,?)", rows)
     database.commit()
     database.close()
@@ -138,16 +141,24 @@ def bag(path):
             writer.write(connections[topic], receipt, content)
 
 
+def write(folder, name, ticks):
+    global TICKS
+    TICKS = ticks
+    table(folder / f"{name}.csv")
+    parquet(folder / f"{name}.parquet")
+    flash(folder / f"{name}.BIN")
+    telemetry(folder / f"{name}.tlog")
+    mcap(folder / f"{name}.mcap", CompressionType.NONE)
+    db3(folder / f"{name}.db3")
+    bag(folder / f"{name}.bag")
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
-    table(folder / "log.csv")
-    parquet(folder / "log.parquet")
-    flash(folder / "log.BIN")
-    telemetry(folder / "log.tlog")
-    mcap(folder / "log.mcap", CompressionType.NONE)
+    write(folder, "log", 6000)
     mcap(folder / "packed.mcap", CompressionType.ZSTD)
-    db3(folder / "log.db3")
-    bag(folder / "log.bag")
+    # Just long enough, to be damaged.
+    write(folder, "small", 300)
     Expected(folder).save()
 
 

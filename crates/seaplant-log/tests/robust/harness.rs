@@ -135,7 +135,7 @@ fn check(name: &str, bytes: &[u8], options: &ReadOptions, limits: Limits, round:
 
 /// The channels and notes of a survey in small parts; none where it fails.
 fn survey_bytes(name: &str, bytes: &[u8], options: &ReadOptions) -> (Vec<Channel>, Vec<Note>) {
-    const HOW: Thoroughness = Thoroughness { whole_up_to: 0, parts: 3, part_bytes: 700 };
+    const HOW: Thoroughness = Thoroughness { whole_up_to: 0, parts: 2, part_bytes: 1000 };
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("surveyed-{name}"));
     std::fs::write(&path, bytes).expect("the target folder can be written");
     let Ok(survey) = survey(&path, options, HOW) else { return Default::default() };

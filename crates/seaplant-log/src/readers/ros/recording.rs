@@ -131,9 +131,9 @@ impl Recording {
         self.topics[topic].of = Some(Figure::Exact(before.saturating_add(messages)));
     }
 
-    /// Takes it that of `messages` each topic has the same part as of those that were read.
-    pub(crate) fn holds_about(&mut self, messages: u64) {
-        let read: usize = self.topics.iter().map(Topic::len).sum();
+    /// Takes it that of the bag's messages each topic has the same part as of those that were read,
+    /// of any topic.
+    pub(crate) fn holds_about(&mut self, messages: u64, read: u64) {
         let times = messages as f64 / read.max(1) as f64;
         for topic in &mut self.topics {
             topic.of = Some(Figure::About((topic.len() as f64 * times).round() as u64));
