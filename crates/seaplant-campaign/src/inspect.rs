@@ -1,13 +1,15 @@
 //! What a log holds, channel by channel, and what is odd about it.
 
 use schemars::JsonSchema;
-use seaplant_log::{Channel, Gap, Log};
+use seaplant_log::{Channel, Figure, Gap, Log, Note, Survey, SurveyedChannel, SurveyedFile};
 use serde::{Deserialize, Serialize};
 
 mod remarks;
 mod runs;
 
 pub(crate) use remarks::{Remark, looks_like_degrees, remarks, short};
+
+use remarks::remarks_within;
 
 /// What a log holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -27,10 +29,18 @@ pub struct InspectedFile {
     pub path: String,
     /// Its size.
     pub bytes: u64,
-    /// SHA-256 of its content, hexadecimal.
-    pub sha256: String,
+    /// SHA-256 of its content, hexadecimal; absent of a file that was read in part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sha256: Option<String>,
     /// What it is, such as "comma-separated text".
     pub format: String,
+    /// Whether only parts of it were read: what its channels have under `estimated` is estimated
+    /// from these, and smallest and largest values and remarks are of these alone.
+    pub surveyed: bool,
+    /// How many parts were read; 1 of a file that was read whole.
+    pub parts: usize,
+    /// How many bytes were read.
+    pub bytes_read: u64,
 }
 
 /// One channel.
@@ -43,8 +53,10 @@ pub struct ChannelSummary {
     /// The unit that the header states.
     pub unit: Option<String>,
     /// How many samples it has.
-    pub count: usize,
-    /// Rows without a value.
+    pub count: u64,
+    /// How many of them were read.
+    pub read: usize,
+    /// Rows without a value, of those that were read.
     pub missing: usize,
     /// Samples in a second: 1 over the median interval; absent of a single sample.
     pub rate_hz: Option<f64>,
@@ -52,16 +64,18 @@ pub struct ChannelSummary {
     pub first_s: f64,
     /// The time of the last sample, s, in the file's clock.
     pub last_s: f64,
-    /// Intervals longer than five median ones and half a second.
-    pub gaps: usize,
+    /// Intervals longer than five median ones and half a second; absent where only parts were read.
+    pub gaps: Option<usize>,
     /// The longest of them, s.
     pub longest_gap_s: Option<f64>,
-    /// The smallest value, in the channel's unit.
+    /// The smallest value that was read, in the channel's unit.
     pub min: f64,
-    /// The largest value, in the channel's unit.
+    /// The largest value that was read, in the channel's unit.
     pub max: f64,
-    /// What is odd about the values, in plain words.
+    /// What is odd about the values that were read, in plain words.
     pub remarks: Vec<String>,
+    /// Which of `count`, `rate_hz`, `first_s` and `last_s` are estimates.
+    pub estimated: Vec<String>,
 }
 
 /// Looks at every channel of a log.
@@ -69,38 +83,118 @@ pub fn inspect(log: &Log) -> Inspection {
     let files = log.sources().iter().map(|source| InspectedFile {
         path: source.path.display().to_string(),
         bytes: source.bytes,
-        sha256: source.sha256.clone(),
+        sha256: Some(source.sha256.clone()),
         format: source.format.clone(),
+        surveyed: false,
+        parts: 1,
+        bytes_read: source.bytes,
     });
-    Inspection {
-        files: files.collect(),
-        channels: log.channels().iter().filter_map(|channel| summarise(log, channel)).collect(),
-        notes: log.notes().iter().map(ToString::to_string).collect(),
+    let files = files.collect();
+    let channels = log.channels().iter().filter_map(Seen::whole);
+    inspection(files, channels, log.notes())
+}
+
+/// Looks at every channel of files that were surveyed: large ones were read in part.
+pub fn inspect_survey(survey: &Survey) -> Inspection {
+    let files = survey.files().iter().map(inspected).collect();
+    let channels = survey.channels().iter().map(|channel| {
+        let parts = survey.files()[channel.read.source].parts;
+        Seen::surveyed(channel, parts.map_or(f64::INFINITY, |parts| parts.pause_s))
+    });
+    inspection(files, channels, survey.notes())
+}
+
+fn inspected(file: &SurveyedFile) -> InspectedFile {
+    InspectedFile {
+        path: file.path.display().to_string(),
+        bytes: file.bytes,
+        sha256: file.sha256.clone(),
+        format: file.format.clone(),
+        surveyed: file.parts.is_some(),
+        parts: file.parts.map_or(1, |parts| parts.count),
+        bytes_read: file.parts.map_or(file.bytes, |parts| parts.bytes),
     }
+}
+
+fn inspection<'a>(
+    files: Vec<InspectedFile>,
+    channels: impl Iterator<Item = Seen<'a>>,
+    notes: &[Note],
+) -> Inspection {
+    let channels = channels.filter_map(|seen| seen.summarise(&files)).collect();
+    Inspection { channels, files, notes: notes.iter().map(ToString::to_string).collect() }
 }
 
 /// Regressions cut a trial at intervals longer than these.
 const GAP_PERIODS: f64 = 5.0;
 const GAP_SECONDS: f64 = 0.5;
 
-/// `None` of a channel without samples.
-fn summarise(log: &Log, channel: &Channel) -> Option<ChannelSummary> {
-    let lengths = |gap: &Gap| gap.to_s - gap.from_s;
-    let gaps: Vec<f64> = channel.gaps(GAP_PERIODS).iter().map(lengths).collect();
-    let gaps: Vec<f64> = gaps.into_iter().filter(|gap| *gap > GAP_SECONDS).collect();
-    Some(ChannelSummary {
-        file: log.sources()[channel.source].path.display().to_string(),
-        column: channel.column.clone(),
-        unit: channel.unit.as_ref().map(|unit| unit.symbol().to_owned()),
-        count: channel.len(),
-        missing: channel.missing,
-        rate_hz: channel.rate_hz(),
-        first_s: *channel.time_s().first()?,
-        last_s: *channel.time_s().last()?,
-        gaps: gaps.len(),
-        longest_gap_s: gaps.iter().copied().reduce(f64::max),
-        min: channel.min()?,
-        max: channel.max()?,
-        remarks: remarks(channel).iter().map(ToString::to_string).collect(),
-    })
+/// A channel, and what is known of it.
+struct Seen<'a> {
+    channel: &'a Channel,
+    count: Figure<u64>,
+    rate_hz: Option<Figure<f64>>,
+    first_s: Figure<f64>,
+    last_s: Figure<f64>,
+    /// Longer intervals than this, s, may be stretches that were not read.
+    pause_s: f64,
+}
+
+impl<'a> Seen<'a> {
+    /// `None` of a channel without samples.
+    fn whole(channel: &'a Channel) -> Option<Self> {
+        Some(Self {
+            channel,
+            count: Figure::Exact(channel.len() as u64),
+            rate_hz: channel.rate_hz().map(Figure::Exact),
+            first_s: Figure::Exact(*channel.time_s().first()?),
+            last_s: Figure::Exact(*channel.time_s().last()?),
+            pause_s: f64::INFINITY,
+        })
+    }
+
+    fn surveyed(channel: &'a SurveyedChannel, pause_s: f64) -> Self {
+        let SurveyedChannel { read, count, first_s, last_s, rate_hz, .. } = channel;
+        let (count, rate_hz, first_s, last_s) = (*count, *rate_hz, *first_s, *last_s);
+        Self { channel: read, count, rate_hz, first_s, last_s, pause_s }
+    }
+
+    /// `None` of a channel without samples.
+    fn summarise(&self, files: &[InspectedFile]) -> Option<ChannelSummary> {
+        let channel = self.channel;
+        let file = &files[channel.source];
+        let gaps = (!file.surveyed).then(|| long_gaps(channel));
+        let estimates = [
+            ("count", self.count.is_estimate()),
+            ("rate_hz", self.rate_hz.is_some_and(Figure::is_estimate)),
+            ("first_s", self.first_s.is_estimate()),
+            ("last_s", self.last_s.is_estimate()),
+        ];
+        let estimated = estimates.iter().filter(|(_, is)| *is).map(|(name, _)| (*name).to_owned());
+        let remarks = remarks_within(channel, self.pause_s);
+        Some(ChannelSummary {
+            file: file.path.clone(),
+            column: channel.column.clone(),
+            unit: channel.unit.as_ref().map(|unit| unit.symbol().to_owned()),
+            count: self.count.value(),
+            read: channel.len(),
+            missing: channel.missing,
+            rate_hz: self.rate_hz.map(Figure::value),
+            first_s: self.first_s.value(),
+            last_s: self.last_s.value(),
+            gaps: gaps.as_ref().map(Vec::len),
+            longest_gap_s: gaps.and_then(|gaps| gaps.into_iter().reduce(f64::max)),
+            min: channel.min()?,
+            max: channel.max()?,
+            remarks: remarks.iter().map(ToString::to_string).collect(),
+            estimated: estimated.collect(),
+        })
+    }
+}
+
+/// The lengths of the gaps that matter, s.
+fn long_gaps(channel: &Channel) -> Vec<f64> {
+    let length = |gap: &Gap| gap.to_s - gap.from_s;
+    let gaps = channel.gaps(GAP_PERIODS);
+    gaps.iter().map(length).filter(|gap| *gap > GAP_SECONDS).collect()
 }

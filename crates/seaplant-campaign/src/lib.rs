@@ -24,7 +24,7 @@ pub use campaign_file::{
     StampEntry, SteadyEntry, TimeEntry, TrialEntry,
 };
 pub use error::Error;
-pub use inspect::{ChannelSummary, InspectedFile, Inspection, inspect};
+pub use inspect::{ChannelSummary, InspectedFile, Inspection, inspect, inspect_survey};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use propose::{Proposal, propose};
 pub use toml_file::read_toml;

@@ -3,8 +3,8 @@
 mod common;
 
 use common::{column, data, noise, open, timed};
-use seaplant_campaign::inspect;
-use seaplant_log::Log;
+use seaplant_campaign::{inspect, inspect_survey};
+use seaplant_log::{Log, ReadOptions, Thoroughness, survey};
 
 fn remarks(log: &Log) -> Vec<String> {
     let channels = inspect(log).channels;
@@ -171,10 +171,37 @@ fn a_summary_counts_samples_gaps_and_missing_values() {
     let path = folder.write("a.csv", &format!("t [s],z [m]\n{text}15.5,\n"));
     let inspection = inspect(&open(&[path]));
     let z = &inspection.channels[0];
-    assert_eq!((z.count, z.missing, z.gaps), (100, 1, 1));
+    assert_eq!((z.count, z.missing, z.gaps), (100, 1, Some(1)));
     assert!((z.longest_gap_s.unwrap() - 5.1).abs() < 1e-9);
     assert_eq!((z.first_s, z.last_s, z.unit.as_deref()), (0.0, 14.9, Some("m")));
-    assert_eq!(inspection.files[0].sha256.len(), 64);
+    assert_eq!(inspection.files[0].sha256.as_ref().map(String::len), Some(64));
+    assert!(!inspection.files[0].surveyed && z.estimated.is_empty());
+}
+
+#[test]
+fn what_a_survey_estimates_is_told_apart_from_what_it_knows() {
+    let folder = common::Folder::new();
+    // The vehicle turns from 10 to 345 degrees and back, the long way, while nobody looks.
+    let heading = |k: usize| 10.0 + 335.0 * (1.0 - (k as f64 / 10_000.0 - 1.0).abs()).powi(2);
+    let row = |k: usize| format!("{}.{},{:.3},7\n", k / 10, k % 10, heading(k) + noise(k));
+    let rows: String = (0..20_000).map(row).collect();
+    let path = folder.write("a.csv", &format!("t [s],heading [deg],x [m]\n{rows}"));
+    let how = Thoroughness { whole_up_to: 0, parts: 3, part_bytes: 4096 };
+    let survey = survey(&path, &ReadOptions::default(), how).unwrap();
+    let inspection = inspect_survey(&survey);
+
+    let file = &inspection.files[0];
+    assert!(file.surveyed && file.bytes_read < 3 * 4096 && file.parts == 3);
+    let json = serde_json::to_value(&inspection).unwrap();
+    assert_eq!(json["files"][0].get("sha256"), None);
+    let [heading, x] = &inspection.channels[..] else { panic!("two channels") };
+    assert_eq!(heading.estimated, ["count", "rate_hz"]);
+    assert_eq!((heading.first_s, heading.last_s, heading.gaps), (0.0, 1999.9, None));
+    // Rows grow longer with time, and the first of three parts counts for a third of the file.
+    assert!(heading.count.abs_diff(20_000) < 2000 && heading.read < 1000, "{}", heading.count);
+    assert!((heading.rate_hz.unwrap() - 10.0).abs() < 1e-6);
+    assert_eq!(heading.remarks, [""; 0], "no turn in which it wraps was seen");
+    assert_eq!(x.remarks, [format!("constant: all {} samples are 7 m", x.read)]);
 }
 
 #[test]

@@ -218,12 +218,20 @@ pub enum MessageStamp {
 }
 
 /// Show a log's channels: units, rates, spans, gaps and suspicious values.
+///
+/// A file of more than 64 MiB is surveyed: its index is read, where its format has one, and parts
+/// from its first byte to its last. What is estimated is marked by ≈.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  seaplant inspect thrusters.csv dvl.csv")]
+#[command(
+    after_help = "Examples:\n  seaplant inspect thrusters.csv dvl.csv\n  seaplant inspect dive.mcap --whole"
+)]
 pub struct Inspect {
     /// The log, or the files that were logged side by side.
     #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
+    /// Read every sample of large files, too, count gaps, and hash them.
+    #[arg(long)]
+    pub whole: bool,
     /// How to read the log.
     #[command(flatten)]
     pub reading: Reading,

@@ -11,6 +11,7 @@ use crate::heading::Heading;
 use crate::log::{Channel, LeftOut, Log, Reason};
 use crate::note::Note;
 use crate::order::{Order, Times};
+use crate::survey::{Figure, Portion};
 use crate::{Error, ReadOptions};
 
 /// A clock that leaps ahead by more than this was set, s.
@@ -24,6 +25,8 @@ pub(crate) struct Group {
     /// The time of each record, s; `NaN` where it has none.
     pub(crate) time_s: Vec<f64>,
     pub(crate) columns: Vec<Column>,
+    /// How many records of it the file holds, where only some of them are here.
+    pub(crate) of: Option<Figure<u64>>,
 }
 
 /// A log in the making.
@@ -55,11 +58,12 @@ impl Assembly {
             *time += self.offset_s;
         }
         let (times, kept) = self.times(&group.name, &group.time_s);
+        let portion = group.of.map(|of| Portion { read: group.time_s.len(), of });
         for mut column in group.columns {
             column.samples.truncate(kept);
             let heading = column.heading.clone();
             match channel(&times, &mut self.bases, kept, column) {
-                Ok(channel) => self.log.channels.push(channel),
+                Ok(channel) => self.log.channels.push(Channel { portion, ..channel }),
                 Err(left_out) => {
                     self.odd.empty.push(heading.column);
                     self.log.left_out.push(left_out);
@@ -164,7 +168,8 @@ fn channel(
             .map_or(Reason::Missing, |Text { line, text, .. }| Reason::Text { line, text });
         return Err(LeftOut { column: header, name, source: 0, rows, reason });
     }
-    Ok(Channel { name, column: header, unit, source: 0, missing, time_s, values })
+    let (source, portion) = (0, None);
+    Ok(Channel { name, column: header, unit, source, missing, time_s, values, portion })
 }
 
 /// The samples of a column in order of time, one at a time.
@@ -294,7 +299,7 @@ mod tests {
     }
 
     fn group(time_s: &[f64], columns: Vec<Column>) -> Group {
-        Group { name: "imu".to_owned(), time_s: time_s.to_owned(), columns }
+        Group { name: "imu".to_owned(), time_s: time_s.to_owned(), columns, of: None }
     }
 
     fn notes(log: &Log) -> Vec<String> {

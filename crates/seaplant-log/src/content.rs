@@ -8,8 +8,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use sha2::{Digest, Sha256};
 
 use crate::Error;
+use crate::excerpt::{self, Excerpt};
 use crate::log::Source;
 use crate::note::Note;
+use crate::progress;
 use crate::unpack::{self, Unpacking};
 
 /// An archive's bytes.
@@ -28,8 +30,8 @@ pub(crate) struct Content {
     whole: bool,
     rest: Box<dyn Read + Send>,
     origin: Origin,
-    /// Whether the bytes are those of the file at the origin's path, and may be read again.
-    is_file: bool,
+    /// The length of the file at the origin's path, if these are its bytes and may be read again.
+    file: Option<u64>,
 }
 
 impl Content {
@@ -43,7 +45,9 @@ impl Content {
         if metadata.is_dir() {
             return Err(Error::Directory { path: path.to_owned() });
         }
-        Self::new(path, Box::new(File::open(path).map_err(failed)?), metadata.is_file())
+        let file = metadata.is_file().then_some(metadata.len());
+        progress::add_opened(file.unwrap_or(0));
+        Self::new(path, Box::new(File::open(path).map_err(failed)?), file)
     }
 
     /// Bytes in place of a file; `path` is what messages call them.
@@ -51,14 +55,25 @@ impl Content {
     /// # Errors
     /// None, but for those of [`Content::open`].
     pub(crate) fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, Error> {
-        Self::new(path, Box::new(Cursor::new(bytes)), false)
+        Self::new(path, Box::new(Cursor::new(bytes)), None)
     }
 
-    fn new(path: &Path, raw: Box<dyn Read + Send>, is_file: bool) -> Result<Self, Error> {
+    fn new(path: &Path, raw: Box<dyn Read + Send>, file: Option<u64>) -> Result<Self, Error> {
         let hashed = Hashed(Arc::new(Mutex::new(Raw { raw, hash: Sha256::new(), bytes: 0 })));
-        let unpacking = Vec::new();
-        let origin = Origin { path: path.to_owned(), raw: hashed.clone(), unpacking };
-        Self::with_head(origin, Box::new(hashed), is_file)
+        let (unpacking, in_part) = (Vec::new(), None);
+        let origin = Origin { path: path.to_owned(), raw: hashed.clone(), unpacking, in_part };
+        Self::with_head(origin, Box::new(hashed), file)
+    }
+
+    /// Parts of the file in place of all of it.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub(crate) fn excerpt(mut self, excerpt: &Excerpt) -> Result<Self, Error> {
+        let failed = |error| self.origin.failed(error);
+        let parts = excerpt::stream(self.path(), excerpt).map_err(failed)?;
+        self.origin.in_part = Some(excerpt.size);
+        Self::with_head(self.origin, parts, None)
     }
 
     /// What an archive holds. `packing` says what archive it is: "gzip".
@@ -82,7 +97,7 @@ impl Content {
         let raw = self.origin.raw.clone();
         let (unpacked, state) = unpack::Unpacked::new(packing, raw, unpacker(packed));
         self.origin.unpacking.push(Arc::clone(&state));
-        let content = Self::with_head(self.origin, Box::new(unpacked), false)?;
+        let content = Self::with_head(self.origin, Box::new(unpacked), None)?;
         match state.cut() {
             Some((0, reason)) => {
                 Err(Error::Archive { path: content.path().to_owned(), packing, reason })
@@ -94,16 +109,21 @@ impl Content {
     fn with_head(
         origin: Origin,
         mut rest: Box<dyn Read + Send>,
-        is_file: bool,
+        file: Option<u64>,
     ) -> Result<Self, Error> {
         let mut head = Vec::new();
         (&mut rest).take(HEAD as u64).read_to_end(&mut head).map_err(|e| origin.failed(e))?;
         let whole = head.len() < HEAD;
-        Ok(Self { head, whole, rest, origin, is_file })
+        Ok(Self { head, whole, rest, origin, file })
     }
 
     pub(crate) fn path(&self) -> &Path {
         self.origin.path()
+    }
+
+    /// The length of the file, if these are its bytes as they are.
+    pub(crate) fn file_length(&self) -> Option<u64> {
+        self.file
     }
 
     /// The first bytes, to tell the format by.
@@ -135,11 +155,12 @@ impl Content {
     /// # Errors
     /// [`Error::Io`].
     pub(crate) fn seekable(self) -> Result<(Origin, Seekable), Error> {
-        if !self.is_file {
+        let Some(length) = self.file else {
             let (origin, bytes) = self.bytes()?;
             return Ok((origin, Seekable::Memory(Cursor::new(bytes))));
-        }
+        };
         let file = File::open(self.path()).map_err(|e| self.origin.failed(e))?;
+        progress::add_opened(length);
         Ok((self.origin, Seekable::File(file)))
     }
 }
@@ -153,7 +174,11 @@ pub(crate) enum Seekable {
 impl Read for Seekable {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self {
-            Self::File(file) => file.read(buffer),
+            Self::File(file) => {
+                let read = file.read(buffer)?;
+                progress::add_read(read as u64);
+                Ok(read)
+            }
             Self::Memory(bytes) => bytes.read(buffer),
         }
     }
@@ -174,9 +199,21 @@ pub(crate) struct Origin {
     raw: Hashed,
     /// The archives around it, the outermost first.
     unpacking: Vec<Arc<Unpacking>>,
+    /// The length of the file, if only parts of it are read.
+    in_part: Option<u64>,
 }
 
 impl Origin {
+    /// Says that only parts of the file are read, which has so many bytes.
+    pub(crate) fn reads_in_part(&mut self, length: u64) {
+        self.in_part = Some(length);
+    }
+
+    /// Whether only parts of the file are read.
+    pub(crate) fn is_in_part(&self) -> bool {
+        self.in_part.is_some()
+    }
+
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
@@ -199,11 +236,16 @@ impl Origin {
         })
     }
 
-    /// The file with its hash; reads whatever of it was not read yet.
+    /// The file with its hash; reads whatever of it was not read yet, unless parts are all that is
+    /// to be read: these have no hash.
     ///
     /// # Errors
     /// [`Error::Io`].
     pub(crate) fn source(&self, format: String) -> Result<Source, Error> {
+        if let Some(bytes) = self.in_part {
+            let (path, sha256) = (self.path.clone(), String::new());
+            return Ok(Source { path, bytes, sha256, format });
+        }
         io::copy(&mut self.raw.clone(), &mut io::sink()).map_err(|e| self.failed(e))?;
         let raw = self.raw.lock();
         let digest = raw.hash.clone().finalize();
@@ -242,6 +284,7 @@ impl Read for Hashed {
         let read = raw.raw.read(buffer)?;
         raw.hash.update(&buffer[..read]);
         raw.bytes += read as u64;
+        progress::add_read(read as u64);
         Ok(read)
     }
 }

@@ -108,7 +108,19 @@ impl Format {
 /// # Errors
 /// [`Error::Binary`] of a format without a reader; those of the reader.
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
-    match Format::of(content.head()) {
+    read_as(Format::of(content.head()), content, options)
+}
+
+/// Reads a log of a format that is known.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn read_as(
+    format: Format,
+    content: Content,
+    options: &ReadOptions,
+) -> Result<Log, Error> {
+    match format {
         Format::Text => text::read(content, options),
         Format::Nmea => nmea::read(content, options),
         Format::Gzip => gzip::read(content, options),

@@ -220,7 +220,7 @@ impl<'a> Rows<'a> {
                     self.irregular.run_on.get_or_insert((0, line)).0 += 1;
                 }
                 self.take(&record, line, layout);
-                if self.row == SAMPLED_ROWS {
+                if self.row == SAMPLED_ROWS && !reader.get_ref().is_in_part() {
                     self.make_room(reader.position().byte());
                 }
             }

@@ -114,6 +114,11 @@ impl Input {
         self.cut.is_some_and(|cut| cut < byte)
     }
 
+    /// Whether these are only parts of a text.
+    pub(crate) fn is_in_part(&self) -> bool {
+        self.origin.is_in_part()
+    }
+
     /// Where the text came from.
     pub(crate) fn into_origin(self) -> Origin {
         self.origin

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use crate::lookup::{self, Candidate};
 use crate::note::Note;
 use crate::read::{ReadOptions, read};
+use crate::survey::Portion;
 use crate::{Error, Unit};
 
 /// The channels of one or several files, each at its own times.
@@ -49,6 +50,8 @@ pub struct Channel {
     pub missing: usize,
     pub(crate) time_s: Arc<[f64]>,
     pub(crate) values: Vec<f64>,
+    /// Which part of its records it is of, where parts of a file were read and the reader knows of the rest.
+    pub(crate) portion: Option<Portion>,
 }
 
 /// A stretch without samples.

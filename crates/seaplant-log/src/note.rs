@@ -278,6 +278,8 @@ pub enum Note {
         /// All records of these groups.
         of: usize,
     },
+    /// A note on a table that was read in part, on a line that cannot be counted.
+    InPart(Box<Note>),
     /// Fields that make no channel.
     LeftOut {
         /// The file.
@@ -321,6 +323,7 @@ impl Note {
             | Self::LateRecords { path, .. }
             | Self::RepeatedTimes { path, .. }
             | Self::LeftOut { path, .. } => path,
+            Self::InPart(note) => note.path(),
         }
     }
 
@@ -349,7 +352,18 @@ impl fmt::Display for Note {
             write!(f, ":{line}")?;
         }
         f.write_str(": ")?;
+        self.words(f)
+    }
+}
+
+impl Note {
+    /// What it says, without the place.
+    fn words(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::InPart(note) => {
+                f.write_str("in the parts that were read, ")?;
+                note.words(f)
+            }
             Self::OutOfOrder { count, backwards_by_s, .. } => write!(
                 f,
                 "{} earlier than a row before, by up to {backwards_by_s:.6} s; sorted by time",

@@ -90,7 +90,7 @@ pub fn read_bytes(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Lo
     format::read(Content::of_bytes(path, bytes.to_owned())?, options)
 }
 
-fn check(options: &ReadOptions, path: &Path) -> Result<(), Error> {
+pub(crate) fn check(options: &ReadOptions, path: &Path) -> Result<(), Error> {
     let refuse = |option, found: String, expected| {
         Err(Error::Option { path: path.to_owned(), option, found, expected })
     };

@@ -5,7 +5,7 @@ use std::fmt;
 
 use seaplant_log::{Channel, Dimension};
 
-use super::runs::{Run, distinct, quantile, runs};
+use super::runs::{Run, distinct, quantile, runs, runs_within};
 use crate::propose::words::{HEADING, PITCH, ROLL, is_input, words};
 
 /// Something odd, with the numbers that say so.
@@ -90,6 +90,8 @@ struct Facts<'a> {
     words: Vec<String>,
     time_s: Vec<f64>,
     values: Vec<f64>,
+    /// Longer intervals than this, s, may be stretches of the log that were not read.
+    pause_s: f64,
 }
 
 /// Few samples show no habit that a channel could break.
@@ -97,11 +99,18 @@ const LEAST_SAMPLES: usize = 20;
 
 /// Everything odd about a channel.
 pub(crate) fn remarks(channel: &Channel) -> Vec<Remark> {
+    remarks_within(channel, f64::INFINITY)
+}
+
+/// Everything odd about a channel between pauses: intervals of `pause_s` and longer, over which
+/// nothing is concluded.
+pub(super) fn remarks_within(channel: &Channel, pause_s: f64) -> Vec<Remark> {
     let mut facts = Facts {
         channel,
         words: words(&channel.name),
         time_s: channel.time_s().to_vec(),
         values: channel.values().to_vec(),
+        pause_s,
     };
     if let Some(constant) = constant(&facts) {
         return vec![constant];
@@ -155,7 +164,28 @@ impl Facts<'_> {
     }
 
     fn steps(&self) -> impl Iterator<Item = f64> + '_ {
-        self.values.windows(2).map(|w| (w[1] - w[0]).abs())
+        self.pairs().map(|[before, after]| (after - before).abs())
+    }
+
+    /// Each value and the next, unless a pause lies between.
+    fn pairs(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        let pairs = self.values.windows(2).map(|w| [w[0], w[1]]).enumerate();
+        pairs.filter(|(k, _)| self.follows(k + 1)).map(|(_, pair)| pair)
+    }
+
+    /// The times from each sample to the next, s, without pauses.
+    fn intervals(&self) -> impl Iterator<Item = f64> + '_ {
+        let all = self.channel.time_s().windows(2).map(|w| w[1] - w[0]);
+        all.filter(|interval_s| *interval_s < self.pause_s)
+    }
+
+    fn runs(&self) -> Vec<Run> {
+        runs_within(&self.values, |k| self.follows(k))
+    }
+
+    /// Whether no pause lies before a sample.
+    fn follows(&self, k: usize) -> bool {
+        self.time_s[k] - self.time_s[k - 1] < self.pause_s
     }
 
     fn min_max(&self) -> (f64, f64) {
@@ -245,7 +275,7 @@ fn zero_filled(facts: &Facts<'_>) -> Option<Remark> {
     if facts.is_input() || !moving {
         return None;
     }
-    let off_zero = facts.values.windows(2).filter(|w| w[0] != 0.0 && w[1] != 0.0);
+    let off_zero = facts.pairs().filter(|w| w[0] != 0.0 && w[1] != 0.0);
     let ordinary = quantile(off_zero.map(|w| (w[1] - w[0]).abs()), 0.95)?;
     let far = |x: f64| x.abs() > JUMP * ordinary;
     let dropout = |run: &Run| {
@@ -253,7 +283,7 @@ fn zero_filled(facts: &Facts<'_>) -> Option<Remark> {
         let after = facts.values.get(run.to).copied();
         run.value == 0.0 && before.zip(after).is_some_and(|(a, b)| far(a) && far(b))
     };
-    let found: Vec<Run> = runs(&facts.values).into_iter().filter(dropout).collect();
+    let found: Vec<Run> = facts.runs().into_iter().filter(dropout).collect();
     Some(Remark::ZeroFilled {
         runs: found.len(),
         samples: found.iter().map(Run::len).sum(),
@@ -311,7 +341,7 @@ fn frozen(facts: &Facts<'_>, explained: &[f64]) -> Option<Remark> {
     if facts.is_input() {
         return None;
     }
-    let all = runs(&facts.values);
+    let all = facts.runs();
     let long = |run: &&Run| run.len() > MORE_THAN && run.span_s(&facts.time_s) > LONGER_THAN_S;
     let stuck: usize = all.iter().filter(long).map(|run| run.len() - 1).sum();
     let steps = facts.values.len() - 1 - stuck;
@@ -334,7 +364,7 @@ fn frozen(facts: &Facts<'_>, explained: &[f64]) -> Option<Remark> {
 /// A slow instrument logged at a fast rate: each new value stands several times.
 fn held(facts: &Facts<'_>) -> Option<Remark> {
     const CHANGES: usize = 5;
-    let all = runs(&facts.values);
+    let all = facts.runs();
     let changes = all.len() - 1;
     let often = changes * 10 > facts.values.len() * 6;
     // Levels that come back are those of a coarse resolution, as are equal steps.
@@ -347,7 +377,7 @@ fn held(facts: &Facts<'_>) -> Option<Remark> {
     let starts: Vec<f64> = all.iter().map(|run| facts.time_s[run.from]).collect();
     let between = || starts.windows(2).map(|w| w[1] - w[0]);
     let (every_s, slowest_s) = (quantile(between(), 0.5)?, quantile(between(), 0.9)?);
-    let logged_s = facts.channel.period_s()?;
+    let logged_s = quantile(facts.intervals(), 0.5)?;
     let regular = slowest_s <= 2.0 * every_s && every_s > 1.5 * logged_s;
     regular.then_some(Remark::Held { every_s, logged_s })
 }
@@ -412,7 +442,7 @@ pub(crate) fn looks_like_degrees(largest: f64) -> bool {
 }
 
 fn irregular(facts: &Facts<'_>) -> Option<Remark> {
-    let intervals = || facts.channel.time_s().windows(2).map(|w| w[1] - w[0]);
+    let intervals = || facts.intervals();
     if facts.channel.len() < LEAST_SAMPLES {
         return None;
     }

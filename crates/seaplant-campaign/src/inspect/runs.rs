@@ -21,10 +21,15 @@ impl Run {
 
 /// All runs, single samples included, in order.
 pub(super) fn runs(values: &[f64]) -> Vec<Run> {
+    runs_within(values, |_| true)
+}
+
+/// All runs; none goes on at a sample that does not follow on the one before.
+pub(super) fn runs_within(values: &[f64], follows: impl Fn(usize) -> bool) -> Vec<Run> {
     let mut found: Vec<Run> = Vec::new();
     for (k, &value) in values.iter().enumerate() {
         match found.last_mut() {
-            Some(run) if run.value == value => run.to = k + 1,
+            Some(run) if run.value == value && follows(k) => run.to = k + 1,
             _ => found.push(Run { from: k, to: k + 1, value }),
         }
     }

@@ -9,6 +9,7 @@ use seaplant_report::render;
 
 use crate::args::{Identify, MethodChoice};
 use crate::output::{Output, fill_folder};
+use crate::progress::watched;
 use crate::sketch::Sketches;
 use crate::summary;
 
@@ -19,7 +20,7 @@ pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
 
 /// Identifies a campaign, writes its report and says what was found.
 pub fn identified(arguments: &Identify, output: Output) -> Result<Identification> {
-    let mut campaign = Campaign::open(&arguments.campaign)?;
+    let mut campaign = watched(output, || Campaign::open(&arguments.campaign))?;
     if !arguments.methods.is_empty() {
         campaign.options.methods = MethodChoice::methods(&arguments.methods);
     }

@@ -9,6 +9,7 @@ use serde_json::json;
 use crate::args::Init;
 use crate::commands::read_options;
 use crate::output::{File, Output, write_folder};
+use crate::progress::watched;
 
 pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
     let targets = ["vehicle.toml", "campaign.toml"].map(|name| arguments.out.join(name));
@@ -21,7 +22,7 @@ pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
     }
     let options = read_options(&arguments.reading);
     let files: Vec<_> = arguments.logs.iter().map(|path| (path.clone(), options.clone())).collect();
-    let log = Log::open(&files)?;
+    let log = watched(output, || Log::open(&files))?;
     let proposal = propose(&log, &arguments.logs, &arguments.out, &options);
     let file = |path: &str, text: &str| File { path: path.to_owned(), bytes: text.into() };
     write_folder(

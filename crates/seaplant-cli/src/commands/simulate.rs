@@ -13,6 +13,7 @@ use serde::Serialize;
 use super::validate::{plant_of, read_results};
 use crate::args::Simulate;
 use crate::output::{Output, print, write_file};
+use crate::progress::watched;
 
 /// A simulation beside its measurement.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -32,7 +33,7 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
     let (dof, recommended) = choose(&results, arguments.dof)?;
     let plant = plant_of(&results, dof, recommended, arguments.method)?;
     let campaign = campaign_of(arguments, &results)?;
-    let trial = read_logs(&campaign, &arguments.logs, dof)?;
+    let trial = watched(output, || read_logs(&campaign, &arguments.logs, dof))?;
     let comparison = evaluate(dof, &Model::of_result(plant), &trial)?;
     if let Some(path) = &arguments.out {
         write_file(path, csv(&comparison).as_bytes())?;

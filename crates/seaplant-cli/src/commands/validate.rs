@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use crate::args::Validate;
 use crate::output::{Output, WARNING};
+use crate::progress::watched;
 use crate::summary::{align, plain_table};
 
 /// A plant's score on the trials of a campaign.
@@ -26,7 +27,7 @@ struct Validation {
 
 pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
     let results = read_results(&arguments.results)?;
-    let campaign = Campaign::open(&arguments.campaign)?;
+    let campaign = watched(output, || Campaign::open(&arguments.campaign))?;
     let mut validations = Vec::new();
     for (&dof, recommended) in &results.plants {
         let plant = plant_of(&results, dof, recommended, arguments.method)?;

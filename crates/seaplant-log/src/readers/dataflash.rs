@@ -51,6 +51,16 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     logbook.into_log(assembly)
 }
 
+/// What tells the length of the record that bytes start with, by the definitions in `head`.
+pub(crate) fn framing(head: &[u8]) -> Option<impl Fn(&[u8]) -> Option<usize> + use<>> {
+    let mut logbook = Logbook::default();
+    scan(&mut Window::new(head), &mut logbook).ok()?;
+    Some(move |bytes: &[u8]| match next(&bytes[..bytes.len().min(LONGEST)], &logbook) {
+        Next::Record(length) => Some(length),
+        _ => None,
+    })
+}
+
 fn notes<R: Read>(
     path: &Path,
     window: &Window<R>,

@@ -3,13 +3,19 @@
 //! The format is that of the specification at mcap.dev: records of a byte that says what they are,
 //! a length and so many bytes; chunks hold records, packed.
 
+mod index;
+mod resync;
+
 use std::collections::HashMap;
 use std::io;
 
+use self::index::Index;
+use self::resync::{chunk_is_plausible, head, is_plausible, resync};
 use crate::assemble::Assembly;
 use crate::content::{Content, Origin};
 use crate::readers::bytes::Bytes;
-use crate::readers::ros::{Connection, Encoding, Packing, Recording, Window};
+use crate::readers::ros::{Choice, Connection, Encoding, Packing, Recording, Window};
+use crate::survey::{Glance, Thoroughness};
 use crate::{Error, Log, ReadOptions};
 
 const FORMAT: &str = "an MCAP file";
@@ -22,6 +28,8 @@ mod op {
     pub(super) const CHANNEL: u8 = 4;
     pub(super) const MESSAGE: u8 = 5;
     pub(super) const CHUNK: u8 = 6;
+    pub(super) const CHUNK_INDEX: u8 = 8;
+    pub(super) const STATISTICS: u8 = 11;
     pub(super) const DATA_END: u8 = 15;
     /// From here on, anybody's own.
     pub(super) const PRIVATE: u8 = 128;
@@ -35,6 +43,44 @@ const LONGEST: u64 = 1 << 30;
 /// Whether bytes start like an MCAP file.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(b"\x89MCAP")
+}
+
+/// Reads the summary of an MCAP file and some of its chunks; `None` where the summary does not tell
+/// of all messages.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn glance(
+    content: Content,
+    options: &ReadOptions,
+    how: Thoroughness,
+) -> Result<Option<Glance>, Error> {
+    let (mut origin, file) = content.seekable()?;
+    let read = Window::new(file).and_then(|mut window| {
+        let length = window.left();
+        let mut reader = Reader::new(length, options);
+        reader.summary(&mut window)?;
+        let Some(choice) = reader.index.choose(length, how) else { return Ok(None) };
+        for &place in &choice.places {
+            window.go(reader.index.chunks[place].at)?;
+            let Some((op::CHUNK, length)) = head(&mut window)? else { return Ok(None) };
+            if length > window.left() - RECORD || !chunk_is_plausible(&mut window)? {
+                return Ok(None);
+            }
+            let chunk = &window.look(RECORD + length)?[RECORD as usize..];
+            reader.chunk(chunk, true, 0);
+        }
+        Ok(Some((reader, choice, length)))
+    });
+    let read = read.map_err(|error| origin.failed(error))?;
+    let Some((mut reader, choice, length)) = read else { return Ok(None) };
+    if reader.recording.is_damaged() || !reader.count() || !reader.recording.is_held() {
+        return Ok(None);
+    }
+    origin.reads_in_part(length);
+    let log = reader.finish(origin, options)?;
+    let Choice { places, bytes, pause_s } = choice;
+    Ok(Some(Glance { log, parts: places.len(), bytes, pause_s, has_ends: true }))
 }
 
 /// Reads an MCAP file.
@@ -66,6 +112,7 @@ struct Reader {
     /// A chunk, once it is unpacked.
     unpacked: Vec<u8>,
     unknown_packing: Option<String>,
+    index: Index,
 }
 
 struct Schema {
@@ -82,6 +129,7 @@ impl Reader {
             channels: HashMap::new(),
             unpacked: Vec::new(),
             unknown_packing: None,
+            index: Index::default(),
         }
     }
 
@@ -115,13 +163,31 @@ impl Reader {
                 if length > window.left() {
                     break;
                 }
-                if matches!(kind, op::SCHEMA | op::CHANNEL) {
-                    self.declare(kind, &window.look(RECORD + length)?[RECORD as usize..]);
-                }
+                let record = &window.look(RECORD + length)?[RECORD as usize..];
+                // What makes no sense here is read where it stands first.
+                let _ = match kind {
+                    op::SCHEMA | op::CHANNEL => self.declare(kind, record),
+                    op::CHUNK_INDEX => self.index.chunk(record),
+                    op::STATISTICS => self.index.count(record),
+                    _ => None,
+                };
                 window.skip(RECORD + length)?;
             }
         }
         window.go(MAGIC.len() as u64)
+    }
+
+    /// Tells the recording how many messages the summary counts; whether that may be.
+    fn count(&mut self) -> bool {
+        let Self { index, channels, recording, .. } = self;
+        index.counts.iter().all(|(channel, count)| match channels.get(channel) {
+            Some(Some(topic)) => {
+                recording.holds(*topic, *count);
+                true
+            }
+            Some(None) => true,
+            None => false,
+        })
     }
 
     /// Goes through the records from front to back, over damaged ones.
@@ -289,85 +355,4 @@ fn connection(
         _ => return Err((topic, FOREIGN)),
     };
     Ok(Connection { topic, kind: schema.name.clone(), encoding, definition })
-}
-
-/// The kind and the length of the record at hand, unless the file ends.
-fn head(window: &mut Window) -> io::Result<Option<(u8, u64)>> {
-    let mut bytes = Bytes(window.look(RECORD)?);
-    Ok(bytes.u8().zip(bytes.u64()))
-}
-
-/// Whether the record at hand may be one.
-fn is_plausible(window: &mut Window) -> io::Result<bool> {
-    let Some((kind, length)) = head(window)? else { return Ok(false) };
-    if length > window.left() - RECORD {
-        return Ok(false);
-    }
-    Ok(match kind {
-        op::CHUNK => chunk_is_plausible(window)?,
-        op::SCHEMA | op::CHANNEL | op::MESSAGE => length <= LONGEST,
-        0 => false,
-        ..=op::DATA_END | op::PRIVATE.. => true,
-        _ => false,
-    })
-}
-
-/// Whether the lengths of the chunk at hand, which the file may cut off, fit each other.
-fn chunk_is_plausible(window: &mut Window) -> io::Result<bool> {
-    /// Start, end, size, checksum and name of the packing, a short one.
-    const HEAD: u64 = 8 + 8 + 8 + 4 + 4 + 8;
-    const NAME: u64 = 16;
-    let mut bytes = Bytes(window.look(RECORD + HEAD + NAME)?);
-    let mut fits = || {
-        bytes.u8()?;
-        let length = bytes.u64()?;
-        bytes.take(28)?;
-        let name = u64::from(bytes.u32()?);
-        bytes.take(usize::try_from(name).ok().filter(|&name| name as u64 <= NAME)?)?;
-        Some(length <= LONGEST && length.checked_sub(HEAD + name)? == bytes.u64()?)
-    };
-    Ok(fits() == Some(true))
-}
-
-/// Moves to the next record that looks sound, past the damage at hand; whether there is one.
-fn resync(window: &mut Window) -> io::Result<bool> {
-    window.skip(1)?;
-    loop {
-        let starts = |b: &u8| matches!(*b, op::MESSAGE | op::CHUNK | op::DATA_END);
-        let ahead = window.look(4096)?;
-        if ahead.is_empty() {
-            return Ok(false);
-        }
-        let step = ahead.iter().position(starts).unwrap_or(ahead.len());
-        window.skip(step as u64)?;
-        if step == 0 {
-            if is_plausible(window)? && next_is_plausible(window)? {
-                return Ok(true);
-            }
-            window.skip(1)?;
-        }
-    }
-}
-
-/// Whether another record follows the one at hand, or is no need to: a chunk's lengths say enough.
-fn next_is_plausible(window: &mut Window) -> io::Result<bool> {
-    /// Longer messages than this are not looked past.
-    const FAR: u64 = 1 << 16;
-    let Some((kind, length)) = head(window)? else { return Ok(false) };
-    if kind == op::CHUNK {
-        return Ok(true);
-    }
-    if kind == op::DATA_END {
-        return Ok(length == 4);
-    }
-    if !(22..FAR).contains(&length) {
-        return Ok(false);
-    }
-    let mut next = Bytes(window.look(2 * RECORD + length)?);
-    let mut follows = || {
-        next.take((RECORD + length) as usize)?;
-        let (kind, length) = (next.u8()?, next.u64()?);
-        Some((op::SCHEMA..=op::DATA_END).contains(&kind) && length < FAR)
-    };
-    Ok(follows() == Some(true))
 }

@@ -1,11 +1,14 @@
 //! Apache Parquet files.
 
 use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::Path;
 
 use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::{ArrowReaderMetadata, ParquetRecordBatchReaderBuilder};
+use parquet::arrow::arrow_reader::{
+    ArrowReaderMetadata, ParquetRecordBatchReaderBuilder, RowSelection,
+};
 use parquet::basic::Compression;
 use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::ChunkReader;
@@ -16,6 +19,7 @@ use crate::guard::guarded;
 use crate::note::Note;
 use crate::readers::columnar::Columnar;
 use crate::readers::parquet_pages::sound_groups;
+use crate::survey::{Figure, Glance, Portion, Thoroughness, half_a_hole};
 use crate::{Error, Log, ReadOptions, tabular};
 
 /// What messages call the format.
@@ -38,6 +42,48 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     tabular::read(&path, options, |choose_time| grid(content, choose_time))
 }
 
+/// Reads some stretches of a Parquet file's rows, which its index counts; `None` of one that has few.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn glance(
+    content: Content,
+    options: &ReadOptions,
+    how: Thoroughness,
+) -> Result<Option<Glance>, Error> {
+    let path = content.path().to_owned();
+    let (mut origin, file) = content.seekable()?;
+    let Seekable::File(file) = file else { return Ok(None) };
+    let size = file.metadata().map_err(|error| origin.failed(error))?.len();
+    let metadata = guarded(&path, FORMAT, || ArrowReaderMetadata::load(&file, Default::default()))?;
+    let rows = usize::try_from(metadata.metadata().file_metadata().num_rows()).unwrap_or(0);
+    let Some(stretches) = stretches(rows, size, how) else { return Ok(None) };
+    origin.reads_in_part(size);
+    let selection = RowSelection::from_consecutive_ranges(stretches.iter().cloned(), rows);
+    let mut log = tabular::read(&path, options, |choose_time| {
+        chunks(file, size, origin, choose_time, Some(selection))
+    })?;
+    let read: usize = stretches.iter().map(ExactSizeIterator::len).sum();
+    let portion = Some(Portion { read, of: Figure::Exact(rows as u64) });
+    log.channels.iter_mut().for_each(|channel| channel.portion = portion);
+    let part = read as f64 / rows as f64;
+    let (parts, bytes) = (stretches.len(), (part * size as f64) as u64);
+    let pause_s = half_a_hole(&log, parts, part);
+    Ok(Some(Glance { log, parts, bytes, pause_s, has_ends: false }))
+}
+
+/// The rows that a survey reads, from the first to the last; `None` where these are most of all.
+fn stretches(rows: usize, size: u64, how: Thoroughness) -> Option<Vec<Range<usize>>> {
+    /// Of each column at least a page must be unpacked for each part: fewer parts than elsewhere.
+    const PARTS: usize = 6;
+    let parts = how.parts.clamp(2, PARTS);
+    let row = size / (rows as u64).max(1) + 1;
+    let each = (how.part_bytes as u64 / row).max(64) as usize;
+    let from = |part: usize| part * (rows - each) / (parts - 1);
+    let enough = rows > each.checked_mul(2 * parts)?;
+    enough.then(|| (0..parts).map(|part| from(part)..from(part) + each).collect())
+}
+
 /// Reads the table in a Parquet file.
 ///
 /// # Errors
@@ -55,9 +101,9 @@ pub(crate) fn grid(content: Content, choose_time: ChooseTime<'_>) -> Result<Grid
         return Err(Error::Damaged { path: origin.path().to_owned(), format: FORMAT, found });
     }
     match file {
-        Seekable::File(file) => chunks(file, size, origin, choose_time),
+        Seekable::File(file) => chunks(file, size, origin, choose_time, None),
         Seekable::Memory(bytes) => {
-            chunks(Bytes::from(bytes.into_inner()), size, origin, choose_time)
+            chunks(Bytes::from(bytes.into_inner()), size, origin, choose_time, None)
         }
     }
 }
@@ -67,6 +113,7 @@ fn chunks(
     size: u64,
     origin: Origin,
     choose_time: ChooseTime<'_>,
+    selection: Option<RowSelection>,
 ) -> Result<Grid, Error> {
     let path = &origin.path().to_owned();
     let metadata =
@@ -83,7 +130,11 @@ fn chunks(
     let fields = table.fields();
     let mask = ProjectionMask::roots(metadata.parquet_schema(), fields.iter().copied());
     let reader = ParquetRecordBatchReaderBuilder::new_with_metadata(chunks, metadata);
-    let reader = reader.with_projection(mask).with_row_groups((0..sound).collect());
+    let mut reader = reader.with_projection(mask).with_row_groups((0..sound).collect());
+    // Of a table that is damaged all that is sound is read, or nothing.
+    if let Some(selection) = selection.filter(|_| sound == groups) {
+        reader = reader.with_row_selection(selection);
+    }
     let batches = guarded(path, FORMAT, || reader.build())?;
     table.take_all(batches, &fields, FORMAT)?;
     let mut grid = table.into_grid(origin, "Parquet");

@@ -28,6 +28,11 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
     before.len() <= ensemble.size() || !format::is_binary(before)
 }
 
+/// The length of the ensemble that bytes start with.
+pub(crate) fn record_length(bytes: &[u8]) -> Option<usize> {
+    Ensemble::at_start(bytes).map(|ensemble| ensemble.size())
+}
+
 /// Reads a PD0 file.
 ///
 /// # Errors

@@ -1,12 +1,16 @@
 //! ROS 1 bags, version 2.0, from front to back: whether they are indexed does not matter.
 
+mod index;
+
 use std::collections::HashMap;
 use std::io;
 
+use self::index::Index;
 use crate::assemble::Assembly;
 use crate::content::{Content, Origin};
 use crate::readers::bytes::Bytes;
-use crate::readers::ros::{Connection, Encoding, Packing, Recording, Window};
+use crate::readers::ros::{Choice, Connection, Encoding, Packing, Recording, Window};
+use crate::survey::{Glance, Thoroughness};
 use crate::{Error, Log, ReadOptions};
 
 const FORMAT: &str = "a ROS 1 bag";
@@ -29,6 +33,46 @@ const LONGEST: u64 = 1 << 30;
 /// Whether bytes start like a ROS 1 bag.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(b"#ROSBAG")
+}
+
+/// Reads the index of a ROS 1 bag and some of its chunks; `None` where the index does not tell of
+/// all messages.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn glance(
+    content: Content,
+    options: &ReadOptions,
+    how: Thoroughness,
+) -> Result<Option<Glance>, Error> {
+    if !content.head().starts_with(MAGIC) {
+        return Ok(None);
+    }
+    let (mut origin, file) = content.seekable()?;
+    let read = Window::new(file).and_then(|mut window| {
+        let length = window.left();
+        let mut reader = Reader::new(length, options);
+        reader.index(&mut window)?;
+        let Some(choice) = reader.index.choose(how) else { return Ok(None) };
+        for &place in &choice.places {
+            window.go(reader.index.chunks[place].at)?;
+            let Some((header, data)) = record(&mut window)? else { return Ok(None) };
+            let (head, data) = parts(window.look(8 + header + data)?, header);
+            if Header(head).op() != Some(op::CHUNK) || !reader.chunk(Header(head), data, true, 0) {
+                return Ok(None);
+            }
+        }
+        Ok(Some((reader, choice, length)))
+    });
+    let read = read.map_err(|error| origin.failed(error))?;
+    let Some((mut reader, choice, length)) = read else { return Ok(None) };
+    if reader.recording.is_damaged() || !reader.count() || !reader.recording.is_held() {
+        return Ok(None);
+    }
+    origin.reads_in_part(length);
+    let log = reader.finish(origin, options)?;
+    let Choice { places, bytes, pause_s } = choice;
+    Ok(Some(Glance { log, parts: places.len(), bytes, pause_s, has_ends: true }))
 }
 
 /// Reads a ROS 1 bag.
@@ -59,6 +103,7 @@ struct Reader {
     /// A chunk, once it is unpacked.
     unpacked: Vec<u8>,
     unknown_packing: Option<String>,
+    index: Index,
 }
 
 impl Reader {
@@ -68,6 +113,7 @@ impl Reader {
             connections: HashMap::new(),
             unpacked: Vec::new(),
             unknown_packing: None,
+            index: Index::default(),
         }
     }
 
@@ -90,22 +136,40 @@ impl Reader {
         window.go(start)?;
         let index = record(window)?.and_then(|(header, _)| {
             let header = Header(window.look(4 + header).ok()?.get(4..)?);
-            (header.op() == Some(op::BAG)).then(|| header.number("index_pos"))?
+            let is_bag = header.op() == Some(op::BAG);
+            is_bag.then(|| Some((header.number("index_pos")?, header.number("chunk_count"))))?
         });
-        if let Some(index) = index.filter(|&index| index > start && index < start + window.left()) {
+        let end = start + window.left();
+        if let Some((index, chunks)) = index.filter(|&(index, _)| index > start && index < end) {
+            (self.index.at, self.index.count) = (index, chunks.unwrap_or(0));
             window.go(index)?;
             while let Some((header, data)) = record(window)? {
                 let bytes = window.look(8 + header + data)?;
                 let (head, data) = parts(bytes, header);
-                if Header(head).op() != Some(op::CONNECTION) {
-                    break;
-                }
-                self.connection(Header(head), data);
+                // What makes no sense here is read where it stands first.
+                let _ = match Header(head).op() {
+                    Some(op::CONNECTION) => self.connection(Header(head), data),
+                    Some(op::CHUNK_INFO) => self.index.chunk(Header(head), data),
+                    _ => break,
+                };
                 let length = bytes.len() as u64;
                 window.skip(length)?;
             }
         }
         window.go(start)
+    }
+
+    /// Tells the recording how many messages the index counts; whether that may be.
+    fn count(&mut self) -> bool {
+        let Self { index, connections, recording, .. } = self;
+        index.counts.iter().all(|(connection, count)| match connections.get(connection) {
+            Some(Some(topic)) => {
+                recording.holds(*topic, *count);
+                true
+            }
+            Some(None) => true,
+            None => false,
+        })
     }
 
     /// Goes through the records from front to back, over damaged ones.

@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 
 use self::database::{Database, Value};
 use crate::assemble::Assembly;
-use crate::content::Content;
+use crate::content::{Content, Origin};
 use crate::note::Note;
 use crate::readers::ros::{Connection, Encoding, Recording};
+use crate::survey::{Glance, Thoroughness};
 use crate::{Error, Log, ReadOptions};
 
 const FORMAT: &str = "an SQLite database";
@@ -27,6 +28,38 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
 /// [`Error::Io`], [`Error::NoSamples`]; [`Error::Corrupt`] where the database cannot be made sense
 /// of, [`Error::Unsupported`] of one that is no bag.
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
+    let (origin, mut database, tables) = open(content)?;
+    let mut bag = Bag::new(&database, options);
+    bag.read(&mut database, &tables).map_err(|error| origin.failed(error))?;
+    bag.finish(origin, options)
+}
+
+/// Reads some pages of a ROS 2 bag kept in an SQLite database; `None` where the table of messages is
+/// not whole.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn glance(
+    content: Content,
+    options: &ReadOptions,
+    how: Thoroughness,
+) -> Result<Option<Glance>, Error> {
+    let (mut origin, mut database, tables) = open(content)?;
+    let mut bag = Bag::new(&database, options);
+    let read = bag.glance(&mut database, &tables, how).map_err(|error| origin.failed(error))?;
+    let Some(bytes) = read.filter(|_| !bag.recording.is_damaged()) else { return Ok(None) };
+    origin.reads_in_part(database.length());
+    let (first_ns, last_ns) = bag.span_ns;
+    let unread = 1.0 - bytes as f64 / database.length().max(1) as f64;
+    let span_s = 1e-9 * last_ns.saturating_sub(first_ns) as f64;
+    let (parts, has_ends) = (how.parts, false);
+    let pause_s = 0.5 * span_s * unread / (parts.max(2) - 1) as f64;
+    let log = bag.finish(origin, options)?;
+    Ok(Some(Glance { log, parts, bytes, pause_s, has_ends }))
+}
+
+/// Opens a database that has the tables of a bag.
+fn open(content: Content) -> Result<(Origin, Database, Tables), Error> {
     let path = content.path().to_owned();
     let (origin, file) = content.seekable()?;
     let database = Database::open(file).map_err(|error| origin.failed(error))?;
@@ -34,19 +67,11 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
         let found = "a header that states no page size or no UTF-8".to_owned();
         return Err(Error::Corrupt { path, format: FORMAT, byte: 16, found });
     };
-    let mut bag =
-        Bag { recording: Recording::new(database.length(), options), topics: HashMap::new() };
     let tables = tables(&mut database).map_err(|error| origin.failed(error))?;
     if !["topics", "messages"].iter().all(|name| tables.contains_key(*name)) {
         return Err(no_bag(path, &database, &tables));
     }
-    bag.read(&mut database, &tables).map_err(|error| origin.failed(error))?;
-    let mut assembly = Assembly::new(origin, options);
-    bag.recording.finish(&path, FORMAT, &mut assembly)?;
-    assembly.log("ROS 2 bag (SQLite)").map(|mut log| {
-        log.notes.extend(write_ahead(&path));
-        log
-    })
+    Ok((origin, database, tables))
 }
 
 /// A table: where it starts, and its columns.
@@ -113,17 +138,79 @@ struct Bag {
     recording: Recording,
     /// By their numbers; `None` of those that cannot be read.
     topics: HashMap<i64, Option<usize>>,
+    /// The first and the last time of receipt, ns.
+    span_ns: (i64, i64),
 }
 
 impl Bag {
-    fn read(&mut self, database: &mut Database, tables: &Tables) -> io::Result<()> {
+    fn new(database: &Database, options: &ReadOptions) -> Self {
+        let recording = Recording::new(database.length(), options);
+        Self { recording, topics: HashMap::new(), span_ns: (i64::MAX, i64::MIN) }
+    }
+
+    fn finish(self, origin: Origin, options: &ReadOptions) -> Result<Log, Error> {
+        let path = origin.path().to_owned();
+        let mut assembly = Assembly::new(origin, options);
+        self.recording.finish(&path, FORMAT, &mut assembly)?;
+        assembly.log("ROS 2 bag (SQLite)").map(|mut log| {
+            log.notes.extend(write_ahead(&path));
+            log
+        })
+    }
+
+    /// Reads the topics.
+    fn read_topics(&mut self, database: &mut Database, tables: &Tables) -> io::Result<()> {
         let definitions = match tables.get("message_definitions") {
             Some(table) => definitions(database, table)?,
             None => HashMap::new(),
         };
         let table = &tables["topics"];
         database
-            .rows(table.root, &mut |values, _| self.topic(table, values, &definitions).is_some())?;
+            .rows(table.root, &mut |values, _| self.topic(table, values, &definitions).is_some())
+    }
+
+    /// Reads messages from parts of their table, and estimates how many there are from their
+    /// numbers; how many bytes were read, or `None` where the table is not whole.
+    fn glance(
+        &mut self,
+        database: &mut Database,
+        tables: &Tables,
+        how: Thoroughness,
+    ) -> io::Result<Option<u64>> {
+        self.read_topics(database, tables)?;
+        let table = &tables["messages"];
+        let Some(leaves) = database.leaves(table.root)? else { return Ok(None) };
+        let page_size = database.page_size();
+        let each = (how.part_bytes as u64 / page_size).max(1) as usize;
+        let (all, parts) = (leaves.len(), how.parts.max(2));
+        if all < each.saturating_mul(parts + 1) {
+            return Ok(None);
+        }
+        let (mut numbers, mut rows) = (None, 0_u64);
+        for part in 0..parts {
+            let from = part * (all - each) / (parts - 1);
+            for &leaf in &leaves[from..from + each] {
+                database.leaf_rows(leaf, &mut |values, _| {
+                    let number = table.value(values, "id").and_then(Value::integer);
+                    let (first, last) = *numbers.get_or_insert((number, number));
+                    numbers = Some((first.min(number), last.max(number)));
+                    rows += 1;
+                    self.message(table, values, 0).is_some()
+                })?;
+            }
+        }
+        let found = &database.found;
+        let Some((Some(first), Some(last))) = numbers else { return Ok(None) };
+        let messages = last.abs_diff(first).saturating_add(1);
+        if found.missing.is_some() || !found.damaged.is_empty() || messages < rows {
+            return Ok(None);
+        }
+        self.recording.holds_about(messages, rows);
+        Ok(Some((each * parts) as u64 * page_size))
+    }
+
+    fn read(&mut self, database: &mut Database, tables: &Tables) -> io::Result<()> {
+        self.read_topics(database, tables)?;
         let table = &tables["messages"];
         let page_size = database.page_size();
         let mut take = |values: &[Value<'_>], page: u64| {
@@ -183,6 +270,7 @@ impl Bag {
         let integer = |column| table.value(values, column)?.integer();
         let topic = *self.topics.get(&integer("topic_id")?)?;
         let (receipt, data) = (integer("timestamp")?, table.value(values, "data")?.bytes()?);
+        self.span_ns = (self.span_ns.0.min(receipt), self.span_ns.1.max(receipt));
         if let Some(topic) = topic {
             self.recording.message(topic, receipt, data, byte);
         }

@@ -34,6 +34,15 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
         && matches!(next(head), Next::Frame(_) | Next::Unknown(..))
 }
 
+/// The length of the frame that bytes start with.
+pub(crate) fn record_length(bytes: &[u8]) -> Option<usize> {
+    match next(&bytes[..bytes.len().min(LONGEST)]) {
+        Next::Frame(frame) => Some(frame.length),
+        Next::Unknown(_, length) => Some(length),
+        _ => None,
+    }
+}
+
 /// Reads a MAVLink telemetry log: a channel `MESSAGE.field` for each number of each known message.
 ///
 /// Where several systems or components send a message, it is `MESSAGE[SYSTEM.COMPONENT].field`,

@@ -214,7 +214,7 @@ impl Workspace {
                 self.leave_out(array.name, "is not as long as most others");
             }
         }
-        assembly.group(Group { name: "variables".to_owned(), time_s, columns });
+        assembly.group(Group { name: "variables".to_owned(), time_s, columns, of: None });
     }
 
     fn sample(
@@ -246,7 +246,7 @@ impl Workspace {
             base.columns.extend(found.filter(|column| column.heading.column != base.name));
         }
         for Base { name, time_s, columns, .. } in bases.into_values() {
-            assembly.group(Group { name, time_s, columns });
+            assembly.group(Group { name, time_s, columns, of: None });
         }
         Ok(())
     }

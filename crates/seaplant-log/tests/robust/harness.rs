@@ -9,10 +9,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use seaplant_log::{Log, ReadOptions, read_bytes};
+use seaplant_log::{Channel, Note, ReadOptions, Thoroughness, read_bytes, survey};
 
 /// How often each seed file is damaged.
 const ROUNDS: u64 = 2000;
+
+/// One in so many damaged files is surveyed, too.
+const SURVEY_EVERY: u64 = 3;
 
 /// What a reader may take.
 #[derive(Clone, Copy)]
@@ -97,8 +100,14 @@ fn check(name: &str, bytes: &[u8], options: &ReadOptions, limits: Limits, round:
     let (start, before) = (cpu_time(), peak_bytes());
     let path = Path::new("damaged");
     let read = catch_unwind(AssertUnwindSafe(|| read_bytes(path, bytes, options)));
+    // Of most formats that is reading it once more.
+    let surveyed = catch_unwind(AssertUnwindSafe(|| match round % SURVEY_EVERY {
+        0 => survey_bytes(name, bytes, options),
+        _ => Default::default(),
+    }));
     let (elapsed, peak) = (cpu_time() - start, peak_bytes());
     let Ok(read) = read else { fail(name, bytes, round, "the reader panicked") };
+    let Ok(surveyed) = surveyed else { fail(name, bytes, round, "the survey panicked") };
     if elapsed > limits.time {
         fail(name, bytes, round, &format!("the reader took {:.1} s", elapsed.as_secs_f64()));
     }
@@ -108,8 +117,11 @@ fn check(name: &str, bytes: &[u8], options: &ReadOptions, limits: Limits, round:
     }
     match read {
         Ok(log) => {
-            if let Err(reason) = sound(&log, bytes.len(), limits) {
+            if let Err(reason) = sound(log.channels(), log.notes(), bytes.len(), limits) {
                 fail(name, bytes, round, &reason);
+            }
+            if let Err(reason) = sound(&surveyed.0, &surveyed.1, bytes.len(), limits) {
+                fail(name, bytes, round, &format!("surveyed: {reason}"));
             }
         }
         Err(error) => {
@@ -121,13 +133,23 @@ fn check(name: &str, bytes: &[u8], options: &ReadOptions, limits: Limits, round:
     }
 }
 
+/// The channels and notes of a survey in small parts; none where it fails.
+fn survey_bytes(name: &str, bytes: &[u8], options: &ReadOptions) -> (Vec<Channel>, Vec<Note>) {
+    const HOW: Thoroughness = Thoroughness { whole_up_to: 0, parts: 2, part_bytes: 1000 };
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("surveyed-{name}"));
+    std::fs::write(&path, bytes).expect("the target folder can be written");
+    let Ok(survey) = survey(&path, options, HOW) else { return Default::default() };
+    let channels = survey.channels().iter().map(|channel| channel.read.clone());
+    (channels.collect(), survey.notes().to_vec())
+}
+
 /// What holds of every log.
-fn sound(log: &Log, bytes: usize, limits: Limits) -> Result<(), String> {
-    let samples: usize = log.channels().iter().map(|channel| channel.len()).sum();
+fn sound(channels: &[Channel], notes: &[Note], bytes: usize, limits: Limits) -> Result<(), String> {
+    let samples: usize = channels.iter().map(|channel| channel.len()).sum();
     if samples as f64 > limits.samples_per_byte * bytes as f64 {
         return Err(format!("{samples} samples from {bytes} bytes"));
     }
-    for channel in log.channels() {
+    for channel in channels {
         let (time_s, values) = (channel.time_s(), channel.values());
         let finite = time_s.iter().chain(values).all(|x| x.is_finite());
         let increasing = time_s.windows(2).all(|w| w[0] < w[1]);
@@ -135,7 +157,7 @@ fn sound(log: &Log, bytes: usize, limits: Limits) -> Result<(), String> {
             return Err(format!("channel {:?} is not in order", channel.column));
         }
     }
-    let notes: usize = log.notes().iter().map(|note| note.to_string().len()).sum();
+    let notes: usize = notes.iter().map(|note| note.to_string().len()).sum();
     if notes > 100_000 + 10 * bytes {
         return Err(format!("notes of {notes} bytes"));
     }

@@ -12,6 +12,7 @@ mod nmea;
 mod packed;
 mod pd0;
 mod ros;
+mod survey;
 mod text;
 mod tlog;
 mod xlsx;

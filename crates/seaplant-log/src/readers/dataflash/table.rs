@@ -163,7 +163,7 @@ impl Table {
             let column = format!("{name}.{}", self.definition.fields[k].name);
             columns.push(Column::new(column, self.unit(k, letters), values));
         }
-        Group { name, time_s, columns }
+        Group { name, time_s, columns, of: None }
     }
 
     fn named(&self, field: usize) -> Option<&str> {

@@ -134,7 +134,7 @@ impl Records {
             });
             let columns: Vec<Column> = named.collect();
             if !columns.is_empty() {
-                assembly.group(Group { name: kind.name.clone(), time_s, columns });
+                assembly.group(Group { name: kind.name.clone(), time_s, columns, of: None });
             }
         }
     }

@@ -166,7 +166,12 @@ impl Records {
             let clock =
                 "those of the instrument's clock, taken as UTC: seconds since the Unix epoch";
             assembly.note(Note::Clock { path: path.to_owned(), clock: clock.to_owned() });
-            assembly.group(Group { name: "ensembles".to_owned(), time_s: self.time_s, columns });
+            assembly.group(Group {
+                name: "ensembles".to_owned(),
+                time_s: self.time_s,
+                columns,
+                of: None,
+            });
         }
     }
 }

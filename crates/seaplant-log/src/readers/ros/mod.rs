@@ -1,6 +1,7 @@
 //! What bags of ROS 1 and ROS 2 share: messages, and the definitions that say what is in them.
 
 mod bundled;
+mod chunks;
 mod decode;
 mod definition;
 mod layout;
@@ -10,6 +11,7 @@ mod topic;
 mod units;
 mod window;
 
+pub(crate) use chunks::{Choice, Chunk, choose};
 pub(crate) use decode::Encoding;
 pub(crate) use packing::Packing;
 pub(crate) use recording::{Connection, Recording};

@@ -12,6 +12,7 @@ use super::topic::{NO_MESSAGE, Timed, Topic};
 use crate::assemble::Assembly;
 use crate::lookup::list;
 use crate::note::Note;
+use crate::survey::Figure;
 use crate::unpack;
 use crate::{Error, ReadOptions, Stamp};
 
@@ -122,6 +123,32 @@ impl Recording {
         self.damage.count += 1;
         self.damage.bytes = self.damage.bytes.saturating_add(bytes);
         self.damage.first.get_or_insert(byte);
+    }
+
+    /// Remembers how many messages of a topic the bag holds, of which only some are read.
+    pub(crate) fn holds(&mut self, topic: usize, messages: u64) {
+        let before = self.topics[topic].of.map_or(0, Figure::value);
+        self.topics[topic].of = Some(Figure::Exact(before.saturating_add(messages)));
+    }
+
+    /// Takes it that of the bag's messages each topic has the same part as of those that were read,
+    /// of any topic.
+    pub(crate) fn holds_about(&mut self, messages: u64, read: u64) {
+        let times = messages as f64 / read.max(1) as f64;
+        for topic in &mut self.topics {
+            topic.of = Some(Figure::About((topic.len() as f64 * times).round() as u64));
+        }
+    }
+
+    /// Whether no topic has more messages than the bag is said to hold of it.
+    pub(crate) fn is_held(&self) -> bool {
+        let held = |topic: &Topic| topic.of.is_some_and(|of| topic.len() as u64 <= of.value());
+        self.topics.iter().all(|topic| topic.is_empty() || held(topic))
+    }
+
+    /// Whether something is wrong with what was read.
+    pub(crate) fn is_damaged(&self) -> bool {
+        self.damage.count > 0 || self.truncated.is_some()
     }
 
     /// Remembers that the file ends in the record at `byte`.

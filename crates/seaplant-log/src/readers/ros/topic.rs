@@ -6,6 +6,7 @@ use super::decode::{Encoding, Known, Row, texts};
 use super::layout::Layout;
 use crate::assemble::{Assembly, Group};
 use crate::column::{Column, Samples};
+use crate::survey::Figure;
 use crate::{Stamp, Unit};
 
 /// The messages of one topic and type, so far.
@@ -28,6 +29,8 @@ pub(crate) struct Topic {
     lag_s: Option<f64>,
     /// Messages that are not as the definition says.
     misfits: usize,
+    /// How many messages the bag holds, where only some of them are read.
+    pub(super) of: Option<Figure<u64>>,
 }
 
 /// Why a topic that was announced, and no more, has no channels.
@@ -64,6 +67,7 @@ impl Topic {
             unstamped: Vec::new(),
             lag_s: None,
             misfits: 0,
+            of: None,
         }
     }
 
@@ -135,6 +139,11 @@ impl Topic {
         self.time_s.iter().copied().filter(|time| time.is_finite()).reduce(f64::max)
     }
 
+    /// How many messages were taken in.
+    pub(crate) fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.time_s.is_empty()
     }
@@ -160,7 +169,7 @@ impl Topic {
         }
         let timed = self.timed();
         let columns = self.named(assembly);
-        assembly.group(Group { name: self.name, time_s: self.time_s, columns });
+        assembly.group(Group { name: self.name, time_s: self.time_s, columns, of: self.of });
         timed
     }
 

@@ -132,6 +132,48 @@ impl Database {
         Ok(())
     }
 
+    /// The leaves of the table whose root is `root`, in order; `None` where pages that lead to them
+    /// are damaged or missing. Leaves are not looked at.
+    ///
+    /// # Errors
+    /// Those of reading.
+    pub(super) fn leaves(&mut self, root: u64) -> io::Result<Option<Vec<u64>>> {
+        let (mut level, mut page) = (vec![root], Vec::new());
+        // All leaves of a table are as deep as its first.
+        loop {
+            let mut below = Vec::new();
+            for &number in &level {
+                if !self.page(number, number, &mut page)? {
+                    return Ok(None);
+                }
+                let start = if number == 1 { HEADER } else { 0 };
+                if page[start] == LEAF {
+                    self.seen[number as usize - 1] = false;
+                    return Ok((number == level[0]).then_some(level));
+                }
+                let children = (page[start] == INTERIOR).then(|| children(&page, start));
+                let Some(children) = children.flatten() else { return Ok(None) };
+                below.extend(children.into_iter().rev());
+            }
+            level = below;
+        }
+    }
+
+    /// Hands the rows of one leaf to `take`; what is damaged is remembered.
+    ///
+    /// # Errors
+    /// Those of reading.
+    pub(super) fn leaf_rows(&mut self, number: u64, take: &mut Take<'_>) -> io::Result<()> {
+        let (mut page, mut overflow) = (Vec::new(), Vec::new());
+        if self.page(number, number, &mut page)? {
+            let is_leaf = page[if number == 1 { HEADER } else { 0 }] == LEAF;
+            if !(is_leaf && self.leaf(&page, number, &mut overflow, take)?) {
+                self.found.damaged.push(number);
+            }
+        }
+        Ok(())
+    }
+
     /// Hands the rows of leaves that no table led to, to `take`: after damage, what is left of one.
     ///
     /// # Errors

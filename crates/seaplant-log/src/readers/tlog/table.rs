@@ -127,7 +127,7 @@ impl Table {
                 columns.push(Column::new(column, field.unit.clone(), values));
             }
         }
-        Group { name, time_s, columns }
+        Group { name, time_s, columns, of: None }
     }
 }
 
