@@ -6,8 +6,7 @@
 use std::collections::HashMap;
 use std::io;
 
-use crate::assemble::Assembly;
-use crate::content::{Content, Origin};
+use crate::content::Content;
 use crate::readers::bytes::Bytes;
 use crate::readers::ros::{Connection, Encoding, Packing, Recording, Window};
 use crate::{Error, Log, ReadOptions};
@@ -53,9 +52,9 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
         let mut reader = Reader::new(window.left(), options);
         reader.summary(&mut window)?;
         reader.records(&mut window)?;
-        Ok(reader)
+        Ok(reader.recording)
     });
-    read.map_err(|error| origin.failed(error))?.finish(origin, options)
+    read.map_err(|error| origin.failed(error))?.log(origin, options, FORMAT, "MCAP")
 }
 
 /// What the records said so far.
@@ -65,7 +64,6 @@ struct Reader {
     channels: HashMap<u16, Option<usize>>,
     /// A chunk, once it is unpacked.
     unpacked: Vec<u8>,
-    unknown_packing: Option<String>,
 }
 
 struct Schema {
@@ -81,20 +79,7 @@ impl Reader {
             schemas: HashMap::new(),
             channels: HashMap::new(),
             unpacked: Vec::new(),
-            unknown_packing: None,
         }
-    }
-
-    fn finish(self, origin: Origin, options: &ReadOptions) -> Result<Log, Error> {
-        let path = origin.path().to_owned();
-        if let (Some(packing), true) = (&self.unknown_packing, self.recording.is_empty()) {
-            let detail = format!("whose chunks are packed by {packing:?}");
-            let advice = "convert it: `mcap convert` or `mcap compress` write zstd";
-            return Err(Error::Unsupported { path, format: FORMAT, detail, advice });
-        }
-        let mut assembly = Assembly::new(origin, options);
-        self.recording.finish(&path, FORMAT, &mut assembly)?;
-        assembly.log("MCAP")
     }
 
     /// Learns the schemas and channels that the end of a whole file repeats, so that damage to
@@ -175,6 +160,7 @@ impl Reader {
 
     /// Reads the records of a chunk, or of the part of one before the end of the file.
     fn chunk(&mut self, chunk: &[u8], whole: bool, byte: u64) {
+        const ADVICE: &str = "convert it: `mcap convert` or `mcap compress` write zstd";
         let mut bytes = Bytes(chunk);
         let mut parts = || {
             bytes.take(16)?;
@@ -188,7 +174,7 @@ impl Reader {
             "lz4" => Packing::Lz4,
             "zstd" => Packing::Zstd,
             _ => {
-                self.unknown_packing.get_or_insert(packing);
+                self.recording.unknown_packing(packing, ADVICE);
                 return self.recording.damaged(byte, chunk.len() as u64);
             }
         };

@@ -8,7 +8,6 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use self::database::{Database, Value};
-use crate::assemble::Assembly;
 use crate::content::Content;
 use crate::note::Note;
 use crate::readers::ros::{Connection, Encoding, Recording};
@@ -41,12 +40,9 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
         return Err(no_bag(path, &database, &tables));
     }
     bag.read(&mut database, &tables).map_err(|error| origin.failed(error))?;
-    let mut assembly = Assembly::new(origin, options);
-    bag.recording.finish(&path, FORMAT, &mut assembly)?;
-    assembly.log("ROS 2 bag (SQLite)").map(|mut log| {
-        log.notes.extend(write_ahead(&path));
-        log
-    })
+    let mut log = bag.recording.log(origin, options, FORMAT, "ROS 2 bag (SQLite)")?;
+    log.notes.extend(write_ahead(&path));
+    Ok(log)
 }
 
 /// A table: where it starts, and its columns.
