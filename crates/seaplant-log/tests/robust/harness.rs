@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 
 use seaplant_log::{Log, ReadOptions, read_bytes};
 
+use crate::checks::channels_are_sound;
+
 /// How often each seed file is damaged.
 const ROUNDS: u64 = 2000;
 
@@ -35,6 +37,9 @@ impl Default for Limits {
 /// Memory that a reader may take for its own ends, however small the file; the allocator takes
 /// some at once for each new thread.
 const SPARE_BYTES: u64 = 256 << 20;
+
+/// Memory is measured of the whole process.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 /// Damages `seed` in many ways and reads each; `repair` mends checksums and the like, so that
 /// damage reaches what they guard (every other time, for the reader must stand both).
@@ -64,6 +69,12 @@ pub fn hammer_within(
     run(name, seed, options, limits, |part, _| wrap(&part));
 }
 
+/// Reads a file as it is; the log, if it is one.
+pub fn replay(name: &str, bytes: &[u8], options: &ReadOptions, limits: Limits) -> Option<Log> {
+    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    check(name, bytes, options, limits, 0)
+}
+
 fn run(
     name: &str,
     seed: &[u8],
@@ -71,8 +82,6 @@ fn run(
     limits: Limits,
     finish: impl Fn(Vec<u8>, u64) -> Vec<u8>,
 ) {
-    // One at a time, for memory is measured of the whole process.
-    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let seconds = std::env::var("SEAPLANT_ROBUST_SECONDS").ok();
     let seconds = seconds.map(|text| Duration::from_secs(text.parse().expect("whole seconds")));
@@ -92,8 +101,14 @@ fn run(
     }
 }
 
-/// Reads one file, and keeps it if that fails.
-fn check(name: &str, bytes: &[u8], options: &ReadOptions, limits: Limits, round: u64) {
+/// Reads one file, and keeps it if the reader does not stand it; the log, if it is one.
+fn check(
+    name: &str,
+    bytes: &[u8],
+    options: &ReadOptions,
+    limits: Limits,
+    round: u64,
+) -> Option<Log> {
     let (start, before) = (cpu_time(), peak_bytes());
     let path = Path::new("damaged");
     let read = catch_unwind(AssertUnwindSafe(|| read_bytes(path, bytes, options)));
@@ -111,12 +126,14 @@ fn check(name: &str, bytes: &[u8], options: &ReadOptions, limits: Limits, round:
             if let Err(reason) = sound(&log, bytes.len(), limits) {
                 fail(name, bytes, round, &reason);
             }
+            Some(log)
         }
         Err(error) => {
             let message = error.to_string();
             if message.len() > 4000 {
                 fail(name, bytes, round, &format!("a message of {} bytes", message.len()));
             }
+            None
         }
     }
 }
@@ -127,14 +144,7 @@ fn sound(log: &Log, bytes: usize, limits: Limits) -> Result<(), String> {
     if samples as f64 > limits.samples_per_byte * bytes as f64 {
         return Err(format!("{samples} samples from {bytes} bytes"));
     }
-    for channel in log.channels() {
-        let (time_s, values) = (channel.time_s(), channel.values());
-        let finite = time_s.iter().chain(values).all(|x| x.is_finite());
-        let increasing = time_s.windows(2).all(|w| w[0] < w[1]);
-        if !finite || !increasing || time_s.len() != values.len() || values.is_empty() {
-            return Err(format!("channel {:?} is not in order", channel.column));
-        }
-    }
+    channels_are_sound(log)?;
     let notes: usize = log.notes().iter().map(|note| note.to_string().len()).sum();
     if notes > 100_000 + 10 * bytes {
         return Err(format!("notes of {notes} bytes"));
