@@ -8,6 +8,7 @@ mod demo;
 mod formats;
 mod memory;
 mod methods;
+mod proposed;
 mod real_data;
 mod ros;
 mod tables;
