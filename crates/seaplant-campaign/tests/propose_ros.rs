@@ -211,3 +211,22 @@ fn outputs_of_mavros_are_motors_and_the_pilots_channels_are_none() {
     assert!(text.contains("does this output drive that motor?"), "{text}");
     assert!(text.contains("\"/mavros/rc/out/channels[2]\": an output that is not used"), "{text}");
 }
+
+#[test]
+fn a_wrench_of_all_thrusters_is_a_wrench() {
+    let wrench = |t: f64| [header(t), numbers(&moving(t, 6))].concat();
+    let topic = "/thruster_manager/input";
+    let (_, campaign) = proposed(&[(topic, "geometry_msgs/msg/WrenchStamped", &wrench)]);
+    let of = |field: &str| format!("{topic}/wrench.{field}");
+    expect(
+        &campaign,
+        &[
+            ("wrench.surge", &of("force.x")),
+            ("wrench.sway", &format!("-{}", of("force.y"))),
+            ("wrench.heave", &format!("-{}", of("force.z"))),
+            ("wrench.roll", &of("torque.x")),
+            ("wrench.pitch", &format!("-{}", of("torque.y"))),
+            ("wrench.yaw", &format!("-{}", of("torque.z"))),
+        ],
+    );
+}

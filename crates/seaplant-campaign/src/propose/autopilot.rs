@@ -74,7 +74,7 @@ pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String
         return Some(Err(reason(&column).to_owned()));
     };
     let unit = channel.unit.is_none().then(|| unit_of(&quantity));
-    let why = "as ArduSub logs it".to_owned();
+    let why = if negate { "as ArduSub logs it, a height" } else { "as ArduSub logs it" }.to_owned();
     Some(Ok(Claim { quantity, strength, unit, negate, why, doubt: None }))
 }
 

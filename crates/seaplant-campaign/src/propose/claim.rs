@@ -261,10 +261,10 @@ fn doubt_of_values(channel: &Channel, quantity: &Quantity) -> Option<String> {
         Quantity::Depth if -min > max => {
             Some("most of it is negative: if it points up, add negate = true".to_owned())
         }
-        Quantity::Attitude(_) => {
+        Quantity::Attitude(angle) => {
             let radians = channel.unit.as_ref().is_some_and(|unit| unit.factor() == 1.0);
             let largest = max.abs().max(min.abs());
-            (radians && looks_like_degrees(largest))
+            (radians && looks_like_degrees(*angle, largest))
                 .then(|| "its values look like degrees: if they are, add unit = \"deg\"".to_owned())
         }
         _ => None,

@@ -16,6 +16,7 @@ const PRESSURE: &str =
     "a pressure; log the depth in metres, or work it out and log it in a table beside";
 const NOTHING: &str = "its message and field tell no quantity that Seaplant reads";
 const SMOOTHED: &str = "of a filter, which smooths and lags; the DVL's own velocity is mapped";
+const THROTTLE: &str = "of all thrusters together";
 const PILOT: &str = "of the pilot, not of a thruster";
 
 const WHOSE: &str = "is it the vehicle's, in its own axes? if a DVL's, write dvl.velocity; if along the world's axes, leave it out";
@@ -74,6 +75,7 @@ pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String
         "x" | "y" | "z" | "w" if is_quaternion(log, channel) => Err(QUATERNION.to_owned()),
         "roll" | "pitch" | "yaw" if is_quaternion(log, channel) => attitude(&field, last),
         "x" | "y" | "z" => vector(log, channel, &field, axis(last)),
+        "throttle" => Err(THROTTLE.to_owned()),
         "fluid_pressure" => Err(PRESSURE.to_owned()),
         "data" if field.topic.ends_with("/rel_alt") => Ok(Claim {
             unit: Some("m"),
@@ -88,7 +90,9 @@ pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String
         _ if last.split('[').next().is_some_and(|name| name.len() < 2) => Err(NOTHING.to_owned()),
         _ => return None,
     };
-    let commanded = field.has_any(COMMAND) && !field.ends(&format!("force.{last}"));
+    // A force is a command, as often as not.
+    let is_force = found.as_ref().is_ok_and(|claim| matches!(claim.quantity, Quantity::Wrench(_)));
+    let commanded = field.has_any(COMMAND) && !is_force;
     Some(if commanded { Err(COMMANDED.to_owned()) } else { found })
 }
 
@@ -110,7 +114,7 @@ fn is_quaternion(log: &Log, channel: &Channel) -> bool {
     log.channels().iter().any(beside)
 }
 
-/// A claim without doubts; a raw topic yields to what is made of it.
+/// A claim without doubts.
 fn claim_of(quantity: Quantity, strength: u8, why: &str) -> Claim {
     Claim { quantity, strength, unit: None, negate: false, why: why.to_owned(), doubt: None }
 }

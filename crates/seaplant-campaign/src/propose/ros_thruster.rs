@@ -14,6 +14,22 @@ const ANGLE: &str = "the angle of a joint";
 const EFFORT: &str =
     "the effort of a joint, a motor's torque perhaps; if it is thrust, map thruster.NAME.force";
 const STATE: &str = "a state of a thruster, not its input";
+/// Words of what else is known of thrusters.
+const STATES: &[&str] = &[
+    "temperature",
+    "temp",
+    "voltage",
+    "current",
+    "power",
+    "status",
+    "fault",
+    "error",
+    "enabled",
+    "armed",
+    "mode",
+    "count",
+    "consumption",
+];
 const OUTPUT: &str = "does this output drive that motor?";
 
 /// The thruster whose input a channel holds; `None` of a channel of something else.
@@ -26,17 +42,17 @@ pub(super) fn claim(
     if !output && !is_of_thruster(field) {
         return None;
     }
-    let base = field.path.split('[').next().unwrap_or_default();
     if output {
         return Some(of_output(channel, field.path));
     }
-    // What a message says besides its numbers.
-    if base.starts_with("header") || base.starts_with("layout") {
-        return None;
-    }
-    match base {
+    let base = field.path.split('[').next().unwrap_or_default();
+    match base.rsplit('.').next().unwrap_or_default() {
+        // Vectors are those of all thrusters together; the others no numbers of its own.
+        "x" | "y" | "z" | "w" | "throttle" => return None,
+        _ if base.starts_with("header") || base.starts_with("layout") => return None,
         "position" => return Some(Err(ANGLE.to_owned())),
         "effort" => return Some(Err(EFFORT.to_owned())),
+        _ if STATES.iter().any(|state| field.has(state)) => return Some(Err(STATE.to_owned())),
         _ => {}
     }
     let Some((input, unit, why)) = input(log, channel, field, base) else {
@@ -49,11 +65,9 @@ pub(super) fn claim(
     Some(Ok(Claim { quantity, strength: 2, unit, negate: false, why, doubt: None }))
 }
 
-/// Topics name thrusters; so do the joints of a list.
+/// Topics name thrusters; so do the fields and the joints of others.
 fn is_of_thruster(field: &Field<'_>) -> bool {
-    let throttle = field.path == "throttle";
-    let in_brackets = field.path.split_once('[').map_or("", |(_, name)| name);
-    !throttle && (tells_of_thruster(&words(field.topic)) || tells_of_thruster(&words(in_brackets)))
+    tells_of_thruster(&words(field.topic)) || tells_of_thruster(&words(field.path))
 }
 
 /// The outputs of an autopilot, which ArduSub's motors have in order.
@@ -139,7 +153,10 @@ fn name(field: &Field<'_>) -> String {
     if let Some(name) = named {
         return name.to_owned();
     }
-    let segments: Vec<&str> = field.topic.split('/').collect();
+    // Below the topic's name there is `data`, and little else, unless the field is the thruster.
+    let fields = field.path.split('[').next().unwrap_or_default().split('.');
+    let fields = fields.filter(|_| !tells_of_thruster(&words(field.topic)));
+    let segments: Vec<&str> = field.topic.split('/').chain(fields).collect();
     let start = segments.iter().position(|segment| tells_of_thruster(&words(segment)));
     let from = start.map_or(&segments[..], |start| &segments[start..]);
     let mut left: Vec<String> = from.iter().flat_map(|segment| parts(segment)).collect();
@@ -151,7 +168,10 @@ fn name(field: &Field<'_>) -> String {
             left.remove(0);
         }
     }
-    if left.is_empty() { "thruster".to_owned() } else { left.join(" ") }
+    if left.iter().all(|word| word.parse::<u32>().is_ok()) {
+        left.insert(0, "thruster".to_owned());
+    }
+    left.join(" ")
 }
 
 /// The words of a segment but for those that say what is sent: `cmd_thruster1` has `thruster` and 1.
@@ -193,6 +213,8 @@ mod tests {
             ("/thruster_cmd/data[4]", "thruster 4"),
             ("/thrusters/velocity[fore-aft port]", "fore-aft port"),
             ("/motors/rpm/data[2]", "motor 2"),
+            ("/status/motor3_rpm", "motor 3"),
+            ("/status/pwm[1]", "thruster 1"),
         ] {
             assert_eq!(name_of(column), expected, "{column}");
         }
