@@ -56,15 +56,7 @@ pub(super) fn map(log: &Log, sessions: &[Session]) -> Mapping {
         .map(|channel| channel.column.as_str())
         .collect();
     for session in sessions {
-        let mut claims = Vec::new();
-        for (index, channel) in session.channels(log) {
-            match claim_moving(log, channel, &moving) {
-                Ok(claim) => claims.push((index, claim)),
-                // An autopilot logs hundreds of channels.
-                Err(reason) if reason == autopilot::NOT_NEEDED => {}
-                Err(reason) => mapping.leave_out(&channel.column, reason),
-            }
-        }
+        let claims = mapping.claims(log, session, &moving);
         let of_session = choose(log, session, claims);
         for mapped in &of_session {
             let quantity = mapped.quantity();
@@ -83,6 +75,25 @@ pub(super) fn map(log: &Log, sessions: &[Session]) -> Mapping {
 }
 
 impl Mapping {
+    /// What the channels of a session claim to hold; those that claim nothing are left out.
+    fn claims(
+        &mut self,
+        log: &Log,
+        session: &Session,
+        moving: &BTreeSet<&str>,
+    ) -> Vec<(usize, Claim)> {
+        let mut claims = Vec::new();
+        for (index, channel) in session.channels(log) {
+            match claim_moving(log, channel, moving) {
+                Ok(claim) => claims.push((index, claim)),
+                // An autopilot logs hundreds of channels.
+                Err(reason) if reason == autopilot::NOT_NEEDED => {}
+                Err(reason) => self.leave_out(&channel.column, reason),
+            }
+        }
+        claims
+    }
+
     fn leave_out(&mut self, column: &str, reason: String) {
         if !self.left_out.iter().any(|(known, _)| known == column) {
             self.left_out.push((column.to_owned(), reason));

@@ -70,11 +70,20 @@ pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String
     if let Some(found) = ros_thruster::claim(log, channel, &field) {
         return Some(found);
     }
+    let found = of_message(log, channel, &field)?;
+    // A force is a command, as often as not.
+    let is_force = found.as_ref().is_ok_and(|claim| matches!(claim.quantity, Quantity::Wrench(_)));
+    let commanded = field.has_any(COMMAND) && !is_force;
+    Some(if commanded { Err(COMMANDED.to_owned()) } else { found })
+}
+
+/// What a field is, by how messages call it; `None` where its name must tell.
+fn of_message(log: &Log, channel: &Channel, field: &Field<'_>) -> Option<Result<Claim, String>> {
     let last = field.path.rsplit('.').next().unwrap_or_default();
-    let found = match last {
+    Some(match last {
         "x" | "y" | "z" | "w" if is_quaternion(log, channel) => Err(QUATERNION.to_owned()),
-        "roll" | "pitch" | "yaw" if is_quaternion(log, channel) => attitude(&field, last),
-        "x" | "y" | "z" => vector(log, channel, &field, axis(last)),
+        "roll" | "pitch" | "yaw" if is_quaternion(log, channel) => attitude(field, last),
+        "x" | "y" | "z" => vector(log, channel, field, axis(last)),
         "throttle" => Err(THROTTLE.to_owned()),
         "fluid_pressure" => Err(PRESSURE.to_owned()),
         "data" if field.topic.ends_with("/rel_alt") => Ok(Claim {
@@ -89,11 +98,7 @@ pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String
         // Single letters say too little below a message that is not known.
         _ if last.split('[').next().is_some_and(|name| name.len() < 2) => Err(NOTHING.to_owned()),
         _ => return None,
-    };
-    // A force is a command, as often as not.
-    let is_force = found.as_ref().is_ok_and(|claim| matches!(claim.quantity, Quantity::Wrench(_)));
-    let commanded = field.has_any(COMMAND) && !is_force;
-    Some(if commanded { Err(COMMANDED.to_owned()) } else { found })
+    })
 }
 
 fn axis(letter: &str) -> Axis {
