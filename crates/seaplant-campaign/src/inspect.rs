@@ -4,10 +4,12 @@ use schemars::JsonSchema;
 use seaplant_log::{Channel, Figure, Gap, Log, Note, Survey, SurveyedChannel, SurveyedFile};
 use serde::{Deserialize, Serialize};
 
+mod angles;
 mod remarks;
 mod runs;
 
-pub(crate) use remarks::{Remark, looks_like_degrees, remarks, short};
+pub(crate) use angles::looks_like_degrees;
+pub(crate) use remarks::{Remark, remarks, short};
 
 use remarks::remarks_within;
 

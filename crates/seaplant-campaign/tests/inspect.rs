@@ -75,7 +75,7 @@ fn dropouts_written_as_zero_are_found() {
     depth[50..53].fill(0.0);
     depth[200] = 0.0;
     let found = only(&column("depth [m]", &depth));
-    assert!(found.starts_with("zero-filled: 4 samples in 2 stretches are exactly 0"), "{found}");
+    assert!(found.starts_with("zero-filled: 4 samples in 2 stretches, exactly 0"), "{found}");
     assert!(found.contains("first at 5.00 s"), "{found}");
 }
 
@@ -123,6 +123,46 @@ fn radians_under_a_header_of_degrees_are_found() {
     let values: Vec<f64> = (0..600).map(|k| (0.05 * k as f64 + pi) % (2.0 * pi) - pi).collect();
     let found = remarks(&column("heading [deg]", &values));
     assert!(found.iter().any(|r| r.contains("looks like radians")), "{found:?}");
+}
+
+#[test]
+fn a_roll_or_a_pitch_beyond_what_it_can_be_is_in_degrees() {
+    let wave = |k: usize| (0.05 * k as f64).sin() + 0.01 * noise(k);
+    let scaled = |by: f64| (0..600).map(|k| by * wave(k)).collect::<Vec<f64>>();
+    let found = only(&column("roll [rad]", &scaled(5.0)));
+    assert!(found.contains("so it looks like degrees"), "{found}");
+    let found = only(&column("pitch [rad]", &scaled(2.5)));
+    assert!(found.contains("so it looks like degrees"), "{found}");
+    for (header, by) in [("roll [rad]", 2.5), ("pitch [rad]", 1.2), ("roll rate [rad/s]", 5.0)] {
+        assert_eq!(remarks(&column(header, &scaled(by))), Vec::<String>::new(), "{header}");
+    }
+}
+
+#[test]
+fn a_step_of_six_degrees_is_neither_a_turn_nor_a_sign_of_radians() {
+    let hop = |k: usize| if k > 300 { 6.1 } else { 0.0 };
+    let heading = |k: usize| 180.0 + 2.0 * (0.02 * k as f64).sin() + 0.01 * noise(k) + hop(k);
+    let heading: Vec<f64> = (0..600).map(heading).collect();
+    assert_eq!(remarks(&column("heading [deg]", &heading)), Vec::<String>::new());
+}
+
+#[test]
+fn a_heading_that_goes_on_is_unwrapped_already() {
+    let heading: Vec<f64> = (0..600).map(|k| 2.0 * k as f64 + 0.1 * noise(k)).collect();
+    let found = only(&column("heading [deg]", &heading));
+    assert_eq!(found, "spans 3.3 turns without a jump: it is unwrapped already");
+}
+
+#[test]
+fn a_coarse_sensor_is_frozen_where_it_stands_much_longer_than_ever() {
+    let coarse = |k: usize| (30.0 * (0.04 * k as f64).sin() + 0.3 * noise(k)).round() / 100.0;
+    let mut speed: Vec<f64> = (0..1500).map(coarse).collect();
+    assert_eq!(remarks(&column("u [m/s]", &speed)), Vec::<String>::new());
+    let stuck = speed[700];
+    speed[700..1000].fill(stuck);
+    let found = only(&column("u [m/s]", &speed));
+    assert!(found.starts_with("frozen: "), "{found}");
+    assert!(found.contains("from 70.00 to 99.90 s"), "{found}");
 }
 
 #[test]

@@ -449,6 +449,94 @@ fn telemetry_of_ardusub_is_known() {
     Campaign::open(&folder.path().join("campaign.toml")).unwrap_or_else(|error| panic!("{error}"));
 }
 
+/// A recording of twelve ensembles, in every frame in turn.
+fn every_frame() -> Vec<u8> {
+    let seed =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../seaplant-log/fuzz/corpus/pd0/seed.pd0");
+    std::fs::read(seed).expect("the corpus is there")
+}
+
+/// The same with all ensembles said to be in the ship's axes.
+fn in_ships_axes(mut bytes: Vec<u8>) -> Vec<u8> {
+    let mut at = 0;
+    while at + 2 < bytes.len() {
+        if bytes[at..at + 2] != [0x7f, 0x7f] {
+            at += 1;
+            continue;
+        }
+        let number =
+            |bytes: &[u8], k: usize| usize::from(u16::from_le_bytes([bytes[k], bytes[k + 1]]));
+        let (size, leader) = (number(&bytes, at + 2), at + number(&bytes, at + 6));
+        // The frame is in bits 3 and 4 of this byte of the fixed leader; 2 is the ship's.
+        bytes[leader + 25] = bytes[leader + 25] & !0x18 | 0x10;
+        let sum = bytes[at..at + size].iter().fold(0_u16, |sum, b| sum.wrapping_add((*b).into()));
+        bytes[at + size..at + size + 2].copy_from_slice(&sum.to_le_bytes());
+        at += size + 2;
+    }
+    bytes
+}
+
+fn propose_pd0(bytes: Vec<u8>) -> (Proposal, CampaignFile) {
+    let folder = Folder::new();
+    let path = folder.path().join("dvl.pd0");
+    std::fs::write(&path, bytes).expect("a file can be written");
+    propose_in(&folder, &[path])
+}
+
+#[test]
+fn a_dvl_in_ship_coordinates_is_turned_to_the_vehicles_velocity() {
+    let (proposal, campaign) = propose_pd0(in_ships_axes(every_frame()));
+    let text = &proposal.campaign_toml;
+    for (quantity, column, negate) in [
+        ("dvl.velocity.x", "bottom_track.ship.velocity_forward", true),
+        ("dvl.velocity.y", "bottom_track.ship.velocity_starboard", true),
+        ("dvl.velocity.z", "bottom_track.ship.velocity_up", false),
+    ] {
+        let channel = campaign.channels.get(quantity).unwrap_or_else(|| panic!("{text}"));
+        assert_eq!((channel.column.as_str(), channel.negate), (column, negate), "{text}");
+    }
+    assert!(!campaign.channels.contains_key("velocity.surge"), "{text}");
+}
+
+#[test]
+fn velocities_of_a_dvl_in_other_frames_are_told() {
+    let (proposal, campaign) = propose_pd0(every_frame());
+    let text = &proposal.campaign_toml;
+    assert!(campaign.channels.keys().all(|quantity| !quantity.contains("velocity")), "{text}");
+    for (column, reason) in [
+        ("bottom_track.instrument.velocity_x", "in the instrument's axes"),
+        ("bottom_track.beam.velocity_1", "along a beam of the instrument"),
+        ("bottom_track.earth.velocity_north", "a velocity along the world's axes"),
+        ("speed_of_sound", "the speed of sound"),
+    ] {
+        let mut lines = text.lines().filter(|line| line.contains(reason));
+        assert!(lines.any(|line| line.contains(column)), "{column}: {text}");
+    }
+}
+
+#[test]
+fn velocities_that_an_autopilot_has_along_north_are_told() {
+    let mut log = Flash::default();
+    log.define(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
+    log.define(1, 28, "NKF1", "QffffB", "TimeUS,VN,VE,VD,PN,C");
+    log.define(2, 15, "VISO", "Qf", "TimeUS,PX");
+    for k in 0..100_u64 {
+        let time_us = (1_000_000 + 100_000 * k).to_le_bytes();
+        let value = (noise(k as usize) as f32).to_le_bytes();
+        log.record(1, &[&time_us, &value, &value, &value, &value, &[0]]);
+        log.record(2, &[&time_us, &value]);
+    }
+    let folder = Folder::new();
+    let path = folder.path().join("log.BIN");
+    std::fs::write(&path, log.0).expect("a file can be written");
+    let (proposal, campaign) = propose_in(&folder, &[path]);
+    assert_eq!(columns(&campaign), BTreeMap::from([("position.north", "NKF1.PN")]));
+    let text = proposal.campaign_toml;
+    let world = "\"NKF1.VN\", \"NKF1.VE\", \"NKF1.VD\": a velocity along the world's axes";
+    assert!(text.contains(world), "{text}");
+    assert!(text.contains("\"VISO.PX\": how far the vehicle moved"), "{text}");
+}
+
 /// A DataFlash log in the making.
 #[derive(Default)]
 struct Flash(Vec<u8>);

@@ -10,7 +10,8 @@
 //! 3. Tests in `tests/NAME.rs`: every channel against files that an independent writer makes by
 //!    `tests/reference/make_NAME.py` (see `tests/common/python.rs`), and errors and notes by their
 //!    whole text. Small files of the same script for `tests/robust/`, which damages them by the
-//!    thousand, and for `scripts/fuzz NAME`, which searches further.
+//!    thousand, and smaller ones by `fuzz/make_corpus.py` for `scripts/fuzz NAME`, which searches
+//!    further, and for `tests/robust/corpus.rs`, which names the readers that have such.
 
 use crate::content::Content;
 use crate::grid::{self, Grid};

@@ -22,7 +22,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
-#![allow(dead_code, reason = "for the readers to come")]
 
 mod assemble;
 mod cell;

@@ -1,10 +1,10 @@
 //! What is odd about a channel's values, one detector each.
 
-use std::f64::consts::{PI, TAU};
 use std::fmt;
 
 use seaplant_log::{Channel, Dimension};
 
+use super::angles::{unit_misfit, unwrapped, wraps};
 use super::runs::{Run, distinct, quantile, runs, runs_within};
 use crate::propose::words::{HEADING, PITCH, ROLL, is_input, words};
 
@@ -19,6 +19,7 @@ pub(crate) enum Remark {
     Held { every_s: f64, logged_s: f64 },
     Clock,
     Wraps { times: usize, jump: String },
+    Unwrapped { turns: String },
     LooksLikeDegrees { reaches: String },
     LooksLikeRadians { from: String, to: String },
     Irregular { median_s: f64, p95_s: f64 },
@@ -36,7 +37,8 @@ impl fmt::Display for Remark {
             ),
             Self::ZeroFilled { runs, samples, first_s } => write!(
                 f,
-                "zero-filled: {samples} samples in {} are exactly 0 between values far from it, first at {first_s:.2} s: dropouts, perhaps; leave them empty in the log",
+                "zero-filled: {} in {}, exactly 0 between values far from it, first at {first_s:.2} s: dropouts, perhaps; leave them empty in the log",
+                times(*samples, "sample", "samples"),
                 times(*runs, "stretch", "stretches")
             ),
             Self::Saturated { count, of, end, value } => {
@@ -45,7 +47,7 @@ impl fmt::Display for Remark {
             Self::Frozen { value, from_s, to_s, samples, others } => {
                 write!(
                     f,
-                    "frozen: {value} from {from_s:.2} to {to_s:.2} s ({samples} samples), though it else changes at nearly every sample"
+                    "frozen: {value} from {from_s:.2} to {to_s:.2} s ({samples} samples), though it else keeps changing"
                 )?;
                 if *others > 0 {
                     write!(f, "; {} more", times(*others, "such stretch", "such stretches"))?;
@@ -64,6 +66,9 @@ impl fmt::Display for Remark {
                 "wraps {} (jumps of about {jump}); Seaplant unwraps it",
                 times(*count, "time", "times")
             ),
+            Self::Unwrapped { turns } => {
+                write!(f, "spans {turns} turns without a jump: it is unwrapped already")
+            }
             Self::LooksLikeDegrees { reaches } => write!(
                 f,
                 "reaches {reaches}, so it looks like degrees; state unit = \"deg\" if it is"
@@ -85,11 +90,11 @@ fn times(n: usize, one: &str, many: &str) -> String {
 }
 
 /// A channel as the detectors look at it.
-struct Facts<'a> {
-    channel: &'a Channel,
+pub(super) struct Facts<'a> {
+    pub(super) channel: &'a Channel,
     words: Vec<String>,
     time_s: Vec<f64>,
-    values: Vec<f64>,
+    pub(super) values: Vec<f64>,
     /// Longer intervals than this, s, may be stretches of the log that were not read.
     pause_s: f64,
 }
@@ -127,13 +132,13 @@ pub(super) fn remarks_within(channel: &Channel, pause_s: f64) -> Vec<Remark> {
     found.extend(frozen(&facts, &explained));
     found.extend(zero_filled);
     found.extend(saturated);
-    let others = [held, clock, wraps, unit_misfit];
+    let others = [held, clock, wraps, unwrapped, unit_misfit];
     found.extend(others.into_iter().filter_map(|detect| detect(&facts)));
     found
 }
 
 impl Facts<'_> {
-    fn with_unit(&self, value: f64) -> String {
+    pub(super) fn with_unit(&self, value: f64) -> String {
         match &self.channel.unit {
             Some(unit) => format!("{} {unit}", short(value)),
             None => short(value),
@@ -148,22 +153,22 @@ impl Facts<'_> {
         is_input(self.channel, &self.words)
     }
 
-    fn has_word(&self, known: &[&str]) -> bool {
+    pub(super) fn has_word(&self, known: &[&str]) -> bool {
         self.words.iter().any(|word| known.contains(&word.as_str()))
     }
 
-    fn is_heading(&self) -> bool {
+    pub(super) fn is_heading(&self) -> bool {
         self.has_word(HEADING)
     }
 
-    fn is_angle(&self) -> bool {
+    pub(super) fn is_angle(&self) -> bool {
         match self.dimension() {
             Some(dimension) => dimension == Dimension::Angle,
             None => self.is_heading() || self.has_word(ROLL) || self.has_word(PITCH),
         }
     }
 
-    fn steps(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(super) fn steps(&self) -> impl Iterator<Item = f64> + '_ {
         self.pairs().map(|[before, after]| (after - before).abs())
     }
 
@@ -188,12 +193,12 @@ impl Facts<'_> {
         self.time_s[k] - self.time_s[k - 1] < self.pause_s
     }
 
-    fn min_max(&self) -> (f64, f64) {
+    pub(super) fn min_max(&self) -> (f64, f64) {
         let fold = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
         self.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), fold)
     }
 
-    fn largest(&self) -> f64 {
+    pub(super) fn largest(&self) -> f64 {
         self.values.iter().fold(0.0, |largest, x| x.abs().max(largest))
     }
 }
@@ -332,12 +337,16 @@ fn explained(
     zero.chain(saturated.iter().flat_map(|_| [min, max])).collect()
 }
 
-/// One value for long in a channel that else changes at nearly every sample.
+/// One value for long in a channel that else changes at nearly every sample; of a coarse one, for
+/// much longer than it else ever stands.
 fn frozen(facts: &Facts<'_>, explained: &[f64]) -> Option<Remark> {
     const LONGER_THAN_S: f64 = 5.0;
     const MORE_THAN: usize = 20;
-    /// The part of all other steps that change the value.
+    /// The part of all other steps that change the value; that of a coarse channel.
     const LIVELY: f64 = 0.9;
+    const COARSE: f64 = 0.5;
+    /// So many times what a coarse channel else stands at the most.
+    const MUCH: usize = 10;
     if facts.is_input() {
         return None;
     }
@@ -346,9 +355,12 @@ fn frozen(facts: &Facts<'_>, explained: &[f64]) -> Option<Remark> {
     let stuck: usize = all.iter().filter(long).map(|run| run.len() - 1).sum();
     let steps = facts.values.len() - 1 - stuck;
     let changes = all.len() - 1;
-    if (changes as f64) < LIVELY * steps as f64 || changes < LEAST_SAMPLES / 2 {
+    if (changes as f64) < COARSE * steps as f64 || changes < LEAST_SAMPLES / 2 {
         return None;
     }
+    let lively = changes as f64 >= LIVELY * steps as f64;
+    let usual = all.iter().filter(|run| !long(run)).map(Run::len).max().unwrap_or(0);
+    let long = |run: &&Run| long(run) && (lively || run.len() > MUCH * usual);
     let long: Vec<&Run> =
         all.iter().filter(long).filter(|run| !explained.contains(&run.value)).collect();
     let longest = long.iter().max_by_key(|run| run.len())?;
@@ -398,47 +410,6 @@ fn clock(facts: &Facts<'_>) -> Option<Remark> {
 
 fn ends(values: &[f64]) -> Option<(f64, f64)> {
     Some((*values.first()?, *values.last()?))
-}
-
-/// Steps of about one turn, where all others are less than half of one.
-fn turns(facts: &Facts<'_>, turn: f64) -> usize {
-    let about = |step: &f64| (0.75 * turn..=1.1 * turn).contains(step);
-    let strange = facts.steps().any(|step| step > 0.5 * turn && !about(&step));
-    if strange { 0 } else { facts.steps().filter(about).count() }
-}
-
-fn wraps(facts: &Facts<'_>) -> Option<Remark> {
-    if !facts.is_angle() {
-        return None;
-    }
-    let stated = facts.channel.unit.as_ref().map(|unit| TAU / unit.factor());
-    // Headings in the wrong unit still wrap.
-    let turn = stated.into_iter().chain([360.0, TAU]).find(|turn| turns(facts, *turn) > 0)?;
-    Some(Remark::Wraps { times: turns(facts, turn), jump: facts.with_unit(turn) })
-}
-
-/// Degrees under a header that says radians, or the reverse.
-fn unit_misfit(facts: &Facts<'_>) -> Option<Remark> {
-    let unit = facts.channel.unit.as_ref().filter(|unit| unit.dimension() == Dimension::Angle)?;
-    let largest = facts.largest();
-    if unit.factor() == 1.0 {
-        let named = facts.is_heading() || facts.has_word(ROLL) || facts.has_word(PITCH);
-        let degrees = turns(facts, 360.0) > 0 || (named && looks_like_degrees(largest));
-        return degrees.then(|| Remark::LooksLikeDegrees { reaches: facts.with_unit(largest) });
-    }
-    // A course held within 3 degrees is no sign of radians; one that fills a turn is.
-    let (min, max) = facts.min_max();
-    let fills_a_turn = max - min > 4.0 && max - min <= 1.001 * TAU && min >= -1.001 * PI;
-    let fine = facts.values.iter().any(|x| x.fract() != 0.0);
-    let is_degrees = (unit.factor() - PI / 180.0).abs() < 1e-12;
-    let radians = is_degrees && facts.is_heading() && fine;
-    (radians && (turns(facts, TAU) > 0 || (fills_a_turn && max <= 1.001 * TAU)))
-        .then(|| Remark::LooksLikeRadians { from: short(min), to: facts.with_unit(max) })
-}
-
-/// Whether an angle that goes so far is hardly in radians: five turns.
-pub(crate) fn looks_like_degrees(largest: f64) -> bool {
-    largest > 30.0
 }
 
 fn irregular(facts: &Facts<'_>) -> Option<Remark> {

@@ -4,7 +4,7 @@ use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::{Quantity, ThrusterInput};
 use seaplant_log::{Channel, Log};
 
-use super::claim::Claim;
+use super::claim::{Claim, WORLD_VELOCITY};
 use super::mapping::Mapping;
 use crate::preset::VehiclePreset;
 
@@ -71,11 +71,36 @@ pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String
         Some((known.quantity.clone(), known.strength, known.negate))
     });
     let Some((quantity, strength, negate)) = found else {
-        return Some(Err(NOT_NEEDED.to_owned()));
+        return Some(Err(reason(&column).to_owned()));
     };
     let unit = channel.unit.is_none().then(|| unit_of(&quantity));
-    let why = "as ArduSub logs it".to_owned();
+    let why = if negate { "as ArduSub logs it, a height" } else { "as ArduSub logs it" }.to_owned();
     Some(Ok(Claim { quantity, strength, unit, negate, why, doubt: None }))
+}
+
+/// Why a channel is not mapped.
+fn reason(column: &str) -> &'static str {
+    const STEP: &str = "how far the vehicle moved or turned between two samples, not a velocity";
+    const WORLD: &[&str] = &[
+        "XKF1[0].VN",
+        "XKF1[0].VE",
+        "XKF1[0].VD",
+        "NKF1[0].VN",
+        "NKF1[0].VE",
+        "NKF1[0].VD",
+        "NKF1.VN",
+        "NKF1.VE",
+        "NKF1.VD",
+        "LOCAL_POSITION_NED.vx",
+        "LOCAL_POSITION_NED.vy",
+        "LOCAL_POSITION_NED.vz",
+    ];
+    match column.split_once('.') {
+        _ if WORLD.contains(&column) => WORLD_VELOCITY,
+        Some(("VISO", "PX" | "PY" | "PZ" | "AX" | "AY" | "AZ")) => STEP,
+        Some(("VISION_POSITION_DELTA", _)) => STEP,
+        _ => NOT_NEEDED,
+    }
 }
 
 /// The unit that ArduSub has always logged a quantity in; its early logs state none.

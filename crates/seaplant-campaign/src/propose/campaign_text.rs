@@ -6,6 +6,7 @@ use seaplant_log::{Log, Note, ReadOptions, Stamp};
 use super::ProposedTrial;
 use super::claim::SURFACE;
 use super::mapping::{Mapped, Mapping};
+use super::ros_thruster::UNTOLD;
 use super::write::{Page, quoted, seconds};
 
 /// The file's text, and what is left to decide.
@@ -26,8 +27,7 @@ pub(super) fn write(
         write_trial(&mut page, mapping, trial);
     }
     channels(&mut page, mapping);
-    let reason = |(column, why): &(String, String)| format!("{}: {why}", quoted(column));
-    let left_out: Vec<String> = mapping.left_out.iter().map(reason).collect();
+    let left_out = by_reason(&mapping.left_out);
     if !left_out.is_empty() {
         page.line("");
     }
@@ -52,6 +52,8 @@ fn questions(log: &Log, mapping: &Mapping, trials: &[ProposedTrial]) -> Vec<Stri
     if mapping.all().is_empty() {
         found.push("no column is recognised; map them under [channels]".to_owned());
     }
+    let untold = mapping.left_out.iter().filter(|(_, why)| why == UNTOLD);
+    found.extend(by_question("column", untold.map(|(column, why)| (column, why.clone()))));
     let surface = mapping.left_out.iter().find(|(_, why)| why == SURFACE);
     found.extend(surface.map(|(column, _)| {
         format!("column {} is {SURFACE}, or choose trials in which it rests", quoted(column))
@@ -60,6 +62,26 @@ fn questions(log: &Log, mapping: &Mapping, trials: &[ProposedTrial]) -> Vec<Stri
 }
 
 const IDLE: &str = "no thruster works, as far as mapped; give from_s and to_s";
+
+/// `"a", "b" and 7 more: why none of them is mapped`.
+fn by_reason(left_out: &[(String, String)]) -> Vec<String> {
+    /// More columns than these are counted.
+    const NAMED: usize = 12;
+    let mut grouped: Vec<(&str, Vec<String>)> = Vec::new();
+    for (column, why) in left_out {
+        match grouped.iter_mut().find(|(known, _)| known == why) {
+            Some((_, columns)) => columns.push(quoted(column)),
+            None => grouped.push((why, vec![quoted(column)])),
+        }
+    }
+    let line = |(why, columns): (&str, Vec<String>)| {
+        let more = columns.len().saturating_sub(NAMED);
+        let named = columns[..columns.len() - more].join(", ");
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!("{named}{more}: {why}")
+    };
+    grouped.into_iter().map(line).collect()
+}
 
 /// `trials "a", "b": what is asked of both`.
 fn by_question<'a>(kind: &str, asked: impl Iterator<Item = (&'a String, String)>) -> Vec<String> {

@@ -132,7 +132,8 @@ static RULES: &[Rule] = &[
 const FOREIGN: &[(&[&str], &str)] = &[
     (&["rudder", "delta", "fin", "fins", "elevator", "aileron", "flap", "sternplane"], SURFACE),
     (&["wind"], "of the wind"),
-    (&["acc", "accel", "acceleration"], "an acceleration, which Seaplant derives from velocity"),
+    (&["sound"], "the speed of sound"),
+    (&["acc", "accel", "acceleration"], ACCELERATION),
     (
         &["error", "err", "std", "stddev", "sigma", "var", "variance", "cov", "covariance"],
         "an error, not a measurement",
@@ -158,6 +159,10 @@ const FOREIGN: &[(&[&str], &str)] = &[
         "a state, not a measurement",
     ),
 ];
+pub(super) const ACCELERATION: &str = "an acceleration, which Seaplant derives from velocity";
+pub(super) const COMMANDED: &str = "a command, not a measurement";
+pub(super) const WORLD_VELOCITY: &str =
+    "a velocity along the world's axes; Seaplant reads the body's, or derives it from position";
 /// Why a control surface is not mapped.
 pub(super) const SURFACE: &str =
     "a control surface: its force must be worked out and mapped as wrench.DOF";
@@ -191,13 +196,11 @@ pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
         });
     }
     if own.iter().any(|word| COMMAND.contains(&word.as_str())) {
-        return Err("a command, not a measurement".to_owned());
+        return Err(COMMANDED.to_owned());
     }
     let moves = stated.as_ref().is_some_and(|unit| unit.dimension() == Dimension::Velocity);
     if moves && own.iter().any(|word| WORLD.contains(&word.as_str())) {
-        return Err(
-            "a velocity along the world's axes; Seaplant reads the body's or position".to_owned()
-        );
+        return Err(WORLD_VELOCITY.to_owned());
     }
     let rule = best_rule(&all, stated.as_ref());
     let rule = rule.ok_or_else(|| unknown(stated.as_ref()))?;
@@ -258,10 +261,10 @@ fn doubt_of_values(channel: &Channel, quantity: &Quantity) -> Option<String> {
         Quantity::Depth if -min > max => {
             Some("most of it is negative: if it points up, add negate = true".to_owned())
         }
-        Quantity::Attitude(_) => {
+        Quantity::Attitude(angle) => {
             let radians = channel.unit.as_ref().is_some_and(|unit| unit.factor() == 1.0);
             let largest = max.abs().max(min.abs());
-            (radians && looks_like_degrees(largest))
+            (radians && looks_like_degrees(*angle, largest))
                 .then(|| "its values look like degrees: if they are, add unit = \"deg\"".to_owned())
         }
         _ => None,

@@ -9,6 +9,7 @@ use seaplant_log::{Channel, Log};
 use super::autopilot;
 use super::claim::{Claim, claim};
 use super::session::Session;
+use super::{pd0, ros};
 use crate::inspect::{Remark, remarks, short};
 
 /// A quantity of a session and the channel that gives it.
@@ -55,15 +56,7 @@ pub(super) fn map(log: &Log, sessions: &[Session]) -> Mapping {
         .map(|channel| channel.column.as_str())
         .collect();
     for session in sessions {
-        let mut claims = Vec::new();
-        for (index, channel) in session.channels(log) {
-            match claim_moving(log, channel, &moving) {
-                Ok(claim) => claims.push((index, claim)),
-                // An autopilot logs hundreds of channels.
-                Err(reason) if reason == autopilot::NOT_NEEDED => {}
-                Err(reason) => mapping.leave_out(&channel.column, reason),
-            }
-        }
+        let claims = mapping.claims(log, session, &moving);
         let of_session = choose(log, session, claims);
         for mapped in &of_session {
             let quantity = mapped.quantity();
@@ -73,10 +66,34 @@ pub(super) fn map(log: &Log, sessions: &[Session]) -> Mapping {
         }
         mapping.sessions.push(of_session);
     }
+    // What one session lacks, another may have.
+    let mapped = mapping.sessions.iter().flatten();
+    let mapped: BTreeSet<&str> =
+        mapped.map(|m| log.channels()[m.channel].column.as_str()).collect();
+    mapping.left_out.retain(|(column, _)| !mapped.contains(column.as_str()));
     mapping
 }
 
 impl Mapping {
+    /// What the channels of a session claim to hold; those that claim nothing are left out.
+    fn claims(
+        &mut self,
+        log: &Log,
+        session: &Session,
+        moving: &BTreeSet<&str>,
+    ) -> Vec<(usize, Claim)> {
+        let mut claims = Vec::new();
+        for (index, channel) in session.channels(log) {
+            match claim_moving(log, channel, moving) {
+                Ok(claim) => claims.push((index, claim)),
+                // An autopilot logs hundreds of channels.
+                Err(reason) if reason == autopilot::NOT_NEEDED => {}
+                Err(reason) => self.leave_out(&channel.column, reason),
+            }
+        }
+        claims
+    }
+
     fn leave_out(&mut self, column: &str, reason: String) {
         if !self.left_out.iter().any(|(known, _)| known == column) {
             self.left_out.push((column.to_owned(), reason));
@@ -109,7 +126,8 @@ fn place(quantity: &Quantity) -> (u8, Option<&Quantity>) {
 fn claim_moving(log: &Log, channel: &Channel, moving: &BTreeSet<&str>) -> Result<Claim, String> {
     let path = &log.sources()[channel.source].path;
     let context = path.file_stem().unwrap_or_default().to_string_lossy();
-    let claim = match autopilot::claim(log, channel) {
+    let known = [autopilot::claim, ros::claim, pd0::claim];
+    let claim = match known.iter().find_map(|claim| claim(log, channel)) {
         Some(claim) => claim?,
         None => claim(channel, &context)?,
     };
@@ -118,10 +136,7 @@ fn claim_moving(log: &Log, channel: &Channel, moving: &BTreeSet<&str>) -> Result
     }
     if !moving.contains(channel.column.as_str()) {
         let value = channel.min().map(short).unwrap_or_default();
-        return Err(format!(
-            "constant at {value}, so not measured; it would be {}",
-            claim.quantity
-        ));
+        return Err(format!("constant at {value}, so not measured"));
     }
     if remarks(channel).contains(&Remark::Clock) {
         return Err(Remark::Clock.to_string());

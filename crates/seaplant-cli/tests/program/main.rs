@@ -9,6 +9,7 @@ mod demo;
 mod formats;
 mod memory;
 mod methods;
+mod proposed;
 mod real_data;
 mod ros;
 mod snapshots;

@@ -4,7 +4,7 @@
 
 Reads campaign.toml and its CSV logs; writes an MCAP file a trial, by mcap-ros2-support, and a
 campaign.toml that reads those. Attitude is a quaternion by REP 103: x forward, y to port, z up, in
-a world with z up, so pitch and yaw are of the other sign.
+a world with z up, so pitch and yaw are of the other sign, as are the DVL's velocities along y and z.
 """
 
 import csv
@@ -42,7 +42,8 @@ def imu(row):
 
 
 def dvl(row):
-    return {"twist": {"linear": {axis: row[f"velocity {axis}"] for axis in "xyz"}}}
+    x, y, z = (row[f"velocity {axis}"] for axis in "xyz")
+    return {"twist": {"linear": {"x": x, "y": -y, "z": -z}}}
 
 
 def depth(row):
@@ -91,7 +92,8 @@ def channel(quantity):
         return f'column = "/thrusters/velocity[{name}]", unit = "rad/s"'
     last = quantity.rsplit(".", 1)[-1]
     if quantity.startswith("dvl."):
-        return f'column = "/dvl/twist/twist.linear.{last}"'
+        negate = "" if last == "x" else ", negate = true"
+        return f'column = "/dvl/twist/twist.linear.{last}"{negate}'
     if quantity == "depth":
         return 'column = "/depth/point.z"'
     angle = {"roll": "roll", "pitch": "pitch", "heading": "yaw"}[last]

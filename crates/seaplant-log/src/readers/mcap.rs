@@ -11,8 +11,7 @@ use std::io;
 
 use self::index::Index;
 use self::resync::{chunk_is_plausible, head, is_plausible, resync};
-use crate::assemble::Assembly;
-use crate::content::{Content, Origin};
+use crate::content::Content;
 use crate::readers::bytes::Bytes;
 use crate::readers::ros::{Choice, Connection, Encoding, Packing, Recording, Window};
 use crate::survey::{Glance, Thoroughness};
@@ -78,7 +77,7 @@ pub(crate) fn glance(
         return Ok(None);
     }
     origin.reads_in_part(length);
-    let log = reader.finish(origin, options)?;
+    let log = reader.recording.log(origin, options, FORMAT, "MCAP")?;
     let Choice { places, bytes, pause_s } = choice;
     Ok(Some(Glance { log, parts: places.len(), bytes, pause_s, has_ends: true }))
 }
@@ -99,9 +98,9 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
         let mut reader = Reader::new(window.left(), options);
         reader.summary(&mut window)?;
         reader.records(&mut window)?;
-        Ok(reader)
+        Ok(reader.recording)
     });
-    read.map_err(|error| origin.failed(error))?.finish(origin, options)
+    read.map_err(|error| origin.failed(error))?.log(origin, options, FORMAT, "MCAP")
 }
 
 /// What the records said so far.
@@ -111,7 +110,6 @@ struct Reader {
     channels: HashMap<u16, Option<usize>>,
     /// A chunk, once it is unpacked.
     unpacked: Vec<u8>,
-    unknown_packing: Option<String>,
     index: Index,
 }
 
@@ -128,21 +126,8 @@ impl Reader {
             schemas: HashMap::new(),
             channels: HashMap::new(),
             unpacked: Vec::new(),
-            unknown_packing: None,
             index: Index::default(),
         }
-    }
-
-    fn finish(self, origin: Origin, options: &ReadOptions) -> Result<Log, Error> {
-        let path = origin.path().to_owned();
-        if let (Some(packing), true) = (&self.unknown_packing, self.recording.is_empty()) {
-            let detail = format!("whose chunks are packed by {packing:?}");
-            let advice = "convert it: `mcap convert` or `mcap compress` write zstd";
-            return Err(Error::Unsupported { path, format: FORMAT, detail, advice });
-        }
-        let mut assembly = Assembly::new(origin, options);
-        self.recording.finish(&path, FORMAT, &mut assembly)?;
-        assembly.log("MCAP")
     }
 
     /// Learns the schemas and channels that the end of a whole file repeats, so that damage to
@@ -241,6 +226,7 @@ impl Reader {
 
     /// Reads the records of a chunk, or of the part of one before the end of the file.
     fn chunk(&mut self, chunk: &[u8], whole: bool, byte: u64) {
+        const ADVICE: &str = "convert it: `mcap convert` or `mcap compress` write zstd";
         let mut bytes = Bytes(chunk);
         let mut parts = || {
             bytes.take(16)?;
@@ -254,7 +240,7 @@ impl Reader {
             "lz4" => Packing::Lz4,
             "zstd" => Packing::Zstd,
             _ => {
-                self.unknown_packing.get_or_insert(packing);
+                self.recording.unknown_packing(packing, ADVICE);
                 return self.recording.damaged(byte, chunk.len() as u64);
             }
         };

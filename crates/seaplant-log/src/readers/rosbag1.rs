@@ -6,8 +6,7 @@ use std::collections::HashMap;
 use std::io;
 
 use self::index::Index;
-use crate::assemble::Assembly;
-use crate::content::{Content, Origin};
+use crate::content::Content;
 use crate::readers::bytes::Bytes;
 use crate::readers::ros::{Choice, Connection, Encoding, Packing, Recording, Window};
 use crate::survey::{Glance, Thoroughness};
@@ -70,7 +69,7 @@ pub(crate) fn glance(
         return Ok(None);
     }
     origin.reads_in_part(length);
-    let log = reader.finish(origin, options)?;
+    let log = reader.recording.log(origin, options, FORMAT, "ROS 1 bag")?;
     let Choice { places, bytes, pause_s } = choice;
     Ok(Some(Glance { log, parts: places.len(), bytes, pause_s, has_ends: true }))
 }
@@ -92,9 +91,9 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
         let mut reader = Reader::new(window.left(), options);
         reader.index(&mut window)?;
         reader.records(&mut window)?;
-        Ok(reader)
+        Ok(reader.recording)
     });
-    read.map_err(|error| origin.failed(error))?.finish(origin, options)
+    read.map_err(|error| origin.failed(error))?.log(origin, options, FORMAT, "ROS 1 bag")
 }
 
 struct Reader {
@@ -102,7 +101,6 @@ struct Reader {
     connections: HashMap<u32, Option<usize>>,
     /// A chunk, once it is unpacked.
     unpacked: Vec<u8>,
-    unknown_packing: Option<String>,
     index: Index,
 }
 
@@ -112,21 +110,8 @@ impl Reader {
             recording: Recording::new(length, options),
             connections: HashMap::new(),
             unpacked: Vec::new(),
-            unknown_packing: None,
             index: Index::default(),
         }
-    }
-
-    fn finish(self, origin: Origin, options: &ReadOptions) -> Result<Log, Error> {
-        let path = origin.path().to_owned();
-        if let (Some(packing), true) = (&self.unknown_packing, self.recording.is_empty()) {
-            let detail = format!("whose chunks are packed by {packing:?}");
-            let advice = "run `rosbag decompress` on it";
-            return Err(Error::Unsupported { path, format: FORMAT, detail, advice });
-        }
-        let mut assembly = Assembly::new(origin, options);
-        self.recording.finish(&path, FORMAT, &mut assembly)?;
-        assembly.log("ROS 1 bag")
     }
 
     /// Learns the connections that the end of a whole bag repeats, so that damage to their first
@@ -230,7 +215,7 @@ impl Reader {
             Some(b"bz2") => Packing::Bzip2,
             Some(other) => {
                 let name = String::from_utf8_lossy(other).into_owned();
-                self.unknown_packing.get_or_insert(name);
+                self.recording.unknown_packing(name, "run `rosbag decompress` on it");
                 return false;
             }
             None => return false,

@@ -8,7 +8,6 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use self::database::{Database, Value};
-use crate::assemble::Assembly;
 use crate::content::{Content, Origin};
 use crate::note::Note;
 use crate::readers::ros::{Connection, Encoding, Recording};
@@ -31,7 +30,7 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     let (origin, mut database, tables) = open(content)?;
     let mut bag = Bag::new(&database, options);
     bag.read(&mut database, &tables).map_err(|error| origin.failed(error))?;
-    bag.finish(origin, options)
+    bag.log(origin, options)
 }
 
 /// Reads some pages of a ROS 2 bag kept in an SQLite database; `None` where the table of messages is
@@ -54,7 +53,7 @@ pub(crate) fn glance(
     let span_s = 1e-9 * last_ns.saturating_sub(first_ns) as f64;
     let (parts, has_ends) = (how.parts, false);
     let pause_s = 0.5 * span_s * unread / (parts.max(2) - 1) as f64;
-    let log = bag.finish(origin, options)?;
+    let log = bag.log(origin, options)?;
     Ok(Some(Glance { log, parts, bytes, pause_s, has_ends }))
 }
 
@@ -148,14 +147,11 @@ impl Bag {
         Self { recording, topics: HashMap::new(), span_ns: (i64::MAX, i64::MIN) }
     }
 
-    fn finish(self, origin: Origin, options: &ReadOptions) -> Result<Log, Error> {
+    fn log(self, origin: Origin, options: &ReadOptions) -> Result<Log, Error> {
         let path = origin.path().to_owned();
-        let mut assembly = Assembly::new(origin, options);
-        self.recording.finish(&path, FORMAT, &mut assembly)?;
-        assembly.log("ROS 2 bag (SQLite)").map(|mut log| {
-            log.notes.extend(write_ahead(&path));
-            log
-        })
+        let mut log = self.recording.log(origin, options, FORMAT, "ROS 2 bag (SQLite)")?;
+        log.notes.extend(write_ahead(&path));
+        Ok(log)
     }
 
     /// Reads the topics.

@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use seaplant_log::{Channel, Note, ReadOptions, Thoroughness, read_bytes, survey};
+use seaplant_log::{Channel, Log, Note, ReadOptions, Thoroughness, read_bytes, survey};
+
+use crate::checks::channels_are_sound;
 
 /// How often each seed file is damaged.
 const ROUNDS: u64 = 2000;
@@ -39,6 +41,9 @@ impl Default for Limits {
 /// some at once for each new thread.
 const SPARE_BYTES: u64 = 256 << 20;
 
+/// Memory is measured of the whole process.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
 /// Damages `seed` in many ways and reads each; `repair` mends checksums and the like, so that
 /// damage reaches what they guard (every other time, for the reader must stand both).
 pub fn hammer(
@@ -67,6 +72,12 @@ pub fn hammer_within(
     run(name, seed, options, limits, |part, _| wrap(&part));
 }
 
+/// Reads a file as it is; the log, if it is one.
+pub fn replay(name: &str, bytes: &[u8], options: &ReadOptions, limits: Limits) -> Option<Log> {
+    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    check(name, bytes, options, limits, 0)
+}
+
 fn run(
     name: &str,
     seed: &[u8],
@@ -74,8 +85,6 @@ fn run(
     limits: Limits,
     finish: impl Fn(Vec<u8>, u64) -> Vec<u8>,
 ) {
-    // One at a time, for memory is measured of the whole process.
-    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let seconds = std::env::var("SEAPLANT_ROBUST_SECONDS").ok();
     let seconds = seconds.map(|text| Duration::from_secs(text.parse().expect("whole seconds")));
@@ -95,8 +104,14 @@ fn run(
     }
 }
 
-/// Reads one file, and keeps it if that fails.
-fn check(name: &str, bytes: &[u8], options: &ReadOptions, limits: Limits, round: u64) {
+/// Reads one file, and keeps it if the reader does not stand it; the log, if it is one.
+fn check(
+    name: &str,
+    bytes: &[u8],
+    options: &ReadOptions,
+    limits: Limits,
+    round: u64,
+) -> Option<Log> {
     let (start, before) = (cpu_time(), peak_bytes());
     let path = Path::new("damaged");
     let read = catch_unwind(AssertUnwindSafe(|| read_bytes(path, bytes, options)));
@@ -123,12 +138,14 @@ fn check(name: &str, bytes: &[u8], options: &ReadOptions, limits: Limits, round:
             if let Err(reason) = sound(&surveyed.0, &surveyed.1, bytes.len(), limits) {
                 fail(name, bytes, round, &format!("surveyed: {reason}"));
             }
+            Some(log)
         }
         Err(error) => {
             let message = error.to_string();
             if message.len() > 4000 {
                 fail(name, bytes, round, &format!("a message of {} bytes", message.len()));
             }
+            None
         }
     }
 }
@@ -149,14 +166,7 @@ fn sound(channels: &[Channel], notes: &[Note], bytes: usize, limits: Limits) -> 
     if samples as f64 > limits.samples_per_byte * bytes as f64 {
         return Err(format!("{samples} samples from {bytes} bytes"));
     }
-    for channel in channels {
-        let (time_s, values) = (channel.time_s(), channel.values());
-        let finite = time_s.iter().chain(values).all(|x| x.is_finite());
-        let increasing = time_s.windows(2).all(|w| w[0] < w[1]);
-        if !finite || !increasing || time_s.len() != values.len() || values.is_empty() {
-            return Err(format!("channel {:?} is not in order", channel.column));
-        }
-    }
+    channels_are_sound(channels)?;
     let notes: usize = notes.iter().map(|note| note.to_string().len()).sum();
     if notes > 100_000 + 10 * bytes {
         return Err(format!("notes of {notes} bytes"));

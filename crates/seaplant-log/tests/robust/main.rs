@@ -1,11 +1,14 @@
 //! Readers stand whatever a file holds: see `harness.rs`.
 #![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
+#[path = "../../fuzz/src/checks.rs"]
+mod checks;
 #[path = "../common/mod.rs"]
 mod common;
 mod harness;
 
 mod arrow;
+mod corpus;
 mod dataflash;
 mod matlab;
 mod nmea;

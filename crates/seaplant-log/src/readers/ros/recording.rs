@@ -10,11 +10,12 @@ use super::layout::Layout;
 use super::packing::{Packing, ZSTD};
 use super::topic::{NO_MESSAGE, Timed, Topic};
 use crate::assemble::Assembly;
+use crate::content::Origin;
 use crate::lookup::list;
 use crate::note::Note;
 use crate::survey::Figure;
 use crate::unpack;
-use crate::{Error, ReadOptions, Stamp};
+use crate::{Error, Log, ReadOptions, Stamp};
 
 /// What a bag says of a topic's messages.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -43,6 +44,8 @@ pub(crate) struct Recording {
     left_out: Vec<(String, &'static str)>,
     damage: Damage,
     truncated: Option<u64>,
+    /// A packing that is not known, and what to do about it.
+    unknown_packing: Option<(String, &'static str)>,
     /// A message, once it is unpacked.
     message: Vec<u8>,
     /// The bytes of the file, and those that were unpacked of it.
@@ -60,6 +63,7 @@ impl Recording {
             left_out: Vec::new(),
             damage: Damage::default(),
             truncated: None,
+            unknown_packing: None,
             message: Vec::new(),
             length,
             unpacked: 0,
@@ -156,17 +160,37 @@ impl Recording {
         self.truncated.get_or_insert(byte);
     }
 
-    /// Whether no message was read.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.topics.iter().all(Topic::is_empty)
+    /// Remembers a packing that is not known, and what to do about it.
+    pub(crate) fn unknown_packing(&mut self, name: String, advice: &'static str) {
+        self.unknown_packing.get_or_insert((name, advice));
     }
 
-    /// Hands all over. `format` is what messages call the file: "an MCAP file".
+    /// Makes the log of all that was read, of the format `name`. `format` is what messages call the
+    /// file: "an MCAP file".
     ///
     /// # Errors
-    /// [`Error::Unsupported`] where no topic could be read, with the reason of the first;
-    /// [`Error::TooMuch`] where more was unpacked than any log of this size holds.
-    pub(crate) fn finish(
+    /// [`Error::Unsupported`] where nothing could be unpacked or no topic be read, with the reason of
+    /// the first; [`Error::TooMuch`] where more was unpacked than any log of this size holds;
+    /// [`Error::NoSamples`].
+    pub(crate) fn log(
+        mut self,
+        origin: Origin,
+        options: &ReadOptions,
+        format: &'static str,
+        name: &str,
+    ) -> Result<Log, Error> {
+        let path = origin.path().to_owned();
+        let empty = self.topics.iter().all(Topic::is_empty);
+        if let Some((packing, advice)) = self.unknown_packing.take().filter(|_| empty) {
+            let detail = format!("whose chunks are packed by {packing:?}");
+            return Err(Error::Unsupported { path, format, detail, advice });
+        }
+        let mut assembly = Assembly::new(origin, options);
+        self.finish(&path, format, &mut assembly)?;
+        assembly.log(name)
+    }
+
+    fn finish(
         self,
         path: &Path,
         format: &'static str,

@@ -1,4 +1,9 @@
-//! What messages hold, from the definitions of the MAVLink project (`scripts/mavlink-messages`).
+//! What messages hold, by the definitions of the MAVLink project.
+//!
+//! `messages.txt` is made by `scripts/mavlink-messages` from those in pymavlink 2.4.50 and holds
+//! numbers, names, types and units, none of their texts. The definitions are under the LGPL 3, with
+//! the exception that what is generated from them for a program comes under the MIT licence that
+//! stands in `messages.txt.license`.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;

@@ -1,0 +1,77 @@
+//! The files that fuzzing starts from, and those on which it found a reader to fail: every reader
+//! must stand them all. `scripts/fuzz` searches further.
+
+use std::path::{Path, PathBuf};
+
+use seaplant_log::ReadOptions;
+
+use crate::checks::mend;
+use crate::harness::{Limits, replay};
+
+/// The folders, one for each reader, and what a log is called that it read.
+const READERS: &[(&str, &str)] = &[
+    ("arrow", "Arrow IPC"),
+    ("bag", "ROS 1 bag"),
+    ("dataflash", "ArduPilot DataFlash"),
+    ("db3", "ROS 2 bag (SQLite)"),
+    ("gzip", "comma-separated text, gzip"),
+    ("hdf5", "HDF5"),
+    ("mat5", "MATLAB"),
+    ("mcap", "MCAP"),
+    ("nmea", "NMEA 0183"),
+    ("parquet", "Parquet"),
+    ("pd0", "Teledyne RDI PD0"),
+    ("text", "comma-separated text"),
+    ("tlog", "MAVLink telemetry"),
+    ("xlsx", "Excel workbook"),
+    ("zstd", "comma-separated text, zstd"),
+];
+
+/// What all files of a reader may hold, bytes: they are in the repository.
+const SIZE: usize = 20 << 10;
+
+fn corpus() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus")
+}
+
+/// The files and folders in a folder, in order.
+fn within(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut found: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    found.sort();
+    found
+}
+
+#[test]
+fn every_reader_has_a_corpus() {
+    let folders: Vec<String> = within(&corpus())
+        .iter()
+        .map(|folder| folder.file_name().unwrap().to_string_lossy().into_owned())
+        .collect();
+    let readers: Vec<&str> = READERS.iter().map(|(reader, _)| *reader).collect();
+    assert_eq!(folders, readers);
+}
+
+#[test]
+fn every_reader_stands_its_corpus() {
+    // Archives, zeros at the end of a frame and columns of one value take less than a byte a sample.
+    let limits = Limits { samples_per_byte: 100.0, ..Limits::default() };
+    for (reader, format) in READERS {
+        let (mut size, mut reads) = (0, 0);
+        for file in within(&corpus().join(reader)) {
+            let bytes = std::fs::read(&file).unwrap();
+            let name = format!("{reader}-{}", file.file_name().unwrap().to_string_lossy());
+            size += bytes.len();
+            let log = replay(&name, &bytes, &ReadOptions::default(), limits);
+            reads +=
+                usize::from(log.is_some_and(|log| log.sources()[0].format.starts_with(format)));
+            let equal = ReadOptions { equal_sampling_hz: Some(10.0), ..ReadOptions::default() };
+            replay(&name, &bytes, &equal, limits);
+            let mut mended = bytes.clone();
+            mend(&mut mended);
+            replay(&name, &mended, &ReadOptions::default(), limits);
+        }
+        assert!(size <= SIZE, "{reader}: {size} bytes");
+        assert!(reads >= 2, "{reader}: {reads} files are read as {format}");
+    }
+}
