@@ -58,6 +58,7 @@
 
 mod bollard;
 mod caveat;
+mod clock;
 mod diagnose;
 mod dof;
 mod error;
@@ -83,6 +84,7 @@ mod vehicle;
 
 pub use bollard::{BollardFit, fit_bollard_pull};
 pub use caveat::{Caveat, CaveatCode, Severity};
+pub use clock::{ClockOffset, OffsetPair, estimate_offset};
 pub use dof::{Dof, Units};
 pub use error::Error;
 pub use estimate::{Estimate, Fit, Method};
