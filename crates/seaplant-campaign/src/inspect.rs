@@ -4,9 +4,11 @@ use schemars::JsonSchema;
 use seaplant_log::{Channel, Gap, Log};
 use serde::{Deserialize, Serialize};
 
+mod clocks;
 mod remarks;
 mod runs;
 
+pub use clocks::{InspectedEpoch, InspectedOffset};
 pub(crate) use remarks::{Remark, looks_like_degrees, remarks, short};
 
 /// What a log holds.
@@ -14,6 +16,9 @@ pub(crate) use remarks::{Remark, looks_like_degrees, remarks, short};
 pub struct Inspection {
     /// The files.
     pub files: Vec<InspectedFile>,
+    /// How the clocks of the other files lie to the first's.
+    #[serde(default)]
+    pub offsets: Vec<InspectedOffset>,
     /// Their channels, in the order of the files and of their columns.
     pub channels: Vec<ChannelSummary>,
     /// What the reader decided or dropped.
@@ -31,6 +36,12 @@ pub struct InspectedFile {
     pub sha256: String,
     /// What it is, such as "comma-separated text".
     pub format: String,
+    /// What its times count from.
+    #[serde(default)]
+    pub epoch: InspectedEpoch,
+    /// The first and the last time of any of its channels, s, in the file's clock.
+    #[serde(default)]
+    pub span_s: Option<[f64; 2]>,
 }
 
 /// One channel.
@@ -66,14 +77,17 @@ pub struct ChannelSummary {
 
 /// Looks at every channel of a log.
 pub fn inspect(log: &Log) -> Inspection {
-    let files = log.sources().iter().map(|source| InspectedFile {
+    let files = log.sources().iter().enumerate().map(|(file, source)| InspectedFile {
         path: source.path.display().to_string(),
         bytes: source.bytes,
         sha256: source.sha256.clone(),
         format: source.format.clone(),
+        epoch: InspectedEpoch::of(source),
+        span_s: clocks::span_s(log, file),
     });
     Inspection {
         files: files.collect(),
+        offsets: clocks::offsets(log),
         channels: log.channels().iter().filter_map(|channel| summarise(log, channel)).collect(),
         notes: log.notes().iter().map(ToString::to_string).collect(),
     }

@@ -6,6 +6,7 @@
 mod bench;
 mod campaign;
 mod campaign_file;
+mod clocks;
 mod error;
 mod inspect;
 mod preset;
@@ -19,11 +20,14 @@ mod vehicle_file;
 pub use bench::{Bench, BenchColumns, read_bench};
 pub use campaign::{Campaign, bollard_result, fit_bench, read_logs};
 pub use campaign_file::{
-    Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, FitEntry, LogEntry,
-    StampEntry, SteadyEntry, TimeEntry, TrialEntry,
+    Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, EstimateWord, FitEntry,
+    LogEntry, OffsetEntry, StampEntry, SteadyEntry, TimeEntry, TrialEntry,
 };
+pub use clocks::in_words;
 pub use error::Error;
-pub use inspect::{ChannelSummary, InspectedFile, Inspection, inspect};
+pub use inspect::{
+    ChannelSummary, InspectedEpoch, InspectedFile, InspectedOffset, Inspection, inspect,
+};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use propose::{Proposal, propose};
 pub use toml_file::read_toml;

@@ -7,10 +7,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use sha2::{Digest, Sha256};
 
-use crate::Error;
 use crate::log::Source;
 use crate::note::Note;
 use crate::unpack::{self, Unpacking};
+use crate::{Epoch, Error};
 
 /// An archive's bytes.
 pub(crate) type Packed = BufReader<Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>>;
@@ -210,7 +210,8 @@ impl Origin {
         let packings = self.unpacking.iter().rev().map(|unpacking| unpacking.packing());
         let format = packings.fold(format, |format, packing| format!("{format}, {packing}"));
         let sha256 = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Source { path: self.path.clone(), bytes: raw.bytes, sha256, format })
+        let (path, epoch) = (self.path.clone(), Epoch::Unstated);
+        Ok(Source { path, bytes: raw.bytes, sha256, format, epoch })
     }
 }
 

@@ -49,13 +49,15 @@ pub struct OffsetPair {
     pub correlation: Option<f64>,
     /// How much of the evidence for that offset the next best one has, 0 to 1.
     pub second_peak: Option<f64>,
+    /// Whether one of them is force: whatever thrusters lag behind then counts as offset.
+    pub of_thrust: bool,
     /// Why it was not believed.
     pub refused: Option<String>,
 }
 
 /// Force is logged when it is commanded and acts when propellers have followed: by so much the
 /// offset from thrust may be off, s.
-const THRUST_LAG_S: f64 = 0.2;
+const THRUST_LAG_S: f64 = 0.3;
 
 /// Pairs that differ by more than this many standard errors, and seconds, tell of different
 /// motions.
@@ -71,7 +73,7 @@ const CONTRADICTION_S: f64 = 1.0;
 /// well, or if another offset has more than 0.7 of the evidence: of a sinusoid every period is as
 /// good. Estimates are weighted by their variances. Only where no pair of motions will do, force
 /// is held against the acceleration that it makes, by `v̇ = α τ + β v|v| + μ v + ν`; the lag of
-/// thrusters cannot be told from an offset then, and 0.2 s is added to the standard error.
+/// thrusters cannot be told from an offset then, and 0.3 s is added to the standard error.
 ///
 /// # Errors
 /// [`Error::ClockOffset`] if no pair tells the offset, or pairs contradict each other.
@@ -141,6 +143,11 @@ impl OffsetPair {
         Self { reference: self.other, other: self.reference, offset_s, ..self }
     }
 
+    /// The same, not to be believed.
+    fn refused(self, why: impl Into<String>) -> Self {
+        Self { refused: Some(why.into()), ..self }
+    }
+
     /// Its offset and variance, if it has them.
     fn estimate(&self) -> Option<(f64, f64)> {
         Some((self.offset_s?, self.std_s?.powi(2)))
@@ -166,18 +173,22 @@ fn is_told_by_others(
 fn compare(driver: &Named, response: &Named, problem: Result<Problem, Error>) -> OffsetPair {
     let (reference, other) = (driver.name.clone(), response.name.clone());
     let pair = OffsetPair { reference, other, ..OffsetPair::default() };
-    let found = problem.map_err(|error| error.to_string()).and_then(|p| p.search(&pair));
-    found.unwrap_or_else(|refused| OffsetPair { refused: Some(refused), ..pair })
+    match problem {
+        Ok(problem) => problem.search(pair),
+        Err(error) => pair.refused(error.to_string()),
+    }
 }
 
 fn with_lag(pair: OffsetPair) -> OffsetPair {
-    OffsetPair { std_s: pair.std_s.map(|std_s| std_s.hypot(THRUST_LAG_S)), ..pair }
+    let std_s = pair.std_s.map(|std_s| std_s.hypot(THRUST_LAG_S));
+    OffsetPair { std_s, of_thrust: true, ..pair }
 }
 
 /// The mean of what pairs say, each by its variance; where they differ by more than that
 /// allows, its standard error grows with their scatter.
 fn combine(mut pairs: Vec<OffsetPair>) -> Result<ClockOffset, Error> {
-    pairs.sort_by_key(|pair| pair.offset_s.is_none());
+    // What came nearest to telling the offset first.
+    pairs.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
     let known: Vec<(f64, f64)> = pairs.iter().filter_map(OffsetPair::estimate).collect();
     let weight: f64 = known.iter().map(|(_, variance)| variance.recip()).sum();
     if known.is_empty() {
@@ -199,6 +210,12 @@ fn combine(mut pairs: Vec<OffsetPair>) -> Result<ClockOffset, Error> {
     Ok(ClockOffset { offset_s, std_s: (scatter.max(1.0) / weight).sqrt(), pairs })
 }
 
+/// How much a pair tells: its correlation, believed offsets before others.
+fn evidence(pair: &OffsetPair) -> f64 {
+    let believed = if pair.offset_s.is_some() { 1.0 } else { 0.0 };
+    believed + pair.correlation.unwrap_or(0.0).abs()
+}
+
 /// What pairs were compared, and what came of it.
 fn in_words(pairs: &[OffsetPair]) -> String {
     if pairs.is_empty() {
@@ -214,5 +231,13 @@ fn in_words(pairs: &[OffsetPair]) -> String {
         };
         format!("{} and {}: {said}", pair.reference, pair.other)
     };
-    pairs.iter().map(one).collect::<Vec<_>>().join("; ")
+    /// More fill a screen and say no more.
+    const MOST: usize = 3;
+    let mut said: Vec<String> = pairs.iter().map(one).take(MOST).collect();
+    match pairs.len().saturating_sub(MOST) {
+        0 => {}
+        1 => said.push("another pair does no better".to_owned()),
+        more => said.push(format!("{more} other pairs do no better")),
+    }
+    said.join("; ")
 }

@@ -23,10 +23,13 @@ const CLIMBED: usize = 6;
 const LEAST_GAIN: f64 = 12.0;
 
 /// A second offset that explains more than this part of what the first does makes both doubtful.
-pub(super) const GREATEST_SECOND: f64 = 0.7;
+const GREATEST_SECOND: f64 = 0.7;
 
-/// Clocks within a hundredth of a sample are of one instant for all that samples can tell.
+/// Clocks this close, as a part of the lattice's step, are one for all that samples can tell.
 const FLOOR_OF_STEP: f64 = 0.005;
+
+/// The curvature of the likelihood is taken over steps of this part of the lattice's.
+const STD_STEP: f64 = 0.25;
 
 /// A series with what messages call it.
 #[derive(Clone, Debug)]
@@ -70,9 +73,8 @@ impl Problem {
     /// Candidates are the peaks of the normalised cross-correlation, plain and whitened; each is
     /// climbed in likelihood. `pair` names the two.
     ///
-    /// # Errors
-    /// Why there is none, in words that follow the names of the pair.
-    pub(super) fn search(&self, pair: &OffsetPair) -> Result<OffsetPair, String> {
+    /// Where there is none, the pair says why, in words that follow its names.
+    pub(super) fn search(&self, pair: OffsetPair) -> OffsetPair {
         let [from_s, to_s] = self.x.span_s();
         let grid = Grid::spanning(from_s, to_s, self.grid.period_s);
         let x = self.x.on(grid);
@@ -81,14 +83,14 @@ impl Problem {
         let least = (LEAST_SHARED * shorter).max(LEAST_INSTANTS).max(LEAST_S / self.grid.period_s);
         if shorter < least {
             let s = shorter * self.grid.period_s;
-            return Err(format!("only {s:.0} s of it are without gaps: too little to compare"));
+            return pair.refused(format!("only {s:.0} s are without gaps: too little to compare"));
         }
         let (lags, found) = self.candidates(&x, least);
         let offset_s = |lag: isize| from_s - self.grid.start_s + lag as f64 * grid.period_s;
         let found = found.into_iter().map(|at| offset_s(at.lag));
         let tops = self.tops(found);
         let Some(best) = tops.first() else {
-            return Err("they do not rise and fall together at any offset".to_owned());
+            return pair.refused("they do not rise and fall together at any offset");
         };
         self.judge(pair, best, tops.get(1), lags)
     }
@@ -157,40 +159,39 @@ impl Problem {
     /// Whether an offset is to be believed.
     fn judge(
         &self,
-        pair: &OffsetPair,
+        pair: OffsetPair,
         best: &Profile,
         second: Option<&Profile>,
         lags: usize,
-    ) -> Result<OffsetPair, String> {
+    ) -> OffsetPair {
         let step_s = self.grid.period_s;
-        let found = format!("they agree best at {:.2} s", best.offset_s);
-        let rows = self.rows(best.offset_s, 2.0 * step_s).ok_or("they share too little")?;
+        let Some(rows) = self.rows(best.offset_s, 2.0 * step_s) else {
+            return pair.refused("they share too little to compare");
+        };
         let correlation = self.correlation(&rows, best.offset_s);
-        let needed = LEAST_GAIN + (lags as f64).ln();
-        if best.gain < needed {
-            return Err(format!(
-                "{found}, but no better than chance would have it (correlation {correlation:.2})"
-            ));
+        let second_peak = second.map_or(0.0, |second| (second.gain / best.gain).clamp(0.0, 1.0));
+        let pair =
+            OffsetPair { correlation: Some(correlation), second_peak: Some(second_peak), ..pair };
+        let found = format!("they agree best at {:.2} s", best.offset_s);
+        if best.gain < LEAST_GAIN + (lags as f64).ln() {
+            let chance = "but no better than chance would have it";
+            return pair.refused(format!("{found}, {chance} (correlation {correlation:.2})"));
         }
-        let second_peak = second.map_or(0.0, |second| (second.gain / best.gain).max(0.0));
         if let Some(second) = second.filter(|_| second_peak > GREATEST_SECOND) {
-            return Err(format!(
+            return pair.refused(format!(
                 "{found}, but at {:.2} s nearly as well ({:.0} % of the evidence): the motion repeats itself",
                 second.offset_s,
                 100.0 * second_peak
             ));
         }
-        let std_s = self
-            .std_s(&rows, best, 0.25 * step_s)
-            .ok_or_else(|| format!("{found}, but around it one offset is as likely as another"))?;
-        let std_s = std_s.hypot(FLOOR_OF_STEP * step_s);
-        Ok(OffsetPair {
-            offset_s: Some(best.offset_s),
-            std_s: Some(std_s),
-            correlation: Some(correlation),
-            second_peak: Some(second_peak),
-            ..pair.clone()
-        })
+        match self.std_s(&rows, best, STD_STEP * step_s) {
+            Some(std_s) => OffsetPair {
+                offset_s: Some(best.offset_s),
+                std_s: Some(std_s.hypot(FLOOR_OF_STEP * step_s)),
+                ..pair
+            },
+            None => pair.refused(format!("{found}, but others around it are as likely")),
+        }
     }
 }
 

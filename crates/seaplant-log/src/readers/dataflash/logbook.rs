@@ -6,7 +6,7 @@ use super::definition::{Definition, FMT, FMT_LENGTH};
 use super::table::{Letters, Role, Table};
 use crate::assemble::Assembly;
 use crate::readers::number::{Kind, text};
-use crate::{Error, Log};
+use crate::{Epoch, Error, Log};
 
 /// A later start of the autopilot is put so long after the last record of the one before, s: no
 /// method takes it for a gap in one run.
@@ -206,6 +206,8 @@ impl Logbook {
         for (name, value) in self.settings {
             assembly.setting(name, value);
         }
+        let since_1970_s = self.epoch.map(|start| start.as_duration().as_secs_f64());
+        assembly.epoch(Epoch::Start { since_1970_s });
         for table in self.tables {
             table.into_groups(&self.letters, &mut assembly);
         }
