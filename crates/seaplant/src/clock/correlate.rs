@@ -158,6 +158,29 @@ mod tests {
         }
     }
 
+    /// As in `tests/reference/make_clock_reference.py`, which SciPy correlates.
+    #[test]
+    fn every_lag_is_what_scipy_says() {
+        let text = include_str!("../../tests/reference/clock.json");
+        let reference: serde_json::Value = serde_json::from_str(text).expect("made by the script");
+        let k = |k: usize| k as f64;
+        let of_y = |n| 3.0 + (0.002 * (k(n) + 60.0).powi(2)).sin() + 0.2 * (1.3 * k(n)).cos();
+        let of_x = |n| -700.0 + 50.0 * (0.002 * k(n).powi(2)).sin() + 9.0 * (0.4 * k(n)).cos();
+        let (mut y, mut x): (Vec<f64>, Vec<f64>) =
+            ((0..150).map(of_y).collect(), (0..260).map(of_x).collect());
+        y[40..55].fill(f64::NAN);
+        x[100..108].fill(f64::NAN);
+        let found = correlations(&y, &x, 40.0);
+        let expected = reference["lags"].as_array().expect("an array");
+        assert_eq!(found.len(), expected.len());
+        for (at, expected) in found.iter().zip(expected) {
+            let number = |n: usize| expected[n].as_f64().expect("a number");
+            assert_eq!([at.lag as f64, at.instants], [number(0), number(2)]);
+            assert!((at.correlation - number(1)).abs() < 1e-9, "{at:?} {expected}");
+        }
+        assert_eq!(peaks(&found, 1)[0].lag, 60);
+    }
+
     #[test]
     fn the_highest_peak_is_at_the_lag() {
         let x: Vec<f64> = (0..200).map(|k| (0.01 * (k * k) as f64).sin()).collect();

@@ -25,6 +25,10 @@ const MEMORY: usize = 8;
 /// A smaller part of a sum of squares is rounding.
 const ROUNDING: f64 = 1e-12;
 
+/// No two instruments agree to less than this part of the variance of what they measure. Signals
+/// without any noise would else be judged by how they are interpolated.
+const AGREEMENT: f64 = 1e-8;
+
 /// Rows for each number that is fitted: fewer say nothing of residuals.
 const ROWS_FOR_EACH: usize = 4;
 
@@ -76,15 +80,17 @@ impl Problem {
     /// The logarithmic likelihood of each of some offsets but for a constant, the residuals
     /// remembering what they do at another.
     pub(super) fn scan(&self, rows: &Rows, near: &Profile, offsets_s: &[f64]) -> Vec<f64> {
-        let y = rows.whiten(&rows.pick(&self.y), &near.memory);
+        let picked = rows.pick(&self.y);
+        let floor = AGREEMENT * dot(&picked, &picked);
+        let y = rows.whiten(&picked, &near.memory);
         let z = self.beside(rows).into_iter().map(|z| rows.whiten(&z, &near.memory));
         let z = Orthonormal::of(z.collect());
         let y = z.leave(y);
         let of = |&offset_s: &f64| {
             let x = z.leave(rows.whiten(&self.driver(rows, offset_s), &near.memory));
             let (xx, xy, yy) = (dot(&x, &x), dot(&x, &y), dot(&y, &y));
-            let left = yy - if xx > 0.0 { xy * xy.max(0.0) / xx } else { 0.0 };
-            -0.5 * y.len() as f64 * left.max(f64::MIN_POSITIVE).ln()
+            let explained = if xx > 0.0 { xy * xy.max(0.0) / xx } else { 0.0 };
+            -0.5 * y.len() as f64 * (yy - explained + floor).max(f64::MIN_POSITIVE).ln()
         };
         offsets_s.iter().map(of).collect()
     }
@@ -96,8 +102,12 @@ impl Problem {
     /// the residuals still remember something. Never less than `1/√I`.
     pub(super) fn std_s(&self, rows: &Rows, top: &Profile, step_s: f64) -> Option<f64> {
         let at = [top.offset_s - step_s, top.offset_s, top.offset_s + step_s];
-        let [before, here, after] = self.scan(rows, top, &at)[..] else { return None };
-        let information = (2.0 * here - before - after) / (step_s * step_s);
+        let scores = self.scan(rows, top, &at);
+        // Sums of squares bend evenly where their logarithm, over a step of many standard
+        // errors, does not.
+        let half = 0.5 * rows.whitened() as f64;
+        let left = |k: usize| ((scores[1] - scores[k]) / half).exp();
+        let information = half * (left(0) - 2.0 + left(2)) / (step_s * step_s);
         if information.is_nan() || information <= 0.0 {
             return None;
         }
@@ -243,9 +253,7 @@ fn regress(rows: &Rows, y: &[f64], columns: &[&[f64]]) -> Option<Regression> {
         coefficients = least_squares(&rows.whiten(y, &memory), &white)?;
     }
     let left = rows.whiten(&residual(y, columns, &coefficients), &memory);
-    // Copies of one series agree to rounding.
-    let rounding = ROUNDING * dot(y, y);
-    let variance = (dot(&left, &left) + rounding) / left.len() as f64;
+    let variance = (dot(&left, &left) + AGREEMENT * dot(y, y)) / left.len() as f64;
     (variance > 0.0).then_some(Regression { coefficients, memory, variance })
 }
 
