@@ -124,8 +124,8 @@ pub struct TrialEntry {
     /// Steady stretches `[from, to]`, likewise; found by themselves if not given.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub segments_s: Vec<[f64; 2]>,
-    /// Seconds to add to the clock of a file, by its name as in `log`; or `"estimate"`, to find
-    /// them where its motion agrees with the others'.
+    /// Seconds to add to the clock of a file, by its path as in `log` or the end of it; or
+    /// `"estimate"`, to find them where its motion agrees with the others'.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub offset_s: BTreeMap<String, OffsetEntry>,
     /// The sheet of a workbook, in place of the campaign's.

@@ -88,7 +88,7 @@ fn align(
     let name = |file: usize| files[file].display().to_string();
     let key = |name: &str| format!("trial `{}`, offset_s.\"{name}\"", entry.name);
     let is_asked = |file: usize| {
-        let offset = entry.offset_s.iter().find(|(name, _)| files[file] == Path::new(name));
+        let offset = entry.offset_s.iter().find(|(name, _)| is_named(entry, &files[file], name));
         matches!(offset, Some((_, OffsetEntry::Told(_))))
     };
     let asked: Vec<usize> = (0..files.len()).filter(|&file| is_asked(file)).collect();
@@ -206,6 +206,12 @@ impl Clock {
     }
 }
 
+/// Whether a file is meant by its path or the end of it: `dvl.csv` of `surge-1/dvl.csv`.
+fn is_named(entry: &TrialEntry, file: &Path, name: &str) -> bool {
+    let is_whole = entry.log.files().iter().any(|file| file == Path::new(name));
+    if is_whole { file == Path::new(name) } else { file.ends_with(name) }
+}
+
 fn read_options(
     path: &Path,
     logs: &[PathBuf],
@@ -214,15 +220,17 @@ fn read_options(
 ) -> Result<Vec<(PathBuf, ReadOptions)>, Error> {
     let files = entry.log.files();
     let time = campaign.time.as_ref();
-    if let Some(stray) =
-        entry.offset_s.keys().find(|name| !files.iter().any(|file| file == Path::new(name)))
-    {
-        let reason = "is not among the trial's log = [...]; write the file as it stands there";
-        let key = format!("trial `{}`, offset_s.\"{stray}\"", entry.name);
+    for name in entry.offset_s.keys() {
+        let reason = match files.iter().filter(|file| is_named(entry, file, name)).count() {
+            0 => "is not among the trial's log = [...]; write the file as it stands there",
+            1 => continue,
+            _ => "is the end of several paths in log = [...]; write the file as it stands there",
+        };
+        let key = format!("trial `{}`, offset_s.\"{name}\"", entry.name);
         return Err(Error::value(path, key, reason));
     }
     let options = |file: &PathBuf| {
-        let offset_s = entry.offset_s.iter().find(|(name, _)| file == Path::new(name));
+        let offset_s = entry.offset_s.iter().find(|(name, _)| is_named(entry, file, name));
         ReadOptions {
             time: time.and_then(|time| {
                 let column = time.column.clone()?;

@@ -132,7 +132,8 @@ fn with_offset(path: &Path, offset: OffsetEntry) -> Results {
     let mut file: CampaignFile = read_toml(path).unwrap_or_else(|error| panic!("{error}"));
     for trial in &mut file.trial {
         let dvl = trial.log.files().iter().find(|log| log.ends_with("dvl.csv")).expect("a DVL");
-        trial.offset_s.insert(dvl.display().to_string(), offset);
+        assert_ne!(dvl, Path::new("dvl.csv"));
+        trial.offset_s.insert("dvl.csv".to_owned(), offset);
     }
     file.methods = Some(vec![seaplant::Method::FilterError]);
     let path = path.with_file_name("aligned.toml");
@@ -241,6 +242,19 @@ fn one_clock_must_count() {
         message,
         "campaign.toml: trial `turns`, offset_s.\"autopilot.csv\": every file of the trial is to \
          be moved; leave out the one whose clock counts"
+    );
+}
+
+#[test]
+fn the_end_of_a_path_names_a_file_if_it_is_the_only_one() {
+    let folder = Folder::new();
+    gyro_and_dvl(&folder, 0.0);
+    let twice = CAMPAIGN.replace("\"autopilot.csv\", ", "\"a/dvl.csv\", \"b/dvl.csv\", ");
+    let message = refusal(&folder, &twice.replace(", \"dvl.csv\"]", "]"));
+    assert_eq!(
+        message,
+        "campaign.toml: trial `turns`, offset_s.\"dvl.csv\": is the end of several paths in log = \
+         [...]; write the file as it stands there"
     );
 }
 

@@ -3,6 +3,7 @@
 
 mod bad_files;
 mod bad_results;
+mod clocks;
 mod dataflash;
 mod demo;
 mod formats;
