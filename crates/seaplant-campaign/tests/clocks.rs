@@ -97,9 +97,14 @@ fn what_data_cannot_tell_is_refused_with_the_reason() {
     let folder = Folder::new();
     let [gyro, _] = gyro_and_dvl(&folder, 0.0);
     let depth = csv(4.0, 100.0, &[("depth [m]", &|t| 5.0 + (0.1 * t).sin())]);
-    let offset = only_offset(&[gyro, folder.write("depth.csv", &depth)]);
-    let refused = offset.refused.expect("it is refused");
-    assert!(refused.contains("share nothing that must agree"), "{refused}");
+    let offset = only_offset(&[gyro.clone(), folder.write("depth.csv", &depth)]);
+    // A gyro and a depth sensor have nothing to compare.
+    assert_eq!((offset.clock, offset.refused, offset.campaign_line), (None, None, None));
+    let another = |t: f64| 100.0 + 9.0 * (0.7 * t).sin() + 5.0 * (0.0041 * t * t).cos();
+    let another = csv(8.0, 200.0, &[("heading [deg]", &another)]);
+    let offset = only_offset(&[gyro, folder.write("compass.csv", &another)]);
+    let refused = offset.refused.expect("it is of another day");
+    assert!(refused.contains("yaw and the rate of attitude.heading: they agree"), "{refused}");
     assert_eq!((offset.clock, offset.campaign_line), (None, None));
 }
 

@@ -192,16 +192,15 @@ fn combine(mut pairs: Vec<OffsetPair>) -> Result<ClockOffset, Error> {
     let known: Vec<(f64, f64)> = pairs.iter().filter_map(OffsetPair::estimate).collect();
     let weight: f64 = known.iter().map(|(_, variance)| variance.recip()).sum();
     if known.is_empty() {
-        return Err(Error::ClockOffset { found: in_words(&pairs) });
+        return Err(Error::ClockOffset { found: in_words(&pairs), pairs: pairs.len() });
     }
     let differ = |(a, b): (&(f64, f64), &(f64, f64))| {
         let apart = (a.0 - b.0).abs();
         apart > CONTRADICTION_S && apart > CONTRADICTION_STD * (a.1 + b.1).sqrt()
     };
     if known.iter().any(|a| known.iter().any(|b| differ((a, b)))) {
-        return Err(Error::ClockOffset {
-            found: format!("pairs contradict each other: {}", in_words(&pairs)),
-        });
+        let found = format!("pairs contradict each other: {}", in_words(&pairs));
+        return Err(Error::ClockOffset { found, pairs: pairs.len() });
     }
     let offset_s =
         known.iter().map(|(offset_s, variance)| offset_s / variance).sum::<f64>() / weight;

@@ -175,6 +175,8 @@ pub enum Error {
     ClockOffset {
         /// What was compared, and what came of it.
         found: String,
+        /// How many pairs of signals could be compared.
+        pairs: usize,
     },
     /// A fit that did not reach an optimum.
     #[error(

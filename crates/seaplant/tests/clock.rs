@@ -74,7 +74,7 @@ fn between([reference, other]: &[Recording; 2]) -> ClockOffset {
 
 fn why_not([reference, other]: &[Recording; 2]) -> String {
     match estimate_offset(reference, other, &Vehicle::default()) {
-        Err(Error::ClockOffset { found }) => found,
+        Err(Error::ClockOffset { found, .. }) => found,
         other => panic!("{other:?}"),
     }
 }

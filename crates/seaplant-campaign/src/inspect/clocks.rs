@@ -1,7 +1,7 @@
 //! The clocks of several files, and how far they are apart.
 
 use schemars::JsonSchema;
-use seaplant::{ClockOffset, Vehicle};
+use seaplant::{ClockOffset, Error, Vehicle};
 use seaplant_log::{Epoch, Log, Source};
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +60,7 @@ pub struct InspectedOffset {
     pub by_satellite_s: Option<f64>,
     /// How far the clock of the file is behind, as the data tell.
     pub clock: Option<ClockOffset>,
-    /// Why the data do not tell.
+    /// Why the data do not tell; absent where the files hold nothing to compare, either.
     pub refused: Option<String>,
     /// What to write in campaign.toml under `[[trial]]`; absent where the clocks agree.
     pub campaign_line: Option<String>,
@@ -86,6 +86,7 @@ fn offset(log: &Log, alignment: &mut Alignment<'_>, file: usize) -> Option<Inspe
     let [reference, source] = [0, file].map(|file| &log.sources()[file]);
     let (clock, refused) = match alignment.estimate(file) {
         Ok(clock) => (Some(clock), None),
+        Err(Error::ClockOffset { pairs: 0, .. }) => (None, None),
         Err(error) => (None, Some(error.to_string())),
     };
     if let Some(clock) = &clock {

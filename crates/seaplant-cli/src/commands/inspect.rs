@@ -106,6 +106,11 @@ fn apart(offset: &InspectedOffset) -> String {
     if let Some(refused) = &offset.refused {
         text += &format!("  {WARNING}{refused}{WARNING:#}\n");
     }
+    let doubtful = !offset.same_epoch || offset.overlap_s < 0.0;
+    if doubtful && offset.clock.is_none() && offset.refused.is_none() {
+        text += "  nothing that both measured tells how far they are apart; thrust may: write \
+                 \"estimate\" for the seconds in campaign.toml\n";
+    }
     if let Some(line) = &offset.campaign_line {
         text += &format!("  in campaign.toml, under [[trial]]: {STRONG}{line}{STRONG:#}\n");
     } else if offset.clock.is_some() {
