@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::navigation::Recording;
 use crate::trial::without_outliers;
 use crate::{Dof, Error, Vehicle};
+use lattice::is_mostly_gap;
 use profile::Problem;
 use search::Named;
 use signals::{What, forces, motions};
@@ -108,8 +109,7 @@ pub fn estimate_offset(
     other: &Recording,
     vehicle: &Vehicle,
 ) -> Result<ClockOffset, Error> {
-    let [reference, other] =
-        [reference, other].map(|recording| without_outliers(recording.clone()));
+    let [reference, other] = [reference, other].map(usable);
     let here = motions(&reference, &vehicle.sensors);
     let there = motions(&other, &vehicle.sensors);
     let mut pairs: Vec<OffsetPair> = Vec::new();
@@ -134,6 +134,12 @@ pub fn estimate_offset(
         }
     }
     combine(pairs)
+}
+
+/// A recording without outliers and without series that are nearly all gap.
+fn usable(recording: &Recording) -> Recording {
+    let whole = recording.iter().filter(|(_, series)| !is_mostly_gap(series));
+    without_outliers(whole.map(|(what, series)| (what.clone(), series.clone())).collect())
 }
 
 impl OffsetPair {

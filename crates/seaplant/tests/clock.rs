@@ -186,6 +186,26 @@ fn motions_of_other_days_are_not_brought_together() {
 }
 
 #[test]
+fn a_sign_that_is_turned_is_told() {
+    let [rate, heading] = gyro_and_compass(4, &GYRO, &Instrument { behind_s: 3.0, ..COMPASS });
+    let turned = rate.iter().map(|(what, series)| (what.clone(), series.map(|x| -x))).collect();
+    let found = why_not(&[turned, heading]);
+    assert!(found.contains("they mirror each other at 3."), "{found}");
+    assert!(found.contains("negate = true"), "{found}");
+}
+
+#[test]
+fn a_clock_that_was_set_by_years_is_refused_in_no_time() {
+    let [rate, heading] = gyro_and_compass(4, &GYRO, &COMPASS);
+    let leap = |(what, series): (&Quantity, &Timed)| {
+        let late = |t: &f64| if *t < 150.0 { *t } else { *t + 1.6e9 };
+        recording_of(what, series.time_s().iter().map(late).collect(), series.values().to_vec())
+    };
+    let rate = rate.iter().map(leap).next().expect("one series");
+    assert!(why_not(&[rate, heading]).starts_with("the files share nothing"));
+}
+
+#[test]
 fn files_that_share_nothing_are_refused_with_what_would_do() {
     let [rate, _] = gyro_and_compass(1, &GYRO, &COMPASS);
     let depth = COMPASS.logs("depth", &mut ChaCha8Rng::seed_from_u64(1), |t| (0.1 * t).sin());

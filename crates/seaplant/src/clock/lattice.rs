@@ -11,9 +11,21 @@ const COARSER: f64 = 2.0;
 /// Shorter stretches without a gap, in lattice instants, are left out.
 const LEAST_STRETCH: usize = 16;
 
-/// The step of a lattice for two series, s.
-pub(super) fn step_s(one: &Timed, other: &Timed) -> f64 {
-    COARSER * one.period_s().max(other.period_s())
+/// A lattice has so many instants at most; of longer records it is coarser.
+const MOST_INSTANTS: f64 = 1_048_576.0;
+
+/// The step of a lattice for two series of which the slower is sampled every `period_s`, s.
+pub(super) fn step_s(period_s: f64, series: [&Timed; 2]) -> f64 {
+    let spans_s = series.map(|series| series.last_s() - series.first_s());
+    (COARSER * period_s).max(spans_s[0].max(spans_s[1]) / MOST_INSTANTS)
+}
+
+/// Whether a series is nearly all gap, as one whose clock was set by years is: nothing can be
+/// laid over its span.
+pub(super) fn is_mostly_gap(series: &Timed) -> bool {
+    const PART: f64 = 100.0;
+    let instants = (series.last_s() - series.first_s()) / series.period_s();
+    instants > MOST_INSTANTS && instants > PART * series.len() as f64
 }
 
 /// A series without what a lattice cannot carry, cut at its gaps.
@@ -79,10 +91,18 @@ mod tests {
         let parabola = |t: f64| 2.0 - t + 0.3 * t * t;
         let series =
             Timed::on_grid("x", grid, grid.times().map(parabola).collect()).expect("valid");
-        for t in [3.5, 3.6, 4.25, 6.4] {
+        for t in [3.0, 3.5, 3.6, 4.25, 6.4, 7.0] {
             assert!((cubic(&series, t) - parabola(t)).abs() < 1e-12, "{t}");
         }
-        assert_eq!([cubic(&series, 3.0), cubic(&series, 7.0)], [3.0, 7.0].map(parabola));
+    }
+
+    #[test]
+    fn a_clock_that_was_set_by_years_makes_no_lattice() {
+        let mut times: Vec<f64> = (0..1000).map(|k| 0.1 * f64::from(k)).collect();
+        times.extend((0..1000).map(|k| 1.6e9 + 0.1 * f64::from(k)));
+        let leap = Timed::new("x", times.clone(), times).expect("valid");
+        assert!(is_mostly_gap(&leap));
+        assert!(leap.last_s() / step_s(0.1, [&leap, &leap]) < 1.1 * MOST_INSTANTS);
     }
 
     #[test]

@@ -41,7 +41,8 @@ pub(super) struct Named {
 impl Problem {
     /// Two measurements of one motion.
     pub(super) fn agreement(driver: &Named, response: &Named) -> Result<Self, Error> {
-        let step_s = step_s(&driver.series, &response.series);
+        let [one_s, other_s] = [driver, response].map(|named| named.series.period_s());
+        let step_s = step_s(one_s.max(other_s), [&driver.series, &response.series]);
         let x = Smooth::of(&driver.name, &driver.series, step_s)?;
         let y = Smooth::of(&response.name, &response.series, step_s)?;
         let [from_s, to_s] = y.span_s();
@@ -56,7 +57,8 @@ impl Problem {
         /// Held force is averaged over steps so much finer than the lattice's.
         const FINER: f64 = 4.0;
         let v = &velocity.series;
-        let step_s = step_s(v, v).max(2.0 * force.series.period_s());
+        // Held force is known between its samples, too.
+        let step_s = step_s(v.period_s(), [v, &force.series]);
         let held = Grid::spanning(force.series.first_s(), force.series.last_s(), step_s / FINER);
         let force_means = Timed::on_grid(&force.name, held, force.series.held_means(held))?;
         let x = Smooth::of(&force.name, &force_means, step_s)?;
@@ -85,25 +87,34 @@ impl Problem {
             let s = shorter * self.grid.period_s;
             return pair.refused(format!("only {s:.0} s are without gaps: too little to compare"));
         }
-        let (lags, found) = self.candidates(&x, least);
-        let offset_s = |lag: isize| from_s - self.grid.start_s + lag as f64 * grid.period_s;
-        let found = found.into_iter().map(|at| offset_s(at.lag));
-        let tops = self.tops(found);
-        let Some(best) = tops.first() else {
-            return pair.refused("they do not rise and fall together at any offset");
-        };
-        self.judge(pair, best, tops.get(1), lags)
+        let (plain, found) = self.candidates(&x, least);
+        let offset_s = |at: &AtLag| from_s - self.grid.start_s + at.lag as f64 * grid.period_s;
+        let mirrored = mirrored(&plain).map(|at| {
+            let offset_s = offset_s(at);
+            format!(
+                "they mirror each other at {offset_s:.2} s: turn the sign of one, negate = true"
+            )
+        });
+        let tops = self.tops(found.iter().map(offset_s));
+        let least_gain = LEAST_GAIN + (plain.len() as f64).ln();
+        match (mirrored, tops.first()) {
+            (Some(mirrored), best) if best.is_none_or(|best| best.gain < least_gain) => {
+                pair.refused(mirrored)
+            }
+            (_, None) => pair.refused("they do not rise and fall together at any offset"),
+            (_, Some(best)) => self.judge(pair, best, tops.get(1), least_gain),
+        }
     }
 
-    /// How many lags were searched, and the peaks.
-    fn candidates(&self, x: &[f64], least: f64) -> (usize, Vec<AtLag>) {
+    /// The plain correlation at every lag, and the peaks of that and of the whitened one.
+    fn candidates(&self, x: &[f64], least: f64) -> (Vec<AtLag>, Vec<AtLag>) {
         let y = self.unexplained();
         let plain = correlations(&y, x, least);
         let mut found = peaks(&plain, PEAKS);
         if let Some([y, x]) = whitened(&y, x) {
             found.extend(peaks(&correlations(&y, &x, least), PEAKS));
         }
-        (plain.len(), found)
+        (plain, found)
     }
 
     /// The tops of the likelihood near some offsets, the highest first, each once.
@@ -156,13 +167,13 @@ impl Problem {
         top
     }
 
-    /// Whether an offset is to be believed.
+    /// The pair with an offset, if that is to be believed.
     fn judge(
         &self,
         pair: OffsetPair,
         best: &Profile,
         second: Option<&Profile>,
-        lags: usize,
+        least_gain: f64,
     ) -> OffsetPair {
         let step_s = self.grid.period_s;
         let Some(rows) = self.rows(best.offset_s, 2.0 * step_s) else {
@@ -173,26 +184,39 @@ impl Problem {
         let pair =
             OffsetPair { correlation: Some(correlation), second_peak: Some(second_peak), ..pair };
         let found = format!("they agree best at {:.2} s", best.offset_s);
-        if best.gain < LEAST_GAIN + (lags as f64).ln() {
+        if best.gain < least_gain {
             let chance = "but no better than chance would have it";
             return pair.refused(format!("{found}, {chance} (correlation {correlation:.2})"));
         }
         if let Some(second) = second.filter(|_| second_peak > GREATEST_SECOND) {
-            return pair.refused(format!(
-                "{found}, but at {:.2} s nearly as well ({:.0} % of the evidence): the motion repeats itself",
-                second.offset_s,
-                100.0 * second_peak
-            ));
+            return pair.refused(format!("{found}, but {}", as_well(second, second_peak)));
         }
-        match self.std_s(&rows, best, STD_STEP * step_s) {
-            Some(std_s) => OffsetPair {
-                offset_s: Some(best.offset_s),
-                std_s: Some(std_s.hypot(FLOOR_OF_STEP * step_s)),
-                ..pair
-            },
+        let std_s = self.std_s(&rows, best, STD_STEP * step_s);
+        let std_s = std_s.map(|std_s| std_s.hypot(FLOOR_OF_STEP * step_s));
+        match std_s {
+            Some(_) => OffsetPair { offset_s: Some(best.offset_s), std_s, ..pair },
             None => pair.refused(format!("{found}, but others around it are as likely")),
         }
     }
+}
+
+fn as_well(second: &Profile, part: f64) -> String {
+    let (at_s, percent) = (second.offset_s, 100.0 * part);
+    format!(
+        "at {at_s:.2} s nearly as well ({percent:.0} % of the evidence): the motion repeats itself"
+    )
+}
+
+/// Where two series go against each other more closely than anywhere with each other.
+fn mirrored(correlations: &[AtLag]) -> Option<&AtLag> {
+    /// So close, and so many times closer.
+    const CLOSE: f64 = 0.7;
+    const TIMES: f64 = 1.3;
+    let order = |a: &&AtLag, b: &&AtLag| a.correlation.total_cmp(&b.correlation);
+    let (lowest, highest) =
+        (correlations.iter().min_by(order)?, correlations.iter().max_by(order)?);
+    let is_mirrored = -lowest.correlation > (TIMES * highest.correlation).max(CLOSE);
+    is_mirrored.then_some(lowest)
 }
 
 /// Where between −1 and 1 the parabola through the values at −1, 0 and 1 is highest.
