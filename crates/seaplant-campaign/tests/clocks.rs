@@ -232,8 +232,11 @@ fn a_clock_that_repeats_itself_is_refused_by_file_and_reason() {
     folder.write("dvl.csv", &csv(8.0, 200.0, &columns));
     let message = refusal(&folder, CAMPAIGN);
     let start = "campaign.toml: trial `turns`, offset_s.\"dvl.csv\": the data do not tell the \
-                 offset of the clocks (rate.yaw and the rate of attitude.heading: ";
+                 offset of the clocks (";
     assert!(message.starts_with(start), "{message}");
+    for says in ["rate.yaw and the rate of attitude.heading: ", "the motion repeats itself"] {
+        assert!(message.contains(says), "{message}");
+    }
     assert!(message.contains("state it in seconds"), "{message}");
 }
 
