@@ -89,20 +89,17 @@ impl Problem {
         }
         let (plain, found) = self.candidates(&x, least);
         let offset_s = |at: &AtLag| from_s - self.grid.start_s + at.lag as f64 * grid.period_s;
-        let mirrored = mirrored(&plain).map(|at| {
-            let offset_s = offset_s(at);
-            format!(
-                "they mirror each other at {offset_s:.2} s: turn the sign of one, negate = true"
-            )
-        });
+        if let Some(at) = mirrored(&plain) {
+            let at_s = offset_s(at);
+            return pair.refused(format!(
+                "they mirror each other at {at_s:.2} s: turn the sign of one, negate = true"
+            ));
+        }
         let tops = self.tops(found.iter().map(offset_s));
         let least_gain = LEAST_GAIN + (plain.len() as f64).ln();
-        match (mirrored, tops.first()) {
-            (Some(mirrored), best) if best.is_none_or(|best| best.gain < least_gain) => {
-                pair.refused(mirrored)
-            }
-            (_, None) => pair.refused("they do not rise and fall together at any offset"),
-            (_, Some(best)) => self.judge(pair, best, tops.get(1), least_gain),
+        match tops.first() {
+            Some(best) => self.judge(pair, best, tops.get(1), least_gain),
+            None => pair.refused("they do not rise and fall together at any offset"),
         }
     }
 
