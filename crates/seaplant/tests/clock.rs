@@ -120,7 +120,6 @@ fn intervals_hold_what_they_promise() {
         ("slow", Instrument { period_s: 0.5, ..GYRO }, Instrument { period_s: 0.7, ..COMPASS }),
     ] {
         let (within, mean_square) = coverage(40, &gyro, &compass);
-        println!("{name}: {within} {mean_square}");
         assert!(within >= 0.85, "{name}: {within}, {mean_square}");
         // Far too wide would be no better than no interval; a thousandth of a second is enough.
         assert!(mean_square > 0.1 || name == "as it is", "{name}: {mean_square}");
