@@ -211,7 +211,7 @@ fn a_counter_that_is_full_carries_on() {
     let full = 4_294_967_296_u64;
     let rows: String =
         (0..40).map(|k| format!("{},{k}\n", (full - 200_000 + 10_000 * k) % full)).collect();
-    let log = read_text(&format!("time_us,u\n{rows}")).unwrap();
+    let log = read_text(format!("time_us,u\n{rows}")).unwrap();
     assert_eq!(
         notes(&log),
         ["log.csv:22: the time goes from 4294957296 to 0, where a counter of 32 bits runs out; \
@@ -230,7 +230,7 @@ fn seconds_of_the_day_and_of_the_week_carry_on() {
         let rows: String = (0..60)
             .map(|k| format!("{},{k}\n", (full - 3.0 + 0.1 * f64::from(k)) % full))
             .collect();
-        let log = read_text(&format!("time [s],u\n{rows}")).unwrap();
+        let log = read_text(format!("time [s],u\n{rows}")).unwrap();
         assert!(notes(&log)[0].contains(cycle), "{:?}", notes(&log));
         let times = log.channel("u").unwrap().time_s();
         assert!(times.windows(2).all(|w| (w[1] - w[0] - 0.1).abs() < 1e-6), "{cycle}");
@@ -249,7 +249,7 @@ fn days_of_the_calendar_in_a_table_become_seconds_since_1970() {
     // datenum('01-Jan-2020') is 737791, as MATLAB documents.
     let rows: String =
         (0..20).map(|k| format!("{:.9},{k}\n", 737_791.0 + f64::from(k) / 864e3)).collect();
-    let log = read_text(&format!("time,u\n{rows}")).unwrap();
+    let log = read_text(format!("time,u\n{rows}")).unwrap();
     assert_eq!(
         notes(&log),
         ["log.csv: times are days of the calendar in \"time\" (datenum), taken as UTC: seconds \
