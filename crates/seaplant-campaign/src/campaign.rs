@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use seaplant::estimate::steady::SteadyOptions;
-use seaplant::results::{BollardPullResult, Identification, InputFile, Parameter};
+use seaplant::results::{BollardPullResult, FileOffset, Identification, InputFile, Parameter};
 use seaplant::{
     BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Term, Terms, ThrusterInput, Trial,
     Vehicle, fit_bollard_pull, identify,
@@ -33,6 +33,8 @@ pub struct Campaign {
     doubt: Option<Caveat>,
     inputs: Vec<InputFile>,
     files_of: BTreeMap<String, Vec<String>>,
+    /// The clocks that the data told, by trial.
+    offsets_of: BTreeMap<String, Vec<FileOffset>>,
 }
 
 impl Campaign {
@@ -58,6 +60,7 @@ impl Campaign {
             doubt,
             inputs: std::iter::once(input).chain(vehicle_inputs).collect(),
             files_of: BTreeMap::new(),
+            offsets_of: BTreeMap::new(),
         };
         for entry in &file.trial {
             campaign.read(&file, entry)?;
@@ -82,6 +85,9 @@ impl Campaign {
             if let Some(files) = self.files_of.get(&trial.name) {
                 trial.files.clone_from(files);
             }
+            if let Some(offsets) = self.offsets_of.get(&trial.name) {
+                trial.offsets.clone_from(offsets);
+            }
         }
         found
     }
@@ -97,7 +103,8 @@ impl Campaign {
         check_thrusters(&self.path, &channels, &self.vehicle)?;
         let logs = entry.log.files().iter().map(|log| toml_file::resolve(&self.path, log));
         let logs = logs.collect::<Result<Vec<_>, _>>()?;
-        let read = read_trial(&self.path, &logs, file, entry, &channels)?;
+        let read = read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle)?;
+        self.offsets_of.insert(entry.name.clone(), read.offsets);
         let names = read.inputs.iter().map(|input| input.path.clone()).collect();
         self.files_of.insert(entry.name.clone(), names);
         for input in read.inputs {
@@ -166,7 +173,7 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, E
     };
     let channels = channel_map(campaign, &file, &entry)?;
     check_thrusters(campaign, &channels, &vehicle)?;
-    let read = read_trial(campaign, logs, &file, &entry, &channels)?;
+    let read = read_trial(campaign, logs, &file, &entry, &channels, &vehicle)?;
     let trial =
         Trial::using_up(read.setup, read.recording, &vehicle).map_err(Error::model(campaign))?;
     Ok(trial.with_caveats(read.caveats))

@@ -124,15 +124,34 @@ pub struct TrialEntry {
     /// Steady stretches `[from, to]`, likewise; found by themselves if not given.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub segments_s: Vec<[f64; 2]>,
-    /// Seconds to add to the clock of a file, by its name as in `log`.
+    /// Seconds to add to the clock of a file, by its path as in `log` or the end of it; or
+    /// `"estimate"`, to find them where its motion agrees with the others'.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub offset_s: BTreeMap<String, f64>,
+    pub offset_s: BTreeMap<String, OffsetEntry>,
     /// The sheet of a workbook, in place of the campaign's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sheet: Option<String>,
     /// Columns that are called otherwise in this trial.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub channels: BTreeMap<String, ChannelEntry>,
+}
+
+/// By how much a clock is behind.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a number of seconds or \"estimate\"")]
+pub enum OffsetEntry {
+    /// So many seconds.
+    Stated(f64),
+    /// As the data tell.
+    Told(EstimateWord),
+}
+
+/// `"estimate"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum EstimateWord {
+    /// By what must agree in time.
+    Estimate,
 }
 
 /// One file or several.

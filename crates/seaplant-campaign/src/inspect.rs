@@ -1,14 +1,16 @@
 //! What a log holds, channel by channel, and what is odd about it.
 
 use schemars::JsonSchema;
-use seaplant_log::{Channel, Figure, Gap, Log, Note, Survey, SurveyedChannel, SurveyedFile};
+use seaplant_log::{Channel, Figure, Gap, Log, Note, Survey, SurveyedChannel};
 use serde::{Deserialize, Serialize};
 
 mod angles;
+mod clocks;
 mod remarks;
 mod runs;
 
 pub(crate) use angles::looks_like_degrees;
+pub use clocks::{InspectedEpoch, InspectedOffset};
 pub(crate) use remarks::{Remark, remarks, short};
 
 use remarks::remarks_within;
@@ -18,6 +20,9 @@ use remarks::remarks_within;
 pub struct Inspection {
     /// The files.
     pub files: Vec<InspectedFile>,
+    /// How the clocks of the other files lie to the first's.
+    #[serde(default)]
+    pub offsets: Vec<InspectedOffset>,
     /// Their channels, in the order of the files and of their columns.
     pub channels: Vec<ChannelSummary>,
     /// What the reader decided or dropped.
@@ -43,6 +48,12 @@ pub struct InspectedFile {
     pub parts: usize,
     /// How many bytes were read.
     pub bytes_read: u64,
+    /// What its times count from.
+    #[serde(default)]
+    pub epoch: InspectedEpoch,
+    /// The first and the last time of any of its channels, s, in the file's clock.
+    #[serde(default)]
+    pub span_s: Option<[f64; 2]>,
 }
 
 /// One channel.
@@ -82,7 +93,7 @@ pub struct ChannelSummary {
 
 /// Looks at every channel of a log.
 pub fn inspect(log: &Log) -> Inspection {
-    let files = log.sources().iter().map(|source| InspectedFile {
+    let files = log.sources().iter().enumerate().map(|(file, source)| InspectedFile {
         path: source.path.display().to_string(),
         bytes: source.bytes,
         sha256: Some(source.sha256.clone()),
@@ -90,15 +101,22 @@ pub fn inspect(log: &Log) -> Inspection {
         surveyed: false,
         parts: 1,
         bytes_read: source.bytes,
+        epoch: InspectedEpoch::of(source.epoch),
+        span_s: clocks::span_s(log, file),
     });
     let files = files.collect();
     let channels = log.channels().iter().filter_map(Seen::whole);
-    inspection(files, channels, log.notes())
+    Inspection { offsets: clocks::offsets(log), ..inspection(files, channels, log.notes()) }
 }
 
-/// Looks at every channel of files that were surveyed: large ones were read in part.
-pub fn inspect_survey(survey: &Survey) -> Inspection {
-    let files = survey.files().iter().map(inspected).collect();
+/// Looks at every channel of files that were surveyed: large ones were read in part, and then the
+/// clocks of files are not compared.
+pub fn inspect_survey(survey: Survey) -> Inspection {
+    let survey = match survey.into_log() {
+        Ok(log) => return inspect(&log),
+        Err(survey) => survey,
+    };
+    let files = (0..survey.files().len()).map(|file| inspected(&survey, file)).collect();
     let channels = survey.channels().iter().map(|channel| {
         let parts = survey.files()[channel.read.source].parts;
         Seen::surveyed(channel, parts.map_or(f64::INFINITY, |parts| parts.pause_s))
@@ -106,7 +124,10 @@ pub fn inspect_survey(survey: &Survey) -> Inspection {
     inspection(files, channels, survey.notes())
 }
 
-fn inspected(file: &SurveyedFile) -> InspectedFile {
+fn inspected(survey: &Survey, place: usize) -> InspectedFile {
+    let file = &survey.files()[place];
+    let of_file = survey.channels().iter().filter(|channel| channel.read.source == place);
+    let ends = of_file.map(|channel| [channel.first_s.value(), channel.last_s.value()]);
     InspectedFile {
         path: file.path.display().to_string(),
         bytes: file.bytes,
@@ -115,6 +136,8 @@ fn inspected(file: &SurveyedFile) -> InspectedFile {
         surveyed: file.parts.is_some(),
         parts: file.parts.map_or(1, |parts| parts.count),
         bytes_read: file.parts.map_or(file.bytes, |parts| parts.bytes),
+        epoch: InspectedEpoch::of(file.epoch),
+        span_s: ends.reduce(clocks::around),
     }
 }
 
@@ -124,7 +147,8 @@ fn inspection<'a>(
     notes: &[Note],
 ) -> Inspection {
     let channels = channels.filter_map(|seen| seen.summarise(&files)).collect();
-    Inspection { channels, files, notes: notes.iter().map(ToString::to_string).collect() }
+    let notes = notes.iter().map(ToString::to_string).collect();
+    Inspection { channels, files, notes, offsets: Vec::new() }
 }
 
 /// Regressions cut a trial at intervals longer than these.

@@ -6,6 +6,7 @@
 mod bench;
 mod campaign;
 mod campaign_file;
+mod clocks;
 mod error;
 mod excerpt;
 mod inspect;
@@ -20,11 +21,15 @@ mod vehicle_file;
 pub use bench::{Bench, BenchColumns, read_bench};
 pub use campaign::{Campaign, bollard_result, campaign_files, fit_bench, read_logs};
 pub use campaign_file::{
-    Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, FitEntry, LogEntry,
-    StampEntry, SteadyEntry, TimeEntry, TrialEntry,
+    Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, EstimateWord, FitEntry,
+    LogEntry, OffsetEntry, StampEntry, SteadyEntry, TimeEntry, TrialEntry,
 };
+pub use clocks::in_words;
 pub use error::Error;
-pub use inspect::{ChannelSummary, InspectedFile, Inspection, inspect, inspect_survey};
+pub use inspect::{
+    ChannelSummary, InspectedEpoch, InspectedFile, InspectedOffset, Inspection, inspect,
+    inspect_survey,
+};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use propose::{Proposal, propose};
 pub use toml_file::read_toml;

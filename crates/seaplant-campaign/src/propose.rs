@@ -23,6 +23,7 @@ mod write;
 
 use activity::{Score, Window, driven, thrust_varies, windows};
 use mapping::{Mapped, Mapping, map};
+pub(crate) use session::are_alike;
 use session::{Session, sessions};
 use write::relative;
 
@@ -72,6 +73,31 @@ pub fn propose(log: &Log, files: &[PathBuf], base: &Path, options: &ReadOptions)
         .flat_map(|(file, all)| all.into_iter().map(move |question| format!("{file}: {question}")))
         .collect();
     Proposal { vehicle_toml, campaign_toml, open_questions }
+}
+
+/// A column that seems to hold a quantity.
+pub(crate) struct Proposed {
+    pub quantity: Quantity,
+    /// Index into the log's channels.
+    pub channel: usize,
+    /// The unit, where the header does not state it.
+    pub unit: Option<&'static str>,
+    pub negate: bool,
+}
+
+/// What the names of the columns tell, file by file.
+pub(crate) fn told_by_names(log: &Log) -> Vec<Vec<Proposed>> {
+    let files: Vec<Session> = (0..log.sources().len()).map(|file| Session::of(log, file)).collect();
+    let of_file = |mapped: Vec<Mapped>| {
+        let proposed = mapped.into_iter().map(|Mapped { claim, channel, .. }| Proposed {
+            quantity: claim.quantity,
+            channel,
+            unit: claim.unit,
+            negate: claim.negate,
+        });
+        proposed.collect()
+    };
+    map(log, &files).sessions.into_iter().map(of_file).collect()
 }
 
 fn trials_of(

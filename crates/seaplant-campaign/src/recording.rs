@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use seaplant::results::InputFile;
-use seaplant::{Caveat, CaveatCode, Quantity, Recording, Timed, TrialSetup};
+use seaplant::results::{FileOffset, InputFile};
+use seaplant::{Caveat, CaveatCode, ClockOffset, Quantity, Recording, Timed, TrialSetup, Vehicle};
 use seaplant_log::{Channel, Log, ReadOptions, Stamp, TimeColumn, Unit};
 
 use crate::Error;
-use crate::campaign_file::{Between, CampaignFile, ChannelEntry, TrialEntry};
+use crate::campaign_file::{Between, CampaignFile, ChannelEntry, OffsetEntry, TrialEntry};
+use crate::clocks::{self, Alignment};
 use crate::units::dimension_of;
 
 /// Which column holds which quantity.
@@ -20,6 +21,8 @@ pub(crate) struct TrialRead {
     pub setup: TrialSetup,
     pub recording: Recording,
     pub inputs: Vec<InputFile>,
+    /// The clocks that the data told.
+    pub offsets: Vec<FileOffset>,
     pub caveats: Vec<Caveat>,
 }
 
@@ -31,15 +34,18 @@ pub(crate) fn read_trial(
     file: &CampaignFile,
     entry: &TrialEntry,
     channels: &ChannelMap,
+    vehicle: &Vehicle,
 ) -> Result<TrialRead, Error> {
     let files = read_options(path, logs, file, entry)?;
-    let log = Log::open(&files)
+    let mut log = Log::open(&files)
         .map_err(|source| Error::Log { trial: entry.name.clone(), source: Box::new(source) })?;
     let mut caveats: Vec<Caveat> = log
         .notes()
         .iter()
         .map(|note| Caveat::note(CaveatCode::Log, format!("trial `{}`: {note}", entry.name)))
         .collect();
+    let offsets = align(&mut log, path, entry, channels, vehicle)?;
+    caveats.extend(offsets.iter().map(|offset| told(entry, offset)));
     let start_s = log
         .channels()
         .iter()
@@ -67,7 +73,75 @@ pub(crate) fn read_trial(
         to_s: entry.to_s,
         segments_s: entry.segments_s.clone(),
     };
-    Ok(TrialRead { setup, recording, inputs, caveats })
+    Ok(TrialRead { setup, recording, inputs, offsets, caveats })
+}
+
+/// Estimates the offsets that the campaign asks for, and moves these clocks.
+fn align(
+    log: &mut Log,
+    path: &Path,
+    entry: &TrialEntry,
+    channels: &ChannelMap,
+    vehicle: &Vehicle,
+) -> Result<Vec<FileOffset>, Error> {
+    let files = entry.log.files();
+    let name = |file: usize| files[file].display().to_string();
+    let key = |name: &str| format!("trial `{}`, offset_s.\"{name}\"", entry.name);
+    let is_asked = |file: usize| {
+        let offset = entry.offset_s.iter().find(|(name, _)| is_named(entry, &files[file], name));
+        matches!(offset, Some((_, OffsetEntry::Told(_))))
+    };
+    let asked: Vec<usize> = (0..files.len()).filter(|&file| is_asked(file)).collect();
+    let Some(&first) = asked.first() else { return Ok(Vec::new()) };
+    if asked.len() == files.len() {
+        let reason = "every file of the trial is to be moved; leave out the one whose clock counts";
+        return Err(Error::value(path, key(&name(first)), reason));
+    }
+    let is_aligned = (0..files.len()).map(|file| !asked.contains(&file)).collect();
+    let recordings = recordings_of_files(log, entry, channels)?;
+    let mut alignment = Alignment { vehicle, recordings, is_aligned };
+    let found = alignment
+        .estimate_all(&asked)
+        .map_err(|(file, error)| Error::value(path, key(&name(file)), error.to_string()))?;
+    for (file, offset) in &found {
+        log.shift(*file, offset.offset_s);
+    }
+    let named = |(file, clock): (usize, ClockOffset)| FileOffset { file: name(file), clock };
+    Ok(found.into_iter().map(named).collect())
+}
+
+/// What each file tells: the columns that the campaign maps, and those that name themselves.
+fn recordings_of_files(
+    log: &Log,
+    entry: &TrialEntry,
+    channels: &ChannelMap,
+) -> Result<Vec<Recording>, Error> {
+    let mut recordings = clocks::recordings(log);
+    let mut as_logged = Clock { start_s: 0.0, moved: Vec::new() };
+    for (quantity, mapped) in channels {
+        // What cannot be had is told where the trial's own recording is made.
+        let Ok(channel) = log.channel(&mapped.column) else { continue };
+        let (file, mut noted) = (channel.source, Vec::new());
+        let series = to_si(entry, quantity, mapped, channel.clone(), &mut as_logged, &mut noted)?;
+        recordings[file].insert(quantity.clone(), series);
+    }
+    Ok(recordings)
+}
+
+/// What is said of an offset that was estimated.
+fn told(entry: &TrialEntry, FileOffset { file, clock }: &FileOffset) -> Caveat {
+    /// Clocks further off than this move mass and drag, s.
+    const CLOSE_S: f64 = 0.1;
+    let message = format!(
+        "trial `{}`: {file} is moved by {}; state the offset if you know it",
+        entry.name,
+        clocks::in_words(clock)
+    );
+    if clock.std_s > CLOSE_S {
+        Caveat::warning(CaveatCode::ClockOffset, message)
+    } else {
+        Caveat::note(CaveatCode::ClockOffset, message)
+    }
 }
 
 /// The mapped columns of a log in SI units; what is not mapped is freed first, and each
@@ -132,6 +206,12 @@ impl Clock {
     }
 }
 
+/// Whether a file is meant by its path or the end of it: `dvl.csv` of `surge-1/dvl.csv`.
+fn is_named(entry: &TrialEntry, file: &Path, name: &str) -> bool {
+    let is_whole = entry.log.files().iter().any(|file| file == Path::new(name));
+    if is_whole { file == Path::new(name) } else { file.ends_with(name) }
+}
+
 fn read_options(
     path: &Path,
     logs: &[PathBuf],
@@ -140,21 +220,26 @@ fn read_options(
 ) -> Result<Vec<(PathBuf, ReadOptions)>, Error> {
     let files = entry.log.files();
     let time = campaign.time.as_ref();
-    if let Some(stray) =
-        entry.offset_s.keys().find(|name| !files.iter().any(|file| file == Path::new(name)))
-    {
-        let reason = "is not among the trial's log = [...]; write the file as it stands there";
-        let key = format!("trial `{}`, offset_s.\"{stray}\"", entry.name);
+    for name in entry.offset_s.keys() {
+        let reason = match files.iter().filter(|file| is_named(entry, file, name)).count() {
+            0 => "is not among the trial's log = [...]; write the file as it stands there",
+            1 => continue,
+            _ => "is the end of several paths in log = [...]; write the file as it stands there",
+        };
+        let key = format!("trial `{}`, offset_s.\"{name}\"", entry.name);
         return Err(Error::value(path, key, reason));
     }
     let options = |file: &PathBuf| {
-        let offset_s = entry.offset_s.iter().find(|(name, _)| file == Path::new(name));
+        let offset_s = entry.offset_s.iter().find(|(name, _)| is_named(entry, file, name));
         ReadOptions {
             time: time.and_then(|time| {
                 let column = time.column.clone()?;
                 Some(TimeColumn { column, unit: time.unit.clone() })
             }),
-            offset_s: offset_s.map_or(0.0, |(_, offset_s)| *offset_s),
+            offset_s: match offset_s {
+                Some((_, OffsetEntry::Stated(offset_s))) => *offset_s,
+                Some((_, OffsetEntry::Told(_))) | None => 0.0,
+            },
             equal_sampling_hz: time.and_then(|time| time.equal_sampling_hz),
             sheet: entry.sheet.as_ref().or(campaign.sheet.as_ref()).cloned(),
             stamp: time.and_then(|time| time.stamp).map_or_else(Stamp::default, Stamp::from),

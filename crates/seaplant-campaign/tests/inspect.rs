@@ -228,7 +228,7 @@ fn what_a_survey_estimates_is_told_apart_from_what_it_knows() {
     let path = folder.write("a.csv", &format!("t [s],heading [deg],x [m]\n{rows}"));
     let how = Thoroughness { whole_up_to: 0, parts: 3, part_bytes: 4096 };
     let survey = survey(&path, &ReadOptions::default(), how).unwrap();
-    let inspection = inspect_survey(&survey);
+    let inspection = inspect_survey(survey);
 
     let file = &inspection.files[0];
     assert!(file.surveyed && file.bytes_read < 3 * 4096 && file.parts == 3);

@@ -12,7 +12,7 @@ use crate::log::{Channel, LeftOut, Log, Reason};
 use crate::note::Note;
 use crate::order::{Order, Times};
 use crate::survey::{Figure, Portion};
-use crate::{Error, ReadOptions};
+use crate::{Epoch, Error, ReadOptions};
 
 /// A clock that leaps ahead by more than this was set, s.
 const STEP_S: f64 = 86_400.0;
@@ -33,6 +33,8 @@ pub(crate) struct Group {
 pub(crate) struct Assembly {
     origin: Origin,
     offset_s: f64,
+    /// What the reader says that times count from.
+    epoch: Option<Epoch>,
     log: Log,
     /// The time bases in use, for channels to share.
     bases: Bases,
@@ -42,7 +44,7 @@ pub(crate) struct Assembly {
 impl Assembly {
     pub(crate) fn new(origin: Origin, options: &ReadOptions) -> Self {
         let (log, bases, odd) = (Log::default(), Bases::new(), Odd::default());
-        Self { origin, offset_s: options.offset_s, log, bases, odd }
+        Self { origin, offset_s: options.offset_s, epoch: None, log, bases, odd }
     }
 
     pub(crate) fn note(&mut self, note: Note) {
@@ -121,6 +123,11 @@ impl Assembly {
         self.log.left_out.push(LeftOut { column, name, source: 0, rows: 0, reason });
     }
 
+    /// Remembers what times count from, where their size does not tell.
+    pub(crate) fn epoch(&mut self, epoch: Epoch) {
+        self.epoch = Some(epoch);
+    }
+
     /// Remembers what the vehicle was set to.
     pub(crate) fn setting(&mut self, name: String, value: f64) {
         self.log.settings.insert(name, value);
@@ -147,7 +154,11 @@ impl Assembly {
     pub(crate) fn table(mut self, format: String) -> Result<Log, Error> {
         self.odd.notes(self.origin.path(), &mut self.log.notes);
         self.log.notes.extend(self.origin.notes());
-        self.log.sources.push(self.origin.source(format)?);
+        let first_s = self.log.channels.iter().filter_map(|c| c.time_s().first()).copied();
+        let first_s = first_s.fold(f64::INFINITY, f64::min) - self.offset_s;
+        let mut source = self.origin.source(format)?;
+        source.epoch = self.epoch.unwrap_or_else(|| Epoch::of_time(first_s));
+        self.log.sources.push(source);
         Ok(self.log)
     }
 }

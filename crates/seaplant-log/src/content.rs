@@ -7,12 +7,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use sha2::{Digest, Sha256};
 
-use crate::Error;
 use crate::excerpt::{self, Excerpt};
 use crate::log::Source;
 use crate::note::Note;
 use crate::progress;
 use crate::unpack::{self, Unpacking};
+use crate::{Epoch, Error};
 
 /// An archive's bytes.
 pub(crate) type Packed = BufReader<Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>>;
@@ -242,9 +242,10 @@ impl Origin {
     /// # Errors
     /// [`Error::Io`].
     pub(crate) fn source(&self, format: String) -> Result<Source, Error> {
+        let (path, epoch) = (self.path.clone(), Epoch::Unstated);
         if let Some(bytes) = self.in_part {
-            let (path, sha256) = (self.path.clone(), String::new());
-            return Ok(Source { path, bytes, sha256, format });
+            let sha256 = String::new();
+            return Ok(Source { path, bytes, sha256, format, epoch });
         }
         io::copy(&mut self.raw.clone(), &mut io::sink()).map_err(|e| self.failed(e))?;
         let raw = self.raw.lock();
@@ -252,7 +253,7 @@ impl Origin {
         let packings = self.unpacking.iter().rev().map(|unpacking| unpacking.packing());
         let format = packings.fold(format, |format, packing| format!("{format}, {packing}"));
         let sha256 = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Source { path: self.path.clone(), bytes: raw.bytes, sha256, format })
+        Ok(Source { path, bytes: raw.bytes, sha256, format, epoch })
     }
 }
 

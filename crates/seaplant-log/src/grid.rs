@@ -4,7 +4,6 @@ use std::path::Path;
 
 use csv::ByteRecord;
 
-use crate::Error;
 use crate::cell::{Cell, Decimal, excerpt, stamp};
 use crate::column::{Column, Samples, tell_apart};
 use crate::content::{Content, Origin};
@@ -12,6 +11,7 @@ use crate::heading::Heading;
 use crate::input::Input;
 use crate::layout::{self, Delimiter, Layout};
 use crate::note::Note;
+use crate::{Epoch, Error};
 
 /// A table as read, before anything is known of time.
 pub(crate) struct Grid {
@@ -24,6 +24,8 @@ pub(crate) struct Grid {
     pub(crate) header_line: u64,
     /// Whether the time column holds date-times.
     pub(crate) stamped: bool,
+    /// What times count from, where that was found out.
+    pub(crate) epoch: Option<Epoch>,
     pub(crate) notes: Vec<Note>,
     /// Columns that hold no series of numbers by their type, and why: see [`Assembly::leave_out`].
     ///
@@ -188,8 +190,8 @@ impl<'a> Rows<'a> {
         notes.extend(decimal_comma);
         notes.extend(irregular.into_notes(self.path, columns.len()));
         let (rows, stamped, header_line) = (row, stamped.unwrap_or(false), layout.header_line);
-        let left_out = Vec::new();
-        Grid { origin, format, columns, rows, lines, header_line, stamped, notes, left_out }
+        let (left_out, epoch) = (Vec::new(), None);
+        Grid { origin, format, columns, rows, lines, header_line, stamped, epoch, notes, left_out }
     }
 
     /// How many columns there are.

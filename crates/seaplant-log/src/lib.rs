@@ -27,6 +27,7 @@ mod assemble;
 mod cell;
 mod column;
 mod content;
+mod epoch;
 mod error;
 mod excerpt;
 mod format;
@@ -48,7 +49,9 @@ mod tabular;
 mod time;
 mod unit;
 mod unpack;
+mod wrap;
 
+pub use epoch::Epoch;
 pub use error::Error;
 pub use guard::is_guarded;
 pub use log::{Channel, Gap, Log, Source};

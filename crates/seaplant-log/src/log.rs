@@ -8,7 +8,7 @@ use crate::lookup::{self, Candidate};
 use crate::note::Note;
 use crate::read::{ReadOptions, read};
 use crate::survey::Portion;
-use crate::{Error, Unit};
+use crate::{Epoch, Error, Unit};
 
 /// The channels of one or several files, each at its own times.
 #[derive(Debug, Clone, Default)]
@@ -31,6 +31,8 @@ pub struct Source {
     pub sha256: String,
     /// What it is, such as "comma-separated text".
     pub format: String,
+    /// What its times count from.
+    pub epoch: Epoch,
 }
 
 /// One measured or commanded quantity over time.
@@ -133,6 +135,24 @@ impl Log {
         self.left_out.append(&mut other.left_out);
         self.settings.append(&mut other.settings);
         self
+    }
+
+    /// Moves the times of one file: an index into [`Log::sources`]. Channels that shared times do
+    /// so still.
+    pub fn shift(&mut self, source: usize, offset_s: f64) {
+        let mut moved: Vec<[Arc<[f64]>; 2]> = Vec::new();
+        for channel in self.channels.iter_mut().filter(|channel| channel.source == source) {
+            let known = moved.iter().find(|[before, _]| Arc::ptr_eq(before, &channel.time_s));
+            let times = match known {
+                Some([_, times]) => Arc::clone(times),
+                None => {
+                    let times = channel.time_s.iter().map(|time| time + offset_s).collect();
+                    moved.push([Arc::clone(&channel.time_s), Arc::clone(&times)]);
+                    times
+                }
+            };
+            channel.time_s = times;
+        }
     }
 
     /// Every allocation of times, once.

@@ -228,6 +228,19 @@ pub enum Note {
         /// The records after steps back, which were left out; 0 of steps ahead.
         left_out: usize,
     },
+    /// The clock ran out and started again from its lowest value; its times were carried on.
+    ClockWrapped {
+        /// The file.
+        path: PathBuf,
+        /// The first row after it first did.
+        line: u64,
+        /// What ran out: "the day".
+        cycle: &'static str,
+        /// How often.
+        count: usize,
+        /// The time before and after, as the column has it.
+        step: [f64; 2],
+    },
     /// The vehicle's computer was started anew while the log was written, and its clock with it.
     Restarted {
         /// The file.
@@ -317,6 +330,7 @@ impl Note {
             | Self::ArchiveCut { path, .. }
             | Self::Clock { path, .. }
             | Self::ClockStepped { path, .. }
+            | Self::ClockWrapped { path, .. }
             | Self::Restarted { path, .. }
             | Self::UnknownMessages { path, .. }
             | Self::RecordsWithoutTime { path, .. }
@@ -338,6 +352,7 @@ impl Note {
             | Self::RepeatedHeader { first_line, .. }
             | Self::RunOnCell { first_line, .. } => Some(*first_line),
             Self::NotANumber { line, .. }
+            | Self::ClockWrapped { line, .. }
             | Self::TextColumn { line, .. }
             | Self::DecimalComma { line, .. } => Some(*line),
             _ => None,
@@ -472,6 +487,12 @@ impl Note {
                     ),
                 }
             }
+            Self::ClockWrapped { cycle, count, step: [from, to], .. } => write!(
+                f,
+                "the time goes from {from} to {to}, where {cycle} runs out; times carry on from \
+                 there ({})",
+                first_of(*count, "time", "times")
+            ),
             Self::Restarted { at_s, .. } => {
                 let at: Vec<String> = at_s.iter().take(12).map(|at| format!("{at:.3} s")).collect();
                 write!(

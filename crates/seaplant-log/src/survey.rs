@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use crate::content::Content;
 use crate::excerpt;
 use crate::format::{self, Format};
-use crate::log::Channel;
+use crate::log::{Channel, Source};
 use crate::note::Note;
 use crate::progress::{progress, take_back};
 use crate::readers::{mcap, parquet, rosbag1, sqlite};
-use crate::{Error, Log, ReadOptions, read};
+use crate::{Epoch, Error, Log, ReadOptions, read};
 
 /// How much of a file a survey reads.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +52,8 @@ pub struct SurveyedFile {
     pub sha256: Option<String>,
     /// What was read of it; `None` if all was.
     pub parts: Option<Parts>,
+    /// What its times count from.
+    pub epoch: Epoch,
 }
 
 /// What was read of a file.
@@ -167,12 +169,32 @@ impl Survey {
         &self.notes
     }
 
+    /// The log, if every file was read whole; what the vehicle was set to is not in it.
+    ///
+    /// # Errors
+    /// The survey itself, if it is of parts.
+    pub fn into_log(self) -> Result<Log, Self> {
+        if self.files.iter().any(|file| file.parts.is_some()) {
+            return Err(self);
+        }
+        let sources = self.files.into_iter().map(|file| Source {
+            path: file.path,
+            bytes: file.bytes,
+            sha256: file.sha256.unwrap_or_default(),
+            format: file.format,
+            epoch: file.epoch,
+        });
+        let channels = self.channels.into_iter().map(|channel| channel.read).collect();
+        Ok(Log { channels, sources: sources.collect(), notes: self.notes, ..Log::default() })
+    }
+
     fn of_parts(glance: Glance) -> Self {
         let Glance { log, parts: count, bytes, pause_s, has_ends } = glance;
         let parts = Some(Parts { count, bytes, pause_s });
         let files = log.sources.into_iter().map(|source| {
             let (path, format) = (source.path, source.format);
-            SurveyedFile { path, bytes: source.bytes, format, sha256: None, parts }
+            let epoch = source.epoch;
+            SurveyedFile { path, bytes: source.bytes, format, sha256: None, parts, epoch }
         });
         let files: Vec<SurveyedFile> = files.collect();
         let size = files.iter().map(|file| file.bytes).sum::<u64>();
@@ -206,6 +228,7 @@ impl From<Log> for Survey {
             format: source.format,
             sha256: Some(source.sha256),
             parts: None,
+            epoch: source.epoch,
         });
         let channels = log.channels.into_iter().filter_map(|read| {
             Some(SurveyedChannel {

@@ -4,12 +4,14 @@ use std::path::Path;
 
 use crate::assemble::Assembly;
 use crate::column::Column;
+use crate::epoch::{self, DAY_S};
 use crate::grid::{ChooseTime, Grid};
-use crate::log::Log;
+use crate::log::{Log, median_period};
 use crate::note::Note;
 use crate::order::{Order, Times};
 use crate::time::{self, Chosen};
-use crate::{Error, ReadOptions};
+use crate::wrap::{self, Wrapped};
+use crate::{Epoch, Error, ReadOptions};
 
 /// Reads a table as a log; `read_grid` reads it, asking which column is time.
 ///
@@ -39,6 +41,9 @@ pub(crate) fn read(
 fn assemble(grid: Grid, times: &Times, options: &ReadOptions) -> Result<Log, Error> {
     let path = grid.origin.path().to_owned();
     let mut assembly = Assembly::new(grid.origin, options);
+    if let Some(epoch) = grid.epoch {
+        assembly.epoch(epoch);
+    }
     grid.notes.into_iter().for_each(|note| assembly.note(note));
     for column in grid.columns.into_iter().filter(|column| !column.is_margin()) {
         column.note(&path, grid.rows).into_iter().for_each(|note| assembly.note(note));
@@ -61,22 +66,83 @@ fn row_times(
         let (path, column) = (path.to_owned(), chosen.column);
         return Err(Error::TimeNotReadable { path, column, line, text });
     }
-    // A date-time is in seconds already, whatever unit the header states.
-    let scale = if grid.stamped { 1.0 } else { chosen.seconds.unwrap_or(1.0) };
-    let mut time_s = samples.dense(grid.rows);
-    for time in &mut time_s {
-        *time = *time * scale + options.offset_s;
-    }
+    let clock = Clock { column: chosen.column, seconds: chosen.seconds, stamped: grid.stamped };
+    let (mut time_s, epoch) = clock.seconds(samples.dense(grid.rows), grid, path);
+    time_s.iter_mut().for_each(|time| *time += options.offset_s);
     let (times, period_s) = order(&time_s, grid, path)?;
-    let (path, column) = (path.to_owned(), chosen.column);
+    let (path, column) = (path.to_owned(), clock.column);
     if !chosen.others.is_empty() {
         let (path, column, others) = (path.clone(), column.clone(), chosen.others);
         grid.notes.push(Note::TimeChosen { path, column, others });
     }
-    if chosen.seconds.is_none() && !grid.stamped {
+    if clock.seconds.is_none() && !clock.stamped && epoch.is_none() {
         grid.notes.push(Note::TimeUnitAssumed { path, column, period_s });
     }
+    grid.epoch = epoch;
     Ok(times)
+}
+
+/// The time column of a table.
+struct Clock {
+    column: String,
+    /// The seconds in its unit, where one is stated.
+    seconds: Option<f64>,
+    /// Whether it holds date-times or times of day, which are in seconds already, whatever unit
+    /// the header states.
+    stamped: bool,
+}
+
+impl Clock {
+    /// The times in seconds, carried on where the clock started again, and what they count from
+    /// where that was found out. Each decision is noted.
+    fn seconds(
+        &self,
+        mut time: Vec<f64>,
+        grid: &mut Grid,
+        path: &Path,
+    ) -> (Vec<f64>, Option<Epoch>) {
+        if self.stamped {
+            let of_day = time.iter().all(|t| t.is_nan() || (0.0..DAY_S).contains(t));
+            let wrapped = if of_day { wrap::carry_on_days(&mut time) } else { None };
+            self.note_wrap(wrapped, grid, path);
+            return (time, Some(if of_day { Epoch::Midnight } else { Epoch::Unix }));
+        }
+        if self.seconds.is_none()
+            && let Some((scaled, clock)) = self.of_calendar(&time)
+        {
+            grid.notes.push(Note::Clock { path: path.to_owned(), clock });
+            return (scaled, Some(Epoch::Unix));
+        }
+        let second = self.seconds.unwrap_or(1.0);
+        let wrapped = wrap::carry_on_counts(&mut time, 1.0 / second);
+        let epoch = wrapped.as_ref().filter(|w| w.cycle == wrap::DAY).map(|_| Epoch::Midnight);
+        self.note_wrap(wrapped, grid, path);
+        time.iter_mut().for_each(|t| *t *= second);
+        (time, epoch)
+    }
+
+    /// Times without a unit that can only be of the calendar, in seconds since 1970, and what
+    /// they are in words.
+    fn of_calendar(&self, time: &[f64]) -> Option<(Vec<f64>, String)> {
+        let known: Vec<f64> = time.iter().copied().filter(|t| t.is_finite()).collect();
+        if let Some((second, unit)) = epoch::unit_since_1970(&known) {
+            let clock = format!("{unit} since the Unix epoch, by their size: no unit is stated");
+            return Some((time.iter().map(|t| t * second).collect(), clock));
+        }
+        let period = median_period(&known)?;
+        if !epoch::are_datenums(&known, period) {
+            return None;
+        }
+        let seconds = time.iter().map(|day| (day - epoch::UNIX_EPOCH_DAY) * DAY_S).collect();
+        Some((seconds, epoch::datenums_in_words(&self.column)))
+    }
+
+    fn note_wrap(&self, wrapped: Option<Wrapped>, grid: &mut Grid, path: &Path) {
+        grid.notes.extend(wrapped.map(|Wrapped { count, row, step, cycle }| {
+            let (path, line) = (path.to_owned(), grid.lines.of(row));
+            Note::ClockWrapped { path, line, cycle, count, step }
+        }));
+    }
 }
 
 /// Judges the times of the rows: what is late, repeated or absent is noted. Gives the median

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{notes, read_text};
-use seaplant_log::Note;
+use seaplant_log::{Epoch, Note};
 
 #[test]
 fn a_clean_log_has_no_notes() {
@@ -185,4 +185,101 @@ fn another_encoding_is_told() {
     let log = read_text(wide).unwrap();
     assert_eq!(notes(&log), ["log.csv: the text is not UTF-8; read as UTF-16LE"]);
     assert_eq!(log.channel("u").unwrap().values(), [1.0, 2.0]);
+}
+
+#[test]
+fn a_time_of_day_carries_on_at_midnight() {
+    let log =
+        read_text("time,u\n23:59:58.5,1\n23:59:59.5,2\n00:00:00.5,3\n00:00:01.5,4\n").unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv:4: the time goes from 86399.5 to 0.5, where the day runs out; times carry on \
+          from there (1 time)"]
+    );
+    assert_eq!(log.channel("u").unwrap().time_s(), [86_398.5, 86_399.5, 86_400.5, 86_401.5]);
+    assert_eq!(log.sources()[0].epoch, Epoch::Midnight);
+}
+
+#[test]
+fn a_night_between_two_rows_is_still_a_midnight() {
+    let log = read_text("time,u\n21:00:00,1\n22:00:00,2\n01:00:00,3\n02:00:00,4\n").unwrap();
+    assert_eq!(log.channel("u").unwrap().time_s(), [75_600.0, 79_200.0, 90_000.0, 93_600.0]);
+}
+
+#[test]
+fn a_counter_that_is_full_carries_on() {
+    let full = 4_294_967_296_u64;
+    let rows: String =
+        (0..40).map(|k| format!("{},{k}\n", (full - 200_000 + 10_000 * k) % full)).collect();
+    let log = read_text(format!("time_us,u\n{rows}")).unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv:22: the time goes from 4294957296 to 0, where a counter of 32 bits runs out; \
+          times carry on from there (1 time)"]
+    );
+    let times = log.channel("u").unwrap().time_s();
+    assert!(times.windows(2).all(|w| (w[1] - w[0] - 0.01).abs() < 1e-9));
+    assert_eq!(log.sources()[0].epoch, Epoch::Unstated);
+}
+
+#[test]
+fn seconds_of_the_day_and_of_the_week_carry_on() {
+    for (full, cycle, epoch) in
+        [(86_400.0, "the day", Epoch::Midnight), (604_800.0, "the week", Epoch::Unstated)]
+    {
+        let rows: String = (0..60)
+            .map(|k| format!("{},{k}\n", (full - 3.0 + 0.1 * f64::from(k)) % full))
+            .collect();
+        let log = read_text(format!("time [s],u\n{rows}")).unwrap();
+        assert!(notes(&log)[0].contains(cycle), "{:?}", notes(&log));
+        let times = log.channel("u").unwrap().time_s();
+        assert!(times.windows(2).all(|w| (w[1] - w[0] - 0.1).abs() < 1e-6), "{cycle}");
+        assert_eq!(log.sources()[0].epoch, epoch);
+    }
+}
+
+#[test]
+fn a_log_that_starts_anew_is_still_refused() {
+    let error = read_text("time [s],u\n500,1\n501,2\n502,3\n0,4\n1,5\n2,6\n").unwrap_err();
+    assert!(matches!(error, seaplant_log::Error::TimeGoesBackwards { line: 5, .. }), "{error}");
+}
+
+#[test]
+fn days_of_the_calendar_in_a_table_become_seconds_since_1970() {
+    // datenum('01-Jan-2020') is 737791, as MATLAB documents.
+    let rows: String =
+        (0..20).map(|k| format!("{:.9},{k}\n", 737_791.0 + f64::from(k) / 864e3)).collect();
+    let log = read_text(format!("time,u\n{rows}")).unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv: times are days of the calendar in \"time\" (datenum), taken as UTC: seconds \
+          since the Unix epoch"]
+    );
+    let times = log.channel("u").unwrap().time_s();
+    assert!((times[0] - 1_577_836_800.0).abs() < 1e-3 && (times[10] - times[0] - 1.0).abs() < 1e-3);
+    assert_eq!(log.sources()[0].epoch, Epoch::Unix);
+}
+
+#[test]
+fn counts_that_only_1970_explains_are_taken_as_such() {
+    let log =
+        read_text("timestamp,u\n1600000000000,1\n1600000000100,2\n1600000000200,3\n").unwrap();
+    assert_eq!(
+        notes(&log),
+        ["log.csv: times are milliseconds since the Unix epoch, by their size: no unit is stated"]
+    );
+    assert!((log.channel("u").unwrap().time_s()[1] - 1_600_000_000.1).abs() < 1e-6);
+    assert_eq!(log.sources()[0].epoch, Epoch::Unix);
+}
+
+#[test]
+fn what_times_count_from_is_told_of_clean_logs_too() {
+    for (text, epoch) in [
+        ("time [s],u\n0,1\n1,2\n", Epoch::Unstated),
+        ("time [s],u\n1600000000.5,1\n1600000001.5,2\n", Epoch::Unix),
+        ("time,u\n2020-09-13T12:26:40Z,1\n2020-09-13T12:26:41Z,2\n", Epoch::Unix),
+        ("time,u\n12:26:40,1\n12:26:41,2\n", Epoch::Midnight),
+    ] {
+        assert_eq!(read_text(text).unwrap().sources()[0].epoch, epoch, "{text}");
+    }
 }

@@ -142,7 +142,8 @@ fn trial(name: &str, role: Role, dof: Dof) -> TrialResult {
         gap_s: 0.0,
     };
     let files = vec!["a.csv".to_owned()];
-    TrialResult { name: name.to_owned(), role, files, axes: BTreeMap::from([(dof, axis)]) }
+    let (name, offsets) = (name.to_owned(), Vec::new());
+    TrialResult { name, role, files, offsets, axes: BTreeMap::from([(dof, axis)]) }
 }
 
 pub(crate) fn comparison(trial: &str, method: Method, role: Role) -> ComparisonFigure {

@@ -44,6 +44,7 @@ pub(crate) const fn severity(severity: Severity) -> &'static str {
 pub(crate) fn caveat(code: CaveatCode) -> String {
     let better = match code {
         CaveatCode::BiasOneDirection => "Bias seen from one direction",
+        CaveatCode::ClockOffset => "Clock told by the data",
         CaveatCode::Collinear => "Terms hardly told apart",
         CaveatCode::LagOrDelay => "Thruster lag or delay",
         CaveatCode::Log => "Log mended",

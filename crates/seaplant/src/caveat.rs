@@ -93,6 +93,8 @@ pub enum CaveatCode {
     ThrustScale,
     /// Thrusters that sit where a preset has them.
     PresetGeometry,
+    /// The clock of a file was moved by what its data tell.
+    ClockOffset,
     /// The log reader dropped or mended something.
     Log,
 }

@@ -168,6 +168,16 @@ pub enum Error {
         /// Another, with its span.
         second: String,
     },
+    /// Records of one trial that do not tell how far their clocks are apart.
+    #[error(
+        "the data do not tell the offset of the clocks ({found}); state it in seconds, or log a stretch in which the vehicle turns to and fro by irregular steps"
+    )]
+    ClockOffset {
+        /// What was compared, and what came of it.
+        found: String,
+        /// How many pairs of signals could be compared.
+        pairs: usize,
+    },
     /// A fit that did not reach an optimum.
     #[error(
         "the {dof} fit did not converge and was given up after {iterations} steps; drop a term or a nuisance, or use a trial with more variation of thrust and speed"

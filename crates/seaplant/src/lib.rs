@@ -58,6 +58,7 @@
 
 mod bollard;
 mod caveat;
+mod clock;
 mod compare;
 mod diagnose;
 mod dof;
@@ -84,6 +85,7 @@ mod vehicle;
 
 pub use bollard::{BollardFit, fit_bollard_pull};
 pub use caveat::{Caveat, CaveatCode, Severity};
+pub use clock::{ClockOffset, OffsetPair, estimate_offset};
 pub use compare::{DifferenceTest, Differences, DofDifference, ParameterDifference, differences};
 pub use dof::{Dof, Units};
 pub use error::Error;

@@ -10,7 +10,10 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::{Decision, Filters};
 use crate::signal::Spectrum;
 use crate::terms::Term;
-use crate::{Caveat, Comparison, Dof, Estimate, LumpedParameters, Method, Model, Role, Stability};
+use crate::{
+    Caveat, ClockOffset, Comparison, Dof, Estimate, LumpedParameters, Method, Model, Role,
+    Stability,
+};
 
 /// The name and version of this contract.
 pub const SCHEMA: &str = "seaplant/results/1";
@@ -372,8 +375,20 @@ pub struct TrialResult {
     pub role: Role,
     /// The files that it was read from.
     pub files: Vec<String>,
+    /// The files whose clocks were moved by what the data tell.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub offsets: Vec<FileOffset>,
     /// Each degree of freedom that it exercises.
     pub axes: BTreeMap<Dof, AxisResult>,
+}
+
+/// A file whose clock was moved to those of its trial's other files.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FileOffset {
+    /// Which, as the campaign names it.
+    pub file: String,
+    /// By how much, and how that was found.
+    pub clock: ClockOffset,
 }
 
 /// One degree of freedom of a trial.

@@ -18,9 +18,10 @@ use crate::navigation::{Navigated, Recording, navigate_along};
 use crate::series::Cutter;
 use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Vehicle};
 use axis::rate_hz;
-pub(crate) use force::ThrustError;
 pub use force::ThrusterTrack;
 use force::{Saturation, Thrusts};
+pub(crate) use force::{ThrustError, force_along};
+pub(crate) use plausible::without_outliers;
 use plausible::{coarse_thrust, mask, suspicious_units};
 use records::Records;
 

@@ -17,6 +17,19 @@ pub(super) struct Session {
 }
 
 impl Session {
+    /// One file by itself; of one without samples the start is after the end.
+    pub fn of(log: &Log, source: usize) -> Self {
+        let alone =
+            Self { sources: vec![source], start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
+        let times = |(_, channel): (usize, &Channel)| {
+            Some((*channel.time_s().first()?, *channel.time_s().last()?))
+        };
+        let spans: Vec<(f64, f64)> = alone.channels(log).filter_map(times).collect();
+        let start_s = spans.iter().map(|span| span.0).fold(f64::INFINITY, f64::min);
+        let end_s = spans.iter().map(|span| span.1).fold(f64::NEG_INFINITY, f64::max);
+        Self { start_s, end_s, ..alone }
+    }
+
     /// Its channels, with their places in the log.
     pub fn channels<'a>(&self, log: &'a Log) -> impl Iterator<Item = (usize, &'a Channel)> {
         let sources = self.sources.clone();
@@ -30,14 +43,8 @@ impl Session {
 pub(super) fn sessions(log: &Log) -> Vec<Session> {
     let mut found: Vec<Session> = Vec::new();
     for source in 0..log.sources().len() {
-        let alone =
-            Session { sources: vec![source], start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
-        let times = |(_, channel): (usize, &Channel)| {
-            Some((*channel.time_s().first()?, *channel.time_s().last()?))
-        };
-        let spans: Vec<(f64, f64)> = alone.channels(log).filter_map(times).collect();
-        let start_s = spans.iter().map(|span| span.0).fold(f64::INFINITY, f64::min);
-        let end_s = spans.iter().map(|span| span.1).fold(f64::NEG_INFINITY, f64::max);
+        let alone = Session::of(log, source);
+        let (start_s, end_s) = (alone.start_s, alone.end_s);
         if start_s > end_s {
             continue;
         }
@@ -58,14 +65,14 @@ pub(super) fn sessions(log: &Log) -> Vec<Session> {
                 session.start_s = session.start_s.min(start_s);
                 session.end_s = session.end_s.max(end_s);
             }
-            None => found.push(Session { start_s, end_s, ..alone }),
+            None => found.push(alone),
         }
     }
     found
 }
 
 /// Whether two files have more than half of their columns in common.
-fn are_alike(log: &Log, one: usize, other: usize) -> bool {
+pub(crate) fn are_alike(log: &Log, one: usize, other: usize) -> bool {
     let columns = |source: usize| -> BTreeSet<&str> {
         let of_file = log.channels().iter().filter(|channel| channel.source == source);
         of_file.map(|channel| channel.column.as_str()).collect()

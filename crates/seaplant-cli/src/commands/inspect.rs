@@ -2,7 +2,9 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use seaplant_campaign::{ChannelSummary, InspectedFile, Inspection, inspect, inspect_survey};
+use seaplant_campaign::{
+    ChannelSummary, InspectedFile, InspectedOffset, Inspection, in_words, inspect, inspect_survey,
+};
 use seaplant_log::{Log, Survey};
 use seaplant_report::number::{or_absent, significant};
 
@@ -18,7 +20,7 @@ pub fn run(arguments: &Inspect, output: Output) -> Result<ExitCode> {
     let inspection = if arguments.whole {
         watched(output, || Log::open(&files).map(|log| inspect(&log)))?
     } else {
-        watched(output, || Survey::open(&files).map(|survey| inspect_survey(&survey)))?
+        watched(output, || Survey::open(&files).map(inspect_survey))?
     };
     output.give(&inspection, || words(&inspection))?;
     Ok(ExitCode::SUCCESS)
@@ -91,11 +93,62 @@ fn words(inspection: &Inspection) -> String {
     for note in &inspection.notes {
         text += &format!("{WARNING}note:{WARNING:#} {note}\n");
     }
+    if several {
+        inspection.files.iter().for_each(|file| text += &clock(file));
+    }
+    inspection.offsets.iter().for_each(|offset| text += &apart(offset));
+    text
+}
+
+/// What the times of a file count from, and their span.
+fn clock(file: &InspectedFile) -> String {
+    let Some([first_s, last_s]) = file.span_s else { return String::new() };
+    let (name, epoch) = (file_name(&file.path), file.epoch.name());
+    format!(
+        "{STRONG}clock of {name}:{STRONG:#} seconds since {epoch}, {first_s:.3} to {last_s:.3}\n"
+    )
+}
+
+/// How far the clock of a file is from that of the first.
+fn apart(offset: &InspectedOffset) -> String {
+    let [name, against] = [&offset.file, &offset.against].map(|path| file_name(path));
+    let mut text = format!("{STRONG}{name} and {against}:{STRONG:#} ");
+    text += &match offset.overlap_s {
+        overlap if overlap >= 0.0 => format!("share {overlap:.1} s as their clocks stand"),
+        _ => "share no time as their clocks stand".to_owned(),
+    };
+    if !offset.same_epoch {
+        text += ", and do not count from the same instant";
+    }
+    text += "\n";
+    if let Some(clock) = &offset.clock {
+        text += &format!("  by what they measured, {name} is to be moved by {}\n", in_words(clock));
+    }
+    if let Some(offset_s) = offset.by_satellite_s {
+        text += &format!(
+            "  by satellite time, {name} is to be moved by {offset_s:+.1} s, good to a second\n"
+        );
+    }
+    if let Some(refused) = &offset.refused {
+        text += &format!("  {WARNING}{refused}{WARNING:#}\n");
+    }
+    let doubtful = !offset.same_epoch || offset.overlap_s < 0.0;
+    if doubtful && offset.clock.is_none() && offset.refused.is_none() {
+        text += "  nothing that both measured tells how far they are apart; thrust may: write \
+                 \"estimate\" for the seconds in campaign.toml\n";
+    }
+    if let Some(line) = &offset.campaign_line {
+        text += &format!("  in campaign.toml, under [[trial]]: {STRONG}{line}{STRONG:#}\n");
+    } else if offset.clock.is_some() {
+        text += "  which is no more than the data can tell: the clocks agree\n";
+    }
     text
 }
 
 #[cfg(test)]
 mod tests {
+    use seaplant_campaign::InspectedEpoch;
+
     use super::*;
 
     #[test]
@@ -108,6 +161,8 @@ mod tests {
             surveyed: true,
             parts: 16,
             bytes_read: 8_400_000,
+            epoch: InspectedEpoch::default(),
+            span_s: None,
         };
         let channel = ChannelSummary {
             file: file.path.clone(),
@@ -127,7 +182,7 @@ mod tests {
             estimated: vec!["count".to_owned()],
         };
         let inspection =
-            Inspection { files: vec![file], channels: vec![channel], notes: Vec::new() };
+            Inspection { files: vec![file], channels: vec![channel], ..Inspection::default() };
         let words = anstream::adapter::strip_str(&words(&inspection)).to_string();
         assert!(words.contains("surveyed: 8.4 MB in 16 parts were read."), "{words}");
         let row: Vec<&str> = words.lines().last().unwrap_or_default().split_whitespace().collect();

@@ -154,6 +154,7 @@ impl<'a> Columnar<'a> {
             lines: Lines::of_rows(),
             header_line: 0,
             stamped: self.stamped.unwrap_or(false),
+            epoch: None,
             notes: self.notes,
             left_out: self.left_out,
         }

@@ -15,7 +15,7 @@ use std::io::{self, BufRead, BufReader, Read};
 use crate::assemble::Assembly;
 use crate::content::Content;
 use crate::note::Note;
-use crate::{Error, Log, ReadOptions};
+use crate::{Epoch, Error, Log, ReadOptions};
 use line::{Check, Sentence};
 use prefix::Prefix;
 use records::Records;
@@ -73,6 +73,9 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
         assembly.leave_out("lines without a sentence".to_owned(), "are other text");
     }
     assembly.note(Note::Clock { path, clock: times.clock() });
+    if times.are_of_day() {
+        assembly.epoch(Epoch::Midnight);
+    }
     records.hand_over(&times, &mut assembly);
     assembly.log("NMEA 0183")
 }

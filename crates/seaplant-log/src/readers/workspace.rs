@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::assemble::{Assembly, Group};
 use crate::column::Column;
+use crate::epoch::{DAY_S, UNIX_EPOCH_DAY, are_datenums, datenums_in_words};
 use crate::heading::Heading;
 use crate::log::median_period;
 use crate::note::Note;
@@ -337,10 +338,7 @@ impl Workspace {
             (Some(seconds), _) => time_s.iter_mut().for_each(|time| *time *= seconds),
             (None, Some(period)) if are_datenums(&finite, period) => {
                 time_s.iter_mut().for_each(|time| *time = (*time - UNIX_EPOCH_DAY) * DAY_S);
-                let clock = format!(
-                    "days of the calendar in {column:?} (datenum), taken as UTC: seconds since the \
-                     Unix epoch"
-                );
+                let clock = datenums_in_words(&column);
                 assembly.note(Note::Clock { path, clock });
             }
             (None, Some(period_s)) => {
@@ -351,19 +349,6 @@ impl Workspace {
         }
         Base { array: index, name: column, time_s, columns: Vec::new() }
     }
-}
-
-const DAY_S: f64 = 86_400.0;
-
-/// 1 January 1970 in the days that MATLAB counts from the year 0.
-const UNIX_EPOCH_DAY: f64 = 719_529.0;
-
-/// Whether times without a unit are days of the calendar: all between the years 1950 and 2100, and
-/// nearer to each other than a log's samples can be in seconds.
-fn are_datenums(time: &[f64], period: f64) -> bool {
-    const YEARS: std::ops::Range<f64> = 712_224.0..767_011.0;
-    const NEAR: f64 = 1e-3;
-    period < NEAR && time.iter().all(|time| YEARS.contains(time))
 }
 
 fn heading(array: &Array, name: &str) -> Heading {

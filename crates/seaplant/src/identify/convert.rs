@@ -356,6 +356,7 @@ fn trial_result(trial: &Trial, vehicle: &Vehicle) -> TrialResult {
         name: trial.name().to_owned(),
         role: trial.role(),
         files: Vec::new(),
+        offsets: Vec::new(),
         axes: trial.dofs().iter().filter_map(axis).collect(),
     }
 }

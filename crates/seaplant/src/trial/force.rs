@@ -179,6 +179,15 @@ impl<'a> Thrusts<'a> {
     }
 }
 
+/// The force along `dof` that a recording tells, N or N m, held; `None` if it lacks a thruster
+/// that acts there.
+pub(crate) fn force_along(recording: &Recording, vehicle: &Vehicle, dof: Dof) -> Option<Timed> {
+    let setup = TrialSetup { dofs: vec![dof], ..TrialSetup::default() };
+    let of_thrust = recording.iter().filter(|(quantity, _)| quantity.is_of_thrust());
+    let of_thrust = of_thrust.map(|(quantity, x)| (quantity.clone(), x.clone())).collect();
+    Some(Thrusts::new(&setup, of_thrust, vehicle).along(dof).ok()?.force)
+}
+
 fn track(
     trial: &str,
     thruster: &Thruster,

@@ -29,6 +29,12 @@ pub(super) fn mask(recording: &mut Recording, caveats: &mut Vec<Caveat>) {
     }
 }
 
+/// A recording without implausible samples of measured velocity.
+pub(crate) fn without_outliers(mut recording: Recording) -> Recording {
+    mask(&mut recording, &mut Vec::new());
+    recording
+}
+
 /// Values that no vehicle has in the unit that was stated.
 pub(super) fn suspicious_units(recording: &Recording) -> Vec<Caveat> {
     recording.iter().filter_map(|(quantity, series)| suspicious(quantity, series)).collect()

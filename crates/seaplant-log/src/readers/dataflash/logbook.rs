@@ -6,7 +6,7 @@ use super::definition::{Definition, FMT, FMT_LENGTH};
 use super::table::{Letters, Role, Table};
 use crate::assemble::Assembly;
 use crate::readers::number::{Kind, text};
-use crate::{Error, Log};
+use crate::{Epoch, Error, Log};
 
 /// A later start of the autopilot is put so long after the last record of the one before, s: no
 /// method takes it for a gap in one run.
@@ -157,13 +157,9 @@ impl Logbook {
     }
 
     fn start_by_gps(&self, index: usize, body: &[u8]) -> Option<jiff::Timestamp> {
-        /// 1980-01-06, less the leap seconds since, of which there are 18 since 2017.
-        const EPOCH_S: f64 = 315_964_800.0 - 18.0;
-        const WEEK_S: f64 = 604_800.0;
         let week = self.number(index, "GWk", body).filter(|week| *week > 0.0)?;
         let of_week_s = self.number(index, "GMS", body)? / 1e3;
-        let now_s = EPOCH_S + week * WEEK_S + of_week_s;
-        let start_s = now_s - self.tables[index].time_s(body)?;
+        let start_s = satellite_utc_s(week, of_week_s) - self.tables[index].time_s(body)?;
         jiff::Timestamp::from_second(start_s.round() as i64).ok()
     }
 
@@ -206,9 +202,56 @@ impl Logbook {
         for (name, value) in self.settings {
             assembly.setting(name, value);
         }
+        let since_1970_s = self.epoch.map(|start| start.as_duration().as_secs_f64());
+        assembly.epoch(Epoch::Start { since_1970_s });
         for table in self.tables {
             table.into_groups(&self.letters, &mut assembly);
         }
         assembly.log("ArduPilot DataFlash")
+    }
+}
+
+/// UTC of a satellite's week and time in it, s since 1970.
+///
+/// A week before the first ArduPilot is of a receiver that counts 1024 of them and starts again.
+fn satellite_utc_s(week: f64, of_week_s: f64) -> f64 {
+    /// 1980-01-06.
+    const EPOCH_S: f64 = 315_964_800.0;
+    const WEEK_S: f64 = 604_800.0;
+    /// The beginning of 2009.
+    const FIRST_WEEK: f64 = 1512.0;
+    const ROLLOVER: f64 = 1024.0;
+    /// From when on, by satellite time, how many leap seconds are to be taken off: since
+    /// 2009-01-01, 2012-07-01, 2015-07-01 and 2017-01-01.
+    const LEAP_S: [(f64, f64); 4] = [
+        (f64::NEG_INFINITY, 15.0),
+        (1_341_100_816.0, 16.0),
+        (1_435_708_817.0, 17.0),
+        (1_483_228_818.0, 18.0),
+    ];
+    let turns = ((FIRST_WEEK - week) / ROLLOVER).ceil().max(0.0);
+    let satellite_s = EPOCH_S + (week + turns * ROLLOVER) * WEEK_S + of_week_s;
+    let leap_s = LEAP_S.iter().rfind(|(from_s, _)| satellite_s >= *from_s);
+    satellite_s - leap_s.map_or(0.0, |(_, leap_s)| *leap_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn satellite_time_is_utc_less_its_leap_seconds_and_whole_rollovers() {
+        let utc = |week, of_week_s: f64| {
+            jiff::Timestamp::from_second(satellite_utc_s(week, of_week_s) as i64)
+                .map(|instant| instant.to_string())
+                .unwrap()
+        };
+        // The weeks of satellite time that began on these Sundays.
+        assert_eq!(utc(2200.0, 18.0), "2022-03-06T00:00:00Z");
+        assert_eq!(utc(1852.0, 17.0), "2015-07-05T00:00:00Z");
+        assert_eq!(utc(1851.0, 16.0), "2015-06-28T00:00:00Z");
+        assert_eq!(utc(1513.0, 15.0), "2009-01-04T00:00:00Z");
+        // As a receiver tells that starts again from 0 after 1023.
+        assert_eq!(utc(2200.0 - 2048.0, 18.0), "2022-03-06T00:00:00Z");
     }
 }

@@ -64,6 +64,11 @@ impl Prefix {
         matches!(self.shape, Shape::DateTime | Shape::Epoch { .. })
     }
 
+    /// Whether times count from midnight.
+    pub(super) fn is_of_day(&self) -> bool {
+        matches!(self.shape, Shape::TimeOfDay)
+    }
+
     /// What the times are.
     pub(super) fn clock(&self) -> &'static str {
         match self.shape {

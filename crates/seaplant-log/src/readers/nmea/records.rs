@@ -50,7 +50,7 @@ pub(super) struct Records {
 
 /// Where times come from.
 pub(super) enum Times {
-    Received { clock: &'static str, behind_s: Option<f64>, last_s: Option<f64> },
+    Received { clock: &'static str, of_day: bool, behind_s: Option<f64>, last_s: Option<f64> },
     Said(Course),
 }
 
@@ -113,7 +113,8 @@ impl Records {
         let middle = self.behind_s.len() / 2;
         self.behind_s.sort_unstable_by(f64::total_cmp);
         let behind_s = self.behind_s.get(middle).copied();
-        Some(Times::Received { clock: prefix.clock(), behind_s, last_s: self.last_s })
+        let (clock, of_day) = (prefix.clock(), prefix.is_of_day());
+        Some(Times::Received { clock, of_day, behind_s, last_s: self.last_s })
     }
 
     /// Hands all over.
@@ -146,6 +147,14 @@ impl Times {
         match self {
             Self::Received { last_s, .. } => *last_s,
             Self::Said(course) => course.last_s(),
+        }
+    }
+
+    /// Whether they count from a midnight that is not told.
+    pub(super) fn are_of_day(&self) -> bool {
+        match self {
+            Self::Received { of_day, .. } => *of_day,
+            Self::Said(course) => !course.dated,
         }
     }
 

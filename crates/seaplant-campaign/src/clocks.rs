@@ -1,0 +1,121 @@
+//! Brings files that were logged side by side to one clock.
+
+use std::path::Path;
+
+use seaplant::{ClockOffset, Recording, Timed, Vehicle, estimate_offset};
+use seaplant_log::{Log, Unit};
+
+use crate::propose::{Proposed, told_by_names};
+use crate::units::dimension_of;
+
+/// What each file of a log tells of motion and thrust, by the names of its columns.
+pub(crate) fn recordings(log: &Log) -> Vec<Recording> {
+    let of_file = |proposed: Vec<Proposed>| {
+        let series = |proposed: &Proposed| Some((proposed.quantity.clone(), si(log, proposed)?));
+        proposed.iter().filter_map(series).collect()
+    };
+    told_by_names(log).into_iter().map(of_file).collect()
+}
+
+/// A column in SI units; `None` of one without a unit.
+fn si(log: &Log, proposed: &Proposed) -> Option<Timed> {
+    let channel = &log.channels()[proposed.channel];
+    let wanted = dimension_of(proposed.quantity.kind());
+    let unit = match (proposed.unit, &channel.unit) {
+        (Some(unit), _) => Unit::parse_as(unit, wanted).ok()?,
+        (None, header) => header.as_ref()?.resolve(wanted).ok()?,
+    };
+    let sign = if proposed.negate { -1.0 } else { 1.0 };
+    let values: Vec<f64> = channel.values().iter().map(|x| sign * unit.to_si(*x)).collect();
+    Timed::new(&channel.column, channel.time_s(), values).ok()
+}
+
+/// Files of which some have one clock, and the others' offsets are looked for one by one.
+pub(crate) struct Alignment<'a> {
+    pub(crate) vehicle: &'a Vehicle,
+    /// What each file tells.
+    pub(crate) recordings: Vec<Recording>,
+    /// Whether its clock is that of the trial.
+    pub(crate) is_aligned: Vec<bool>,
+}
+
+impl Alignment<'_> {
+    /// How far the clock of a file is behind those that are aligned already.
+    pub(crate) fn estimate(&self, file: usize) -> Result<ClockOffset, seaplant::Error> {
+        let aligned = self.recordings.iter().zip(&self.is_aligned).filter(|(_, aligned)| **aligned);
+        let mut reference = Recording::new();
+        for (quantity, series) in aligned.flat_map(|(recording, _)| recording) {
+            reference.entry(quantity.clone()).or_insert_with(|| series.clone());
+        }
+        estimate_offset(&reference, &self.recordings[file], self.vehicle)
+    }
+
+    /// Moves the clock of a file to where the others' is.
+    pub(crate) fn move_by(&mut self, file: usize, offset_s: f64) {
+        let moved = self.recordings[file].iter();
+        self.recordings[file] =
+            moved.map(|(quantity, series)| (quantity.clone(), series.shifted(offset_s))).collect();
+        self.is_aligned[file] = true;
+    }
+
+    /// Estimates the offsets of files, each against all whose clock is known by then.
+    ///
+    /// # Errors
+    /// The first file whose offset no other tells, and why.
+    pub(crate) fn estimate_all(
+        &mut self,
+        files: &[usize],
+    ) -> Result<Vec<(usize, ClockOffset)>, (usize, seaplant::Error)> {
+        let mut found = Vec::new();
+        let mut open: Vec<usize> = files.to_vec();
+        while let Some(&first) = open.first() {
+            let mut refused = None;
+            let told = open.iter().find_map(|&file| match self.estimate(file) {
+                Ok(offset) => Some((file, offset)),
+                Err(error) => {
+                    refused.get_or_insert(error);
+                    None
+                }
+            });
+            match (told, refused) {
+                (Some((file, offset)), _) => {
+                    self.move_by(file, offset.offset_s);
+                    open.retain(|other| *other != file);
+                    found.push((file, offset));
+                }
+                (None, Some(error)) => return Err((first, error)),
+                (None, None) => break,
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// An offset as a sentence goes on: `+7.770 s, give or take 0.004 s`, and by what.
+pub fn in_words(offset: &ClockOffset) -> String {
+    let ClockOffset { offset_s, std_s, pairs } = offset;
+    let believed = pairs.iter().filter(|pair| pair.offset_s.is_some());
+    let told = believed.filter_map(|pair| {
+        let (correlation, second) = (pair.correlation?, pair.second_peak?);
+        Some(format!(
+            "{} and {} (correlation {correlation:.2}; the next best offset has {:.0} % of the evidence)",
+            pair.reference,
+            pair.other,
+            100.0 * second
+        ))
+    });
+    let told = told.collect::<Vec<_>>().join(", ");
+    let lag = if pairs.iter().any(|pair| pair.offset_s.is_some() && pair.of_thrust) {
+        "; whatever the thrusters lag behind their log counts as offset here"
+    } else {
+        ""
+    };
+    // Below half a millisecond nothing is sure.
+    format!("{offset_s:+.3} s, give or take {:.3} s, by {told}{lag}", std_s.max(5e-4))
+}
+
+/// The line of a trial that states an offset.
+pub(crate) fn line(file: &Path, offset_s: f64) -> String {
+    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+    format!("offset_s = {{ \"{name}\" = {offset_s:.3} }}")
+}

@@ -1,0 +1,223 @@
+//! The offset of one pair of series, from all that are possible.
+
+use super::OffsetPair;
+use super::correlate::{AtLag, correlations, peaks};
+use super::lattice::{Smooth, step_s};
+use super::profile::{Problem, Profile, whitened};
+use crate::signal::differentiate_timed;
+use crate::{Error, Grid, Timed};
+
+/// Both series share at least so much of the shorter one, wherever they are laid.
+const LEAST_SHARED: f64 = 0.5;
+/// And at least so many instants, and seconds.
+const LEAST_INSTANTS: f64 = 60.0;
+const LEAST_S: f64 = 20.0;
+
+/// So many peaks of the correlation, plain and whitened, are looked at …
+const PEAKS: usize = 12;
+/// … and so many of these are climbed.
+const CLIMBED: usize = 6;
+
+/// An offset is taken for chance below this logarithmic likelihood; what chance makes of as many
+/// lags as were searched comes on top.
+const LEAST_GAIN: f64 = 12.0;
+
+/// A second offset that explains more than this part of what the first does makes both doubtful.
+const GREATEST_SECOND: f64 = 0.7;
+
+/// Clocks this close, as a part of the lattice's step, are one for all that samples can tell.
+const FLOOR_OF_STEP: f64 = 0.005;
+
+/// The curvature of the likelihood is taken over steps of this part of the lattice's.
+const STD_STEP: f64 = 0.25;
+
+/// A series with what messages call it.
+#[derive(Clone, Debug)]
+pub(super) struct Named {
+    pub(super) name: String,
+    pub(super) series: Timed,
+}
+
+impl Problem {
+    /// Two measurements of one motion.
+    pub(super) fn agreement(driver: &Named, response: &Named) -> Result<Self, Error> {
+        let [one_s, other_s] = [driver, response].map(|named| named.series.period_s());
+        let step_s = step_s(one_s.max(other_s), [&driver.series, &response.series]);
+        let x = Smooth::of(&driver.name, &driver.series, step_s)?;
+        let y = Smooth::of(&response.name, &response.series, step_s)?;
+        let [from_s, to_s] = y.span_s();
+        let grid = Grid::spanning(from_s, to_s, step_s);
+        Ok(Self { grid, y: y.on(grid), z: Vec::new(), x })
+    }
+
+    /// Force and the velocity that it drives: `v̇ = α τ + β v|v| + μ v + ν`, every term smoothed
+    /// alike. That drag lags behind force is part of it, so that only what comes between the
+    /// logged force and the acting one counts as offset.
+    pub(super) fn propulsion(force: &Named, velocity: &Named) -> Result<Self, Error> {
+        /// Held force is averaged over steps so much finer than the lattice's.
+        const FINER: f64 = 4.0;
+        let v = &velocity.series;
+        // Held force is known between its samples, too.
+        let step_s = step_s(v.period_s(), [v, &force.series]);
+        let held = Grid::spanning(force.series.first_s(), force.series.last_s(), step_s / FINER);
+        let force_means = Timed::on_grid(&force.name, held, force.series.held_means(held))?;
+        let x = Smooth::of(&force.name, &force_means, step_s)?;
+        let smooth = |series: &Timed| Smooth::of(&velocity.name, series, step_s);
+        let rate = smooth(&differentiate_timed(v)?)?;
+        let [from_s, to_s] = rate.span_s();
+        let grid = Grid::spanning(from_s, to_s, step_s);
+        let z = [smooth(&v.map(|v| v * v.abs()))?, smooth(v)?];
+        Ok(Self { grid, y: rate.on(grid), z: z.map(|z| z.on(grid)).into(), x })
+    }
+
+    /// The offset that explains the response best, searched wherever the two share enough.
+    ///
+    /// Candidates are the peaks of the normalised cross-correlation, plain and whitened; each is
+    /// climbed in likelihood. `pair` names the two.
+    ///
+    /// Where there is none, the pair says why, in words that follow its names.
+    pub(super) fn search(&self, pair: OffsetPair) -> OffsetPair {
+        let [from_s, to_s] = self.x.span_s();
+        let grid = Grid::spanning(from_s, to_s, self.grid.period_s);
+        let x = self.x.on(grid);
+        let known = |x: &[f64]| x.iter().filter(|x| !x.is_nan()).count() as f64;
+        let shorter = known(&x).min(known(&self.y));
+        let least = (LEAST_SHARED * shorter).max(LEAST_INSTANTS).max(LEAST_S / self.grid.period_s);
+        if shorter < least {
+            let s = shorter * self.grid.period_s;
+            return pair.refused(format!("only {s:.0} s are without gaps: too little to compare"));
+        }
+        let (plain, found) = self.candidates(&x, least);
+        let offset_s = |at: &AtLag| from_s - self.grid.start_s + at.lag as f64 * grid.period_s;
+        if let Some(at) = mirrored(&plain) {
+            let at_s = offset_s(at);
+            return pair.refused(format!(
+                "they mirror each other at {at_s:.2} s: turn the sign of one, negate = true"
+            ));
+        }
+        let tops = self.tops(found.iter().map(offset_s));
+        let least_gain = LEAST_GAIN + (plain.len() as f64).ln();
+        match tops.first() {
+            Some(best) => self.judge(pair, best, tops.get(1), least_gain),
+            None => pair.refused("they do not rise and fall together at any offset"),
+        }
+    }
+
+    /// The plain correlation at every lag, and the peaks of that and of the whitened one.
+    fn candidates(&self, x: &[f64], least: f64) -> (Vec<AtLag>, Vec<AtLag>) {
+        let y = self.unexplained();
+        let plain = correlations(&y, x, least);
+        let mut found = peaks(&plain, PEAKS);
+        if let Some([y, x]) = whitened(&y, x) {
+            found.extend(peaks(&correlations(&y, &x, least), PEAKS));
+        }
+        (plain, found)
+    }
+
+    /// The tops of the likelihood near some offsets, the highest first, each once.
+    fn tops(&self, near_s: impl Iterator<Item = f64>) -> Vec<Profile> {
+        let step_s = self.grid.period_s;
+        let at = |offset_s: f64| self.profile(&self.rows(offset_s, 2.0 * step_s)?, offset_s);
+        let mut found: Vec<Profile> = near_s.filter_map(at).collect();
+        found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let mut tops: Vec<Profile> = Vec::new();
+        for (k, near) in found.into_iter().enumerate() {
+            let top = if k < CLIMBED { self.climb(near) } else { near };
+            let known = |known: &Profile| (known.offset_s - top.offset_s).abs() < step_s;
+            if top.slope > 0.0 && !tops.iter().any(known) {
+                tops.push(top);
+            }
+        }
+        tops.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        tops
+    }
+
+    /// Goes up the likelihood to a top, and finds it to a small part of a step.
+    fn climb(&self, from: Profile) -> Profile {
+        /// Steps of the climb, as parts of the lattice's; the finer ones end it.
+        const STEPS: [f64; 4] = [0.5, 0.25, 0.1, 0.03];
+        /// More moves at one step are no climb but a wander.
+        const MOVES: usize = 8;
+        let mut top = from;
+        for part in STEPS {
+            let step_s = part * self.grid.period_s;
+            for _ in 0..MOVES {
+                let Some(rows) = self.rows(top.offset_s, 2.0 * self.grid.period_s) else {
+                    return top;
+                };
+                let offsets_s: [f64; 5] =
+                    [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| top.offset_s + k * step_s);
+                let scores = self.scan(&rows, &top, &offsets_s);
+                let best = (0..5).max_by(|&a, &b| scores[a].total_cmp(&scores[b])).unwrap_or(2);
+                let inside = (1..4).contains(&best);
+                let offset_s = offsets_s[best]
+                    + if inside { step_s * vertex(&scores[best - 1..=best + 1]) } else { 0.0 };
+                match self.profile(&rows, offset_s) {
+                    Some(profile) => top = profile,
+                    None => return top,
+                }
+                if inside {
+                    break;
+                }
+            }
+        }
+        top
+    }
+
+    /// The pair with an offset, if that is to be believed.
+    fn judge(
+        &self,
+        pair: OffsetPair,
+        best: &Profile,
+        second: Option<&Profile>,
+        least_gain: f64,
+    ) -> OffsetPair {
+        let step_s = self.grid.period_s;
+        let Some(rows) = self.rows(best.offset_s, 2.0 * step_s) else {
+            return pair.refused("they share too little to compare");
+        };
+        let correlation = self.correlation(&rows, best.offset_s);
+        let second_peak = second.map_or(0.0, |second| (second.gain / best.gain).clamp(0.0, 1.0));
+        let pair =
+            OffsetPair { correlation: Some(correlation), second_peak: Some(second_peak), ..pair };
+        let found = format!("they agree best at {:.2} s", best.offset_s);
+        if best.gain < least_gain {
+            let chance = "but no better than chance would have it";
+            return pair.refused(format!("{found}, {chance} (correlation {correlation:.2})"));
+        }
+        if let Some(second) = second.filter(|_| second_peak > GREATEST_SECOND) {
+            return pair.refused(format!("{found}, but {}", as_well(second, second_peak)));
+        }
+        let std_s = self.std_s(&rows, best, STD_STEP * step_s);
+        let std_s = std_s.map(|std_s| std_s.hypot(FLOOR_OF_STEP * step_s));
+        match std_s {
+            Some(_) => OffsetPair { offset_s: Some(best.offset_s), std_s, ..pair },
+            None => pair.refused(format!("{found}, but others around it are as likely")),
+        }
+    }
+}
+
+fn as_well(second: &Profile, part: f64) -> String {
+    let (at_s, percent) = (second.offset_s, 100.0 * part);
+    format!(
+        "at {at_s:.2} s nearly as well ({percent:.0} % of the evidence): the motion repeats itself"
+    )
+}
+
+/// Where two series go against each other more closely than anywhere with each other.
+fn mirrored(correlations: &[AtLag]) -> Option<&AtLag> {
+    /// So close, and so many times closer.
+    const CLOSE: f64 = 0.7;
+    const TIMES: f64 = 1.3;
+    let order = |a: &&AtLag, b: &&AtLag| a.correlation.total_cmp(&b.correlation);
+    let (lowest, highest) =
+        (correlations.iter().min_by(order)?, correlations.iter().max_by(order)?);
+    let is_mirrored = -lowest.correlation > (TIMES * highest.correlation).max(CLOSE);
+    is_mirrored.then_some(lowest)
+}
+
+/// Where between −1 and 1 the parabola through the values at −1, 0 and 1 is highest.
+fn vertex(values: &[f64]) -> f64 {
+    let bend = values[0] - 2.0 * values[1] + values[2];
+    if bend < 0.0 { (0.5 * (values[0] - values[2]) / bend).clamp(-1.0, 1.0) } else { 0.0 }
+}
