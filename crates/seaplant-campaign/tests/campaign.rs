@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{Folder, csv};
-use seaplant_campaign::{Campaign, Error};
+use common::{Folder, csv, said};
+use seaplant_campaign::Campaign;
 
 const VEHICLE: &str = r#"name = "sled"
 [[thruster]]
@@ -37,12 +37,7 @@ fn refusal(of_vehicle: [&str; 2], of_campaign: [&str; 2]) -> String {
         folder.write(name, &text.replacen(from, to, 1));
     }
     let error = Campaign::open(&folder.path().join("campaign.toml")).expect_err("it is refused");
-    let words = error.to_string().replace(&format!("{}/", folder.path().display()), "");
-    // The line of the file, with a mark, is for `excerpt` and for the program's own tests.
-    match error {
-        Error::Value { excerpt, .. } => words.strip_suffix(&excerpt).expect("its end").to_owned(),
-        _ => words,
-    }
+    said(&error, &folder)
 }
 
 const AS_IT_IS: [&str; 2] = ["name", "name"];

@@ -5,7 +5,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::{Folder, csv, noise, open};
+use common::{Folder, csv, noise, open, said};
 use seaplant::results::Results;
 use seaplant::twin::{TwinSpec, make};
 use seaplant::{CaveatCode, Dof, Severity};
@@ -192,8 +192,7 @@ offset_s = { "dvl.csv" = "estimate" }
 fn refusal(folder: &Folder, campaign: &str) -> String {
     folder.write("vehicle.toml", VEHICLE);
     let path = folder.write("campaign.toml", campaign);
-    let error = Campaign::open(&path).expect_err("it is refused").to_string();
-    error.replace(&format!("{}/", folder.path().display()), "")
+    said(&Campaign::open(&path).expect_err("it is refused"), folder)
 }
 
 /// An autopilot's table with the moment that it commanded.

@@ -3,6 +3,7 @@
 //! The script knows nothing of vehicles: a chart is panels below each other that share their
 //! horizontal axis, and a panel is lines, markers and bands with names and inks.
 
+mod innovations;
 mod intervals;
 mod memory;
 mod motion;
@@ -144,8 +145,10 @@ impl Charts {
         let Self { motions, others, mut ids } = self;
         let mut charts = motions.charts(&mut ids);
         charts.extend(others);
-        let with_plants = results.plants.keys();
-        charts.extend(with_plants.filter_map(|&dof| intervals::chart(dof, results, &mut ids)));
+        for (&dof, plant) in &results.plants {
+            charts.extend(intervals::chart(dof, results, &mut ids));
+            charts.extend(innovations::chart(dof, plant, &mut ids));
+        }
         charts
     }
 }

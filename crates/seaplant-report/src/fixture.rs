@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use seaplant::estimate::{Candidate, Decision, Filters};
+use seaplant::estimate::{Candidate, Decision, Filters, Innovations};
 use seaplant::results::*;
 use seaplant::signal::amplitude_spectrum;
 use seaplant::{
@@ -62,6 +62,11 @@ pub(crate) fn plant() -> PlantResult {
         }],
         steady_test: None,
         thrust_part: None,
+        innovations: vec![Innovations {
+            trial: HOSTILE.to_owned(),
+            samples: 4790,
+            autocorrelation: vec![1.0, 0.02, -0.01],
+        }],
         regression: RegressionResult {
             samples: 4790,
             effective_samples: 312.4,

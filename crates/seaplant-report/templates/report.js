@@ -176,7 +176,6 @@
 
     tools() {
       this.room.classList.toggle("counts", this.counts());
-      if (this.counts()) return;
       const bar = this.figure.querySelector(".tools");
       const button = (label, text, act) => {
         const made = document.createElement("button");
@@ -187,6 +186,11 @@
         made.addEventListener("click", act);
         bar.append(made);
       };
+      if (!this.counts()) this.movers(button, bar);
+      button("Save what is shown as a PNG file", "PNG", () => this.save());
+    }
+
+    movers(button, bar) {
       button("Zoom in", "+", () => this.zoom(0.5));
       button("Zoom out", "−", () => this.zoom(2));
       button("Move left", "◀", () => this.pan(-0.25));
@@ -202,6 +206,33 @@
       );
       this.room.addEventListener("keydown", (event) => this.key(event));
       this.room.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    }
+
+    // The panels below each other, each under its name, on the page's paper.
+    save() {
+      const scale = devicePixelRatio;
+      const line = 22 * scale;
+      const canvases = this.plots.map((plot) => plot.ctx.canvas);
+      const paper = document.createElement("canvas");
+      paper.width = Math.max(...canvases.map((canvas) => canvas.width));
+      paper.height = canvases.reduce((sum, canvas) => sum + canvas.height + line, line);
+      const ctx = paper.getContext("2d");
+      ctx.fillStyle = token("--paper");
+      ctx.fillRect(0, 0, paper.width, paper.height);
+      ctx.fillStyle = token("--ink");
+      ctx.font = `600 ${13 * scale}px system-ui, sans-serif`;
+      ctx.fillText(this.chart.title, 8 * scale, 15 * scale);
+      let y = line;
+      canvases.forEach((canvas, k) => {
+        ctx.font = `${12 * scale}px system-ui, sans-serif`;
+        ctx.fillText(this.chart.panels[k].label, 8 * scale, y + 15 * scale);
+        ctx.drawImage(canvas, 0, y + line);
+        y += line + canvas.height;
+      });
+      const link = document.createElement("a");
+      link.download = `${this.chart.id}.png`;
+      link.href = paper.toDataURL("image/png");
+      link.click();
     }
 
     key(event) {

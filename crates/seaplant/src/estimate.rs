@@ -167,8 +167,23 @@ pub struct Fit {
     pub structure: Vec<Decision>,
     /// Whether steady runs agree with it, where there were any to fit.
     pub steady_test: Option<SteadyTest>,
+    /// What the filter of the filter error method could not predict, by trial; empty of others.
+    pub innovations: Vec<Innovations>,
     /// Doubts that the estimator itself has.
     pub caveats: Vec<Caveat>,
+}
+
+/// How the errors of one-step predictions follow each other: white noise, if the model of the plant,
+/// the disturbance and the noise is right.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Innovations {
+    /// Which trial.
+    pub trial: String,
+    /// How many errors.
+    pub samples: usize,
+    /// Their autocorrelation at lags of 0, 1, 2 … samples; of white noise it stays within
+    /// ±1.96/√samples in 95 of 100 lags.
+    pub autocorrelation: Vec<f64>,
 }
 
 /// The filters of a regression.
@@ -354,6 +369,7 @@ impl Fit {
             nuisances: Nuisances::default(),
             structure: Vec::new(),
             steady_test: None,
+            innovations: Vec::new(),
             caveats,
         }
     }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::{Decision, Filters};
+use crate::estimate::{Decision, Filters, Innovations};
 use crate::signal::Spectrum;
 use crate::terms::Term;
 use crate::{
@@ -149,6 +149,10 @@ pub struct PlantResult {
     /// make; absent if no curve has an uncertainty.
     #[serde(default)]
     pub thrust_part: Option<ThrustPart>,
+    /// How the errors of one-step predictions follow each other, by fitted trial; empty of methods
+    /// that make none.
+    #[serde(default)]
+    pub innovations: Vec<Innovations>,
     /// How the fit went.
     pub regression: RegressionResult,
     /// Its error on the trials that it was fitted to.

@@ -79,3 +79,16 @@ pub fn data(name: &str) -> Option<PathBuf> {
     }
     Some(path)
 }
+
+/// What an error says, but for its folders and for the line of the file with its mark, which is for
+/// the tests of `excerpt` and of the program.
+pub fn said(error: &seaplant_campaign::Error, folder: &Folder) -> String {
+    let words = error.to_string();
+    let words = match error {
+        seaplant_campaign::Error::Value { excerpt, .. } => {
+            words.strip_suffix(excerpt.as_str()).expect("its end")
+        }
+        _ => &words,
+    };
+    words.replace(&format!("{}/", folder.path().display()), "")
+}

@@ -90,8 +90,9 @@ def test_every_chart_is_drawn(browser: Browser, report: Path, scheme: str, width
     viewport = {"width": width, "height": 900}
     with Reader(browser, report, viewport=viewport, color_scheme=scheme) as page:
         charts = page.locator("figure.chart")
-        # Per degree of freedom: two trials, intervals, memory, a spectrum; and seven steady runs.
-        assert charts.count() == 4 * 5 + 7
+        # Per degree of freedom: two trials, intervals, memory, innovations, a spectrum; and seven
+        # steady runs.
+        assert charts.count() == 4 * 6 + 7
         for k in range(charts.count()):
             chart = alive(charts.nth(k))
             for n in range(chart.locator("canvas").count()):
@@ -174,6 +175,17 @@ def test_hovering_tells_what_the_series_file_says(browser: Browser, report: Path
         force = legends.nth(2).locator(".u-value").all_inner_texts()
         assert force[0] == told[0].replace("-", "−")
         assert float(force[1].replace("−", "-")) == pytest.approx(row[1], rel=1e-3)
+
+
+def test_what_is_shown_is_saved(browser: Browser, report: Path, tmp_path: Path) -> None:
+    with Reader(browser, report, accept_downloads=True) as page:
+        for place in ["#surge figure.chart", MOTION]:
+            chart = alive(page.locator(place).first)
+            with page.expect_download() as saved:
+                chart.get_by_role("button", name="Save what is shown").click()
+            assert saved.value.suggested_filename == f"{chart.get_attribute('data-chart')}.png"
+            bytes_ = Path(saved.value.path()).read_bytes()
+            assert bytes_.startswith(b"\x89PNG") and len(bytes_) > 10_000
 
 
 def test_charts_follow_the_reader_from_day_to_night(browser: Browser, report: Path) -> None:

@@ -270,9 +270,3 @@ fn every_command_has_a_manual_page() {
         assert!(page.contains(".SH SYNOPSIS"), "{command}: {page}");
     }
 }
-
-#[test]
-fn the_version_is_the_crates() {
-    let says = format!("seaplant {}\n", env!("CARGO_PKG_VERSION"));
-    seaplant().arg("--version").assert().success().stdout(says);
-}

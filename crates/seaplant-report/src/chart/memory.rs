@@ -70,8 +70,7 @@ pub(super) fn chart(dof: Dof, memories: Vec<&Memory>, ids: &mut Paths) -> Option
         let lags = memory.correlation.len();
         let longest = (0..lags).map(|k| k as f64 * memory.step_s);
         if panel.lines.is_empty() {
-            let bound = 1.96 / (memory.samples as f64).sqrt();
-            panel.levels = vec![-bound, 0.0, bound];
+            panel.levels = white(memory.samples);
             panel.label = "Autocorrelation".to_owned();
             panel.height = 180;
             panel.x = Values::of_times(&longest.collect::<Vec<_>>());
@@ -95,8 +94,14 @@ pub(super) fn chart(dof: Dof, memories: Vec<&Memory>, ids: &mut Paths) -> Option
     })
 }
 
+/// Within the outer two, white noise stays at 95 of 100 lags.
+pub(super) fn white(samples: usize) -> Vec<f64> {
+    let bound = 1.96 / (samples.max(1) as f64).sqrt();
+    vec![-bound, 0.0, bound]
+}
+
 /// Trials of one panel.
-const INKS: [Ink; 4] = [Ink::Simulated, Ink::Other1, Ink::Other2, Ink::Other3];
+pub(super) const INKS: [Ink; 4] = [Ink::Simulated, Ink::Other1, Ink::Other2, Ink::Other3];
 
 fn description(memories: &[&Memory]) -> String {
     let each: Vec<String> = memories

@@ -43,6 +43,7 @@ pub(super) fn plant_result(
         structure: fit.structure.clone(),
         steady_test: fit.steady_test.map(|test| steady_test(&test, fit.dof)),
         thrust_part: thrust_part(fit),
+        innovations: fit.innovations.clone(),
         regression: RegressionResult {
             samples: fit.samples,
             effective_samples: fit.effective_samples,

@@ -14,7 +14,8 @@ use super::strength::covariance_with_thrust;
 use super::structure::{Candidate, Decision, Fitted, Search, Usual};
 use super::together::TwoPlants;
 use crate::caveat::spoken;
-use crate::estimate::{DelayedFit, Estimate, Fit, Method, Nuisances, check_trials};
+use crate::estimate::{DelayedFit, Estimate, Fit, Innovations, Method, Nuisances, check_trials};
+use crate::signal::autocorrelation;
 use crate::terms::Term;
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms, Timed};
 
@@ -335,6 +336,7 @@ fn into_fit(
         nuisances: nuisances(problem, optimum, &all, freedom),
         structure,
         steady_test: None,
+        innovations: axes.iter().zip(&innovations).map(|(axis, e)| of_trial(axis, e)).collect(),
         caveats: Vec::new(),
     };
     fit.caveats = caveats(&fit, &innovations);
@@ -416,6 +418,18 @@ fn hurried_disturbance(fit: &Fit, axes: &[AxisRecord]) -> Option<Caveat> {
         );
         Caveat::warning(CaveatCode::ResidualsNotWhite, message)
     })
+}
+
+/// As many samples as memory is looked for.
+const LAGS: usize = 40;
+
+fn of_trial(axis: &AxisRecord, innovations: &[f64]) -> Innovations {
+    let lags = 0..=LAGS.min(innovations.len().saturating_sub(1));
+    Innovations {
+        trial: axis.trial.clone(),
+        samples: innovations.len(),
+        autocorrelation: autocorrelation(innovations, lags),
+    }
 }
 
 /// Innovations correlated by more than this from one to the next are not white.

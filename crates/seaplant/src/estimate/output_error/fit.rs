@@ -252,6 +252,7 @@ pub(super) fn into_fit(
         nuisances: Nuisances::default(),
         structure: Vec::new(),
         steady_test: None,
+        innovations: Vec::new(),
         caveats: Vec::new(),
     })
 }
