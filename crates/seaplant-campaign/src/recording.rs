@@ -1,11 +1,11 @@
-//! One trial's logs, brought to quantities in SI units.
+//! One trial's logs, brought to quantities in SI units, and made a trial.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use seaplant::results::InputFile;
-use seaplant::{Caveat, CaveatCode, Quantity, Recording, Timed, TrialSetup};
+use seaplant::{Caveat, CaveatCode, Quantity, Recording, Timed, Trial, TrialSetup, Vehicle};
 use seaplant_log::{Channel, Log, ReadOptions, Stamp, TimeColumn, Unit};
 
 use crate::Error;
@@ -15,26 +15,39 @@ use crate::units::dimension_of;
 /// Which column holds which quantity.
 pub(crate) type ChannelMap = BTreeMap<Quantity, ChannelEntry>;
 
-/// A trial's logs, read.
-pub(crate) struct TrialRead {
-    pub setup: TrialSetup,
-    pub recording: Recording,
+/// A trial, and the files that it was read from.
+#[derive(Clone, Debug)]
+pub struct SourcedTrial {
+    /// The trial.
+    pub trial: Trial,
+    /// Its files.
     pub inputs: Vec<InputFile>,
-    pub caveats: Vec<Caveat>,
 }
 
-/// Reads the logs of a trial and brings its mapped columns to SI units, on a clock that
-/// starts with the first sample of all of them; `logs` are where the entry's logs are.
+/// Reads the logs of a trial; `logs` are where the entry's logs are.
 pub(crate) fn read_trial(
     path: &Path,
     logs: &[PathBuf],
     file: &CampaignFile,
     entry: &TrialEntry,
     channels: &ChannelMap,
-) -> Result<TrialRead, Error> {
+    vehicle: &Vehicle,
+) -> Result<SourcedTrial, Error> {
     let files = read_options(path, logs, file, entry)?;
     let log = Log::open(&files)
         .map_err(|source| Error::Log { trial: entry.name.clone(), source: Box::new(source) })?;
+    trial_of(path, log, entry, channels, vehicle)
+}
+
+/// Makes a trial of a log: its mapped columns brought to SI units, on a clock that starts
+/// with the first sample of all of them.
+pub(crate) fn trial_of(
+    path: &Path,
+    log: Log,
+    entry: &TrialEntry,
+    channels: &ChannelMap,
+    vehicle: &Vehicle,
+) -> Result<SourcedTrial, Error> {
     let mut caveats: Vec<Caveat> = log
         .notes()
         .iter()
@@ -67,7 +80,8 @@ pub(crate) fn read_trial(
         to_s: entry.to_s,
         segments_s: entry.segments_s.clone(),
     };
-    Ok(TrialRead { setup, recording, inputs, caveats })
+    let trial = Trial::using_up(setup, recording, vehicle).map_err(Error::model(path))?;
+    Ok(SourcedTrial { trial: trial.with_caveats(caveats), inputs })
 }
 
 /// The mapped columns of a log in SI units; what is not mapped is freed first, and each

@@ -19,7 +19,8 @@ use crate::estimate::{
     fit_paper, fit_sriv, fit_total_least_squares, fit_weighted_least_squares,
 };
 use crate::results::{
-    Failure, FittedModel, Identification, PlantResult, Score, SubsetResult, TrialScore,
+    Failure, FittedModel, Identification, PlantResult, Score, SteadyResult, SubsetResult,
+    TrialScore,
 };
 use crate::trial::ThrustError;
 use crate::{
@@ -98,6 +99,18 @@ pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) 
     }
     found.results.caveats.push(thrust_scale(vehicle));
     found
+}
+
+/// Quadratic drag from the steady stretches of trials, whatever these are for.
+///
+/// # Errors
+/// As [`fit_steady`].
+pub fn steady_drag(
+    dof: Dof,
+    trials: &[&Trial],
+    options: &SteadyOptions,
+) -> Result<SteadyResult, Error> {
+    Ok(steady_result(&fit_steady(dof, trials, options)?))
 }
 
 /// Fits one degree of freedom with one method, and no more than that.
