@@ -30,7 +30,7 @@ pub use monte_carlo::{MonteCarloTable, monte_carlo};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use propose::{Proposal, propose};
 pub use recording::SourcedTrial;
-pub use toml_file::read_toml;
+pub use toml_file::{of_json, read_toml};
 pub use twin_files::{TextFile, twin_files};
 pub use validate::{Simulation, Validation, validate};
 pub use vehicle_file::{

@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::{Decision, Filters};
 use crate::signal::Spectrum;
 use crate::terms::Term;
-use crate::{Caveat, Comparison, Dof, Estimate, LumpedParameters, Method, Model, Role, Stability};
+use crate::{
+    Caveat, Comparison, Dof, Error, Estimate, LumpedParameters, Method, Model, Role, Stability,
+};
 
 /// The name and version of this contract.
 pub const SCHEMA: &str = "seaplant/results/1";
@@ -53,6 +55,41 @@ pub struct Results {
     pub failures: Vec<Failure>,
     /// Doubts about the campaign as a whole.
     pub caveats: Vec<Caveat>,
+}
+
+impl Results {
+    /// Whether anything was found.
+    ///
+    /// # Errors
+    /// [`Error::NothingFound`], with every method's reason, if there is neither a plant nor
+    /// steady drag.
+    pub fn check(&self) -> Result<(), Error> {
+        if !(self.plants.is_empty() && self.steady.is_empty()) {
+            return Ok(());
+        }
+        let reason = |f: &Failure| format!("\n  {} by {}: {}", f.dof, f.method, f.message);
+        let mut reasons: String = self.failures.iter().map(reason).collect();
+        if reasons.is_empty() {
+            reasons = "\n  no trial has role = \"fit\" or \"steady\"".to_owned();
+        }
+        Err(Error::NothingFound { reasons })
+    }
+
+    /// The plant of a degree of freedom: that of a method, or the recommended one.
+    ///
+    /// # Errors
+    /// [`Error::NoPlant`].
+    pub fn plant_of(&self, dof: Dof, method: Option<Method>) -> Result<&PlantResult, Error> {
+        let refuse = |found: String| Error::NoPlant { found };
+        let recommended = self.plants.get(&dof).ok_or_else(|| {
+            let all: Vec<&str> = self.plants.keys().map(|dof| dof.name()).collect();
+            let all = if all.is_empty() { "none at all".to_owned() } else { all.join(", ") };
+            refuse(format!("no {dof} plant, but {all}"))
+        })?;
+        let Some(method) = method else { return Ok(recommended) };
+        let of_dof = self.methods.get(&dof).and_then(|methods| methods.get(&method));
+        of_dof.ok_or_else(|| refuse(format!("no {dof} plant by {method}")))
+    }
 }
 
 /// What results were made from.

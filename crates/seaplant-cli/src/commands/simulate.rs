@@ -4,18 +4,18 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, bail};
 use seaplant::Dof;
-use seaplant::results::{PlantResult, Results};
+use seaplant::results::Results;
 use seaplant_campaign::{Simulation, read_logs};
 use seaplant_report::number::{or_absent, significant};
 
-use super::validate::{plant_of, read_results};
+use super::validate::read_results;
 use crate::args::Simulate;
 use crate::output::{Output, print, write_file};
 
 pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
     let results = read_results(&arguments.results)?;
-    let (dof, recommended) = choose(&results, arguments.dof)?;
-    let plant = plant_of(&results, dof, recommended, arguments.method)?;
+    let dof = arguments.dof.map_or_else(|| only_dof(&results), Ok)?;
+    let plant = results.plant_of(dof, arguments.method)?;
     let campaign = campaign_of(arguments, &results)?;
     let trial = read_logs(&campaign, &arguments.logs, dof)?;
     let simulation = Simulation::of(dof, plant, &trial)?;
@@ -30,19 +30,16 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn choose(results: &Results, dof: Option<Dof>) -> Result<(Dof, &PlantResult)> {
-    let all: Vec<&str> = results.plants.keys().map(|dof| dof.name()).collect();
-    match (dof, results.plants.iter().next()) {
-        (Some(dof), _) => {
-            let plant = results.plants.get(&dof);
-            let plant = plant.with_context(|| {
-                format!("the results hold no {dof} plant, but {}", all.join(", "))
-            })?;
-            Ok((dof, plant))
+/// The degree of freedom of results that hold one only.
+fn only_dof(results: &Results) -> Result<Dof> {
+    let all: Vec<Dof> = results.plants.keys().copied().collect();
+    match all.as_slice() {
+        [only] => Ok(*only),
+        [] => bail!("the results hold no plant"),
+        several => {
+            let names: Vec<&str> = several.iter().map(|dof| dof.name()).collect();
+            bail!("the results hold {}; choose one with --dof", names.join(", "))
         }
-        (None, Some((dof, plant))) if all.len() == 1 => Ok((*dof, plant)),
-        (None, Some(_)) => bail!("the results hold {}; choose one with --dof", all.join(", ")),
-        (None, None) => bail!("the results hold no plant"),
     }
 }
 

@@ -2,8 +2,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, bail};
-use seaplant::results::{PlantResult, Results};
-use seaplant::{Dof, Method};
+use seaplant::results::Results;
 use seaplant_campaign::{Campaign, Validation, validate};
 use seaplant_report::number::{or_absent, significant};
 use seaplant_report::parse_results;
@@ -16,8 +15,8 @@ pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
     let results = read_results(&arguments.results)?;
     let campaign = Campaign::open(&arguments.campaign)?;
     let mut plants = Vec::new();
-    for (&dof, recommended) in &results.plants {
-        plants.push((dof, plant_of(&results, dof, recommended, arguments.method)?));
+    for &dof in results.plants.keys() {
+        plants.push((dof, results.plant_of(dof, arguments.method)?));
     }
     let validations = validate(&results, plants, &campaign.sourced_trials())
         .with_context(|| arguments.campaign.display().to_string())?;
@@ -38,21 +37,6 @@ pub fn read_results(path: &Path) -> Result<Results> {
         anyhow!("cannot read {}: {error}; give the results.json of a fit", path.display())
     })?;
     parse_results(&text).with_context(|| path.display().to_string())
-}
-
-/// The plant of a method, or the recommended one.
-pub fn plant_of<'a>(
-    results: &'a Results,
-    dof: Dof,
-    recommended: &'a PlantResult,
-    method: Option<Method>,
-) -> Result<&'a PlantResult> {
-    let Some(method) = method else { return Ok(recommended) };
-    results
-        .methods
-        .get(&dof)
-        .and_then(|methods| methods.get(&method))
-        .with_context(|| format!("the results hold no {dof} plant by {method}"))
 }
 
 fn words(validations: &[Validation]) -> String {
