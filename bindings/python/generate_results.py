@@ -35,7 +35,7 @@ BASES = {"Parameter": "Estimated"}
 
 TARGET = Path(__file__).parent / "python/seaplant/_results.py"
 
-HEADER = '''"""The dataclasses of results. Written by ``generate_results.py``; change that, or the library."""
+HEADER = '''"""The dataclasses of results; ``generate_results.py`` writes this."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def choice(name: str, schema: dict[str, Any]) -> str | None:
     if not options or None in options:
         return None
     listed = "\n".join(f'    "{option}",' for option in options)
-    return f'{name}: TypeAlias = Literal[\n{listed}\n]\n{doc(schema, "")}\n'
+    return f"{name}: TypeAlias = Literal[\n{listed}\n]\n{doc(schema, '')}\n"
 
 
 def doc(schema: dict[str, Any], indent: str) -> str:
@@ -128,6 +128,9 @@ def merged(schema: dict[str, Any]) -> dict[str, Any]:
     properties: dict[str, Any] = {}
     for variant in variants:
         properties |= variant["properties"]
+    for name, of in properties.items():
+        if not all(name in variant["properties"] for variant in variants):
+            of["variant"] = True
     properties["kind"] = {"description": f"One of {', '.join(kinds)}.", "type": "string"}
     required = [name for name in properties if all(name in of["required"] for of in variants)]
     return {**schema, "properties": properties, "required": required}
@@ -138,13 +141,14 @@ def record(name: str, schema: dict[str, Any]) -> str:
     schema = merged(schema)
     required = schema.get("required", [])
     order = [*required, *(of for of in schema["properties"] if of not in required)]
-    text = f"@dataclass(frozen=True, eq=False, repr=False)\nclass {name}({BASES.get(name, 'Record')}):\n"
+    text = "@dataclass(frozen=True, eq=False, repr=False)\n"
+    text += f"class {name}({BASES.get(name, 'Record')}):\n"
     text += doc(schema, "    ") + "\n"
     for field in order:
         of = schema["properties"][field]
         kind = type_of(of)
-        if field not in required and "default" not in of and not kind.endswith("| None"):
-            kind += " | None"
+        if of.get("variant"):
+            kind += " | None = None"
         text += f"\n    {field}: {kind}\n{doc(of, '    ')}\n"
     return text
 

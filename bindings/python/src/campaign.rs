@@ -64,7 +64,7 @@ impl Campaign {
     fn identify(&self, py: Python<'_>, command: String) -> PyResult<Results> {
         let campaign = Arc::clone(&self.0);
         let found = apart(py, move || Ok(campaign.identify(&command)))?;
-        Ok(Results(Arc::new(found.results)))
+        Ok(Results(Arc::new(found)))
     }
 
     /// Its trials.

@@ -5,7 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use seaplant::estimate::steady::SteadyOptions;
-use seaplant::results::{FittedModel, Identification, Parameter, PlantResult};
+use seaplant::results::{FittedModel, Identification, Parameter};
 use seaplant::{Dof, Method, Model};
 use seaplant_campaign::{Simulation, validate};
 use seaplant_report::number::Rounded;
@@ -16,7 +16,7 @@ use crate::trial::Trial;
 
 /// What an identification found.
 #[pyclass(frozen, module = "seaplant._native")]
-pub struct Results(pub Arc<seaplant::results::Results>);
+pub struct Results(pub Arc<Identification>);
 
 /// e, that of a model that never moves, R², and the series: time, force, measured, simulated.
 type Simulated<'py> = (f64, f64, Option<f64>, [Bound<'py, PyArray1<f64>>; 4]);
@@ -26,12 +26,12 @@ impl Results {
     /// Reads the text of a results.json.
     #[staticmethod]
     fn of_json(py: Python<'_>, text: String) -> PyResult<Self> {
-        Ok(Self(Arc::new(apart(py, move || Ok(parse_results(&text)?))?)))
+        Ok(Self(Arc::new(apart(py, move || Ok(of_results(parse_results(&text)?)))?)))
     }
 
     /// The text of results.json, without its line breaks.
     fn to_json(&self) -> PyResult<String> {
-        Ok(json(&*self.0)?)
+        Ok(json(&self.0.results)?)
     }
 
     /// Whether anything was found.
@@ -39,7 +39,7 @@ impl Results {
     /// # Errors
     /// `InputError`, with why each method found nothing.
     fn check(&self) -> PyResult<()> {
-        Ok(self.0.check().map_err(Failure::from)?)
+        Ok(self.0.results.check().map_err(Failure::from)?)
     }
 
     /// Drives a fitted plant with the thrust of a trial.
@@ -51,7 +51,8 @@ impl Results {
         method: Option<&str>,
     ) -> PyResult<Simulated<'py>> {
         let dof: Dof = dof.parse().map_err(Failure::from)?;
-        let plant = self.0.plant_of(dof, parse_method(method)?).map_err(Failure::from)?.clone();
+        let plant =
+            self.0.results.plant_of(dof, parse_method(method)?).map_err(Failure::from)?.clone();
         let trial = Arc::clone(&trial.0);
         let found = apart(py, move || Ok(Simulation::of(dof, &plant, &trial.trial)?))?;
         let Simulation { time_s, force, measured, simulated, .. } = &found;
@@ -68,14 +69,15 @@ impl Results {
         method: Option<&str>,
     ) -> PyResult<String> {
         let method = parse_method(method)?;
-        let results = Arc::clone(&self.0);
+        let found = Arc::clone(&self.0);
         let trials: Vec<_> = trials.iter().map(|trial| Arc::clone(&trial.0)).collect();
         apart(py, move || {
+            let results = &found.results;
             let of = |&dof: &Dof| Ok((dof, results.plant_of(dof, method)?));
             let plants: Vec<_> = results.plants.keys().map(of).collect::<Result<_, Failure>>()?;
             let sourced: Vec<_> =
                 trials.iter().map(|own| (&own.trial, own.inputs.iter().collect())).collect();
-            json(&validate(&results, plants, &sourced)?)
+            json(&validate(results, plants, &sourced)?)
         })
     }
 
@@ -85,9 +87,9 @@ impl Results {
         py: Python<'py>,
         trials: Vec<PyRef<'_, Trial>>,
     ) -> PyResult<BTreeMap<String, Bound<'py, PyBytes>>> {
-        let results = Arc::clone(&self.0);
+        let found = Arc::clone(&self.0);
         let trials: Vec<_> = trials.iter().map(|own| own.0.trial.clone()).collect();
-        let files = apart(py, move || files(&results, &trials))?;
+        let files = apart(py, move || files(&found, &trials))?;
         Ok(files.into_iter().map(|(path, bytes)| (path, PyBytes::new(py, &bytes))).collect())
     }
 }
@@ -96,22 +98,22 @@ fn parse_method(method: Option<&str>) -> Result<Option<Method>, Failure> {
     Ok(method.map(str::parse).transpose()?)
 }
 
+/// Results of a file, with their models in the order of methods.
+fn of_results(results: seaplant::results::Results) -> Identification {
+    let mut models = Vec::new();
+    for (&dof, plants) in &results.methods {
+        let model = |(&method, plant)| FittedModel { dof, method, model: Model::of_result(plant) };
+        models.extend(plants.iter().map(model));
+    }
+    Identification { results, models }
+}
+
 fn files(
-    results: &seaplant::results::Results,
+    found: &Identification,
     trials: &[seaplant::Trial],
 ) -> Result<Vec<(String, Vec<u8>)>, Failure> {
-    let of = |(dof, plants): (&Dof, &BTreeMap<Method, PlantResult>)| {
-        let model = |(method, plant): (&Method, &PlantResult)| FittedModel {
-            dof: *dof,
-            method: *method,
-            model: Model::of_result(plant),
-        };
-        plants.iter().map(model).collect::<Vec<_>>()
-    };
-    let models = results.methods.iter().flat_map(of).collect();
-    let found = Identification { results: results.clone(), models };
     let mut files = Vec::new();
-    render(results, found.series(trials), |artifact| -> Result<(), Failure> {
+    render(&found.results, found.series(trials), |artifact| -> Result<(), Failure> {
         let mut bytes = Vec::new();
         artifact.write_to(&mut bytes).map_err(|error| Failure::Input(error.to_string()))?;
         files.push((artifact.path.clone(), bytes));

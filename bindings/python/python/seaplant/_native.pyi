@@ -7,6 +7,25 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "Campaign",
+    "Log",
+    "Results",
+    "Trial",
+    "Twin",
+    "Vehicle",
+    "fit_bench_points",
+    "fit_bench_table",
+    "is_quantity",
+    "method_names",
+    "monte_carlo",
+    "read_twin_spec",
+    "rounded",
+    "schema",
+    "steady_drag",
+    "version",
+]
+
 _Floats = NDArray[np.float64]
 _Series = tuple[_Floats, _Floats]
 
@@ -25,7 +44,8 @@ class Log:
     ) -> Log: ...
     @staticmethod
     def of_tables(
-        name: str, tables: Sequence[tuple[str, _Floats, Sequence[tuple[str, str | None, _Floats]]]]
+        name: str,
+        tables: Sequence[tuple[str, _Floats, Sequence[tuple[str, str | None, _Floats]]]],
     ) -> Log: ...
     def channels(self) -> list[tuple[str, str, str | None, str, int, _Floats, _Floats]]: ...
     def place(self, name: str) -> int: ...
@@ -48,7 +68,7 @@ class Vehicle:
     def thrusters(self) -> list[str]: ...
     def unit_wrenches(self) -> list[list[float]]: ...
     def thrust(
-        self, name: str, inputs: Sequence[float], voltage_v: float | None = None
+        self, name: str, inputs: Sequence[float], voltage_v: float | None
     ) -> list[float]: ...
 
 @final
@@ -70,7 +90,7 @@ class Trial:
 @final
 class Campaign:
     @staticmethod
-    def open(path: Path | str, methods: Sequence[str], terms: str | None = None) -> Campaign: ...
+    def open(path: Path | str, methods: Sequence[str], terms: str | None) -> Campaign: ...
     @staticmethod
     def of(vehicle: Vehicle, trials: Sequence[Trial], settings: str) -> Campaign: ...
     def identify(self, command: str) -> Results: ...
@@ -83,9 +103,9 @@ class Results:
     def to_json(self) -> str: ...
     def check(self) -> None: ...
     def simulate(
-        self, trial: Trial, dof: str, method: str | None = None
+        self, trial: Trial, dof: str, method: str | None
     ) -> tuple[float, float, float | None, list[_Floats]]: ...
-    def validate(self, trials: Sequence[Trial], method: str | None = None) -> str: ...
+    def validate(self, trials: Sequence[Trial], method: str | None) -> str: ...
     def render(self, trials: Sequence[Trial]) -> dict[str, bytes]: ...
 
 @final
@@ -101,20 +121,20 @@ class Twin:
 def steady_drag(
     trials: Sequence[Trial], dof: str, window_s: float, slope: float, thrust_part: float
 ) -> str: ...
-def fit_bench_table(path: Path | str, columns: str, neutral: float | None = None) -> str: ...
+def fit_bench_table(path: Path | str, columns: str, neutral: float | None) -> str: ...
 def fit_bench_points(
     inputs: _Floats,
     forces: _Floats,
     input_unit: str,
     force_unit: str,
-    neutral: float | None = None,
+    neutral: float | None,
 ) -> str: ...
 def monte_carlo(
     spec: str,
     methods: Sequence[str],
     runs: int,
-    threads: int | None = None,
-    on_run: Callable[[int], object] | None = None,
+    threads: int | None,
+    on_run: Callable[[int], object] | None,
 ) -> str: ...
 def schema(kind: str) -> str: ...
 def version() -> str: ...

@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import types
 import typing
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -37,8 +37,7 @@ class Record:
         Record
             The record; what the JSON lacks and may lack is ``None``.
         """
-        made = _decoder(cls)(data)
-        assert isinstance(made, cls)
+        made: _R = _decode(cls, data)
         return made
 
     def to_dict(self) -> dict[str, Any]:
@@ -49,9 +48,13 @@ class Record:
         dict
             Dicts, lists, strings and numbers only.
         """
+        fields = dataclasses.fields(self)  # type: ignore[arg-type]
+        values = ((field, getattr(self, field.name)) for field in fields)
+        # A field with a default belongs to some kinds of the record only.
         return {
-            field.name: _plain(getattr(self, field.name))
-            for field in dataclasses.fields(self)  # type: ignore[arg-type]
+            field.name: _plain(value)
+            for field, value in values
+            if not (value is None and field.default is None)
         }
 
     def __eq__(self, other: object) -> bool:
@@ -119,8 +122,12 @@ def _plain(value: object) -> Any:
     return value
 
 
+def _decode(kind: Any, data: Any) -> Any:
+    return _decoder(kind)(data)
+
+
 @functools.cache
-def _decoder(kind: Any) -> Callable[[Any], Any]:
+def _decoder(kind: Hashable) -> Callable[[Any], Any]:
     """The function that makes an object of type ``kind`` of parsed JSON."""
     if dataclasses.is_dataclass(kind):
         return _record_decoder(kind)

@@ -1,4 +1,4 @@
-"""The dataclasses of results. Written by ``generate_results.py``; change that, or the library."""
+"""The dataclasses of results; ``generate_results.py`` writes this."""
 
 from __future__ import annotations
 
@@ -802,7 +802,7 @@ class Stability(Record):
     kind: str
     """One of stable, stable-below, unstable-at-rest, unstable."""
 
-    speed: float | None
+    speed: float | None = None
     """That speed, m/s or rad/s."""
 
 

@@ -76,7 +76,7 @@ class PlantEstimator:
         names = inspect.signature(type(self).__init__).parameters
         return {name: getattr(self, name) for name in names if name != "self"}
 
-    def set_params(self, **params: Any) -> PlantEstimator:  # noqa: ANN401
+    def set_params(self, **params: Any) -> PlantEstimator:
         """Sets parameters.
 
         Parameters
@@ -173,7 +173,7 @@ class PlantEstimator:
         params = ", ".join(f"{name}={value!r}" for name, value in self.get_params().items())
         return f"PlantEstimator({params})"
 
-    def __sklearn_tags__(self) -> Any:  # noqa: ANN401
+    def __sklearn_tags__(self) -> Any:
         """Tells scikit-learn that it is a regressor of things that are no arrays."""
         from sklearn.utils import InputTags, RegressorTags, Tags, TargetTags
 

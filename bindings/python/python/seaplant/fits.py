@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import json
-import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
@@ -53,7 +52,7 @@ class Simulation:
     method
         Whose plant.
     mean_abs_error
-        e = mean \\|v_model - v\\| on raw velocity, m/s or rad/s.
+        e, the mean of ``|v_model - v|`` on raw velocity, m/s or rad/s.
     null_error
         e of a model that never moves.
     r_squared
@@ -81,8 +80,8 @@ class Simulation:
 
     def __repr__(self) -> str:
         return (
-            f"<Simulation of {self.dof} of {self.trial!r} by {self.method}: "
-            f"e = {self.mean_abs_error:.3g}, {self.null_error:.3g} for a model that never moves>"
+            f"<Simulation of {self.dof} of {self.trial!r} by {self.method}: e = "
+            f"{self.mean_abs_error:.3g}, {self.null_error:.3g} for a model that never moves>"
         )
 
     def to_pandas(self) -> pd.DataFrame:
@@ -283,7 +282,9 @@ class Fit:
         dofs = list(self.plants) if dof is None else [dof]
         rows = []
         for of in dofs:
-            moving = [trial for trial in self.trials if of in trial.dofs and trial.role != "steady"]
+            moving = [
+                trial for trial in self.trials if of in trial.dofs and trial.role != "steady"
+            ]
             rows.append([self.simulate(trial, of, method=method) for trial in moving])
         if not any(rows):
             raise InputError("the fit has no trials to draw; simulate one and draw that")
@@ -363,7 +364,7 @@ class Fit:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Trials that came from a campaign stay behind, as with a fit that was read from a file.
-        kept = self.trials if all(of._made_of is not None for of in self.trials) else ()
+        kept = self.trials if all(of._recipe is not None for of in self.trials) else ()
         return _remade, (self._text, kept)
 
 
@@ -422,8 +423,16 @@ def identify(
     velocity
         Where every method takes velocity from; by default the paper's derives it from
         position, others take what was measured.
-    paper, equation_error, output_error, filter_error, steady
-        Settings, by the keys of the tables of campaign.toml.
+    paper
+        Settings of the paper's method, by the keys of the table of that name in campaign.toml.
+    equation_error
+        Those of equation error, likewise.
+    output_error
+        Those of output error.
+    filter_error
+        Those of filter error.
+    steady
+        What counts as steady.
 
     Returns
     -------
@@ -575,7 +584,7 @@ def write_files(folder: str | PathLike[str], files: Mapping[str, bytes]) -> Path
             made.write_bytes(content)
         for path in files:
             (target / path).parent.mkdir(parents=True, exist_ok=True)
-            os.replace(aside / path, target / path)
+            (aside / path).replace(target / path)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
     return target

@@ -138,7 +138,9 @@ class Log:
         offsets = dict(offset_s or {})
         names = [str(path) for path in paths]
         if stray := set(offsets) - set(names):
-            raise InputError(f"offset_s names {sorted(stray)}, which is none of the files given")
+            raise InputError(
+                f"offset_s names {sorted(stray)}, which is none of the files given"
+            )
         native = _native.Log.open(
             [Path(path) for path in paths],
             offsets_s=[offsets.get(name, 0.0) for name in names],
@@ -195,7 +197,9 @@ class Log:
         <Channel 'depth' [m], 2 samples, 0 to 1 s>
         """
         if time_unit not in _TIME_FACTORS:
-            raise InputError(f"{time_unit!r} is no unit of time; use {', '.join(_TIME_FACTORS)}")
+            raise InputError(
+                f"{time_unit!r} is no unit of time; use {', '.join(_TIME_FACTORS)}"
+            )
         stated = dict(units or {})
         made = []
         for number, data in enumerate(tables, start=1):
@@ -262,7 +266,17 @@ class Log:
         """
         import pandas as pd
 
-        fields = "column unit count rate_hz first_s last_s gaps min max".split()
+        fields = [
+            "column",
+            "unit",
+            "count",
+            "rate_hz",
+            "first_s",
+            "last_s",
+            "gaps",
+            "min",
+            "max",
+        ]
         rows = [
             {
                 **{field: getattr(of, field) for field in fields},
@@ -338,10 +352,14 @@ def _table(data: Data, time: str | None, factor: float) -> tuple[Floats, list[_C
         found = ", ".join(map(str, columns))
         raise InputError(f"no time among {found}; name the column with time=")
     time_s = _seconds(columns.pop(names[0])[1], factor)
-    return time_s, [(header, unit, _floats(header, of)) for header, (unit, of) in columns.items()]
+    return time_s, [
+        (header, unit, _floats(header, of)) for header, (unit, of) in columns.items()
+    ]
 
 
-def _columns(data: Data, time: str | None) -> Iterator[tuple[str, tuple[str | None, ArrayLike]]]:
+def _columns(
+    data: Data, time: str | None
+) -> Iterator[tuple[str, tuple[str | None, ArrayLike]]]:
     if hasattr(data, "data_vars"):
         for name in [*data.coords, *data.data_vars]:
             of = data[name]
@@ -361,7 +379,9 @@ def _columns(data: Data, time: str | None) -> Iterator[tuple[str, tuple[str | No
             yield str(name), (None, values)
     else:
         kind = type(data).__name__
-        raise InputError(f"a {kind} is no table; give a mapping of arrays, a frame or a dataset")
+        raise InputError(
+            f"a {kind} is no table; give a mapping of arrays, a frame or a dataset"
+        )
 
 
 def _seconds(values: ArrayLike, factor: float) -> Floats:
@@ -383,4 +403,3 @@ def _floats(name: str, values: ArrayLike) -> Floats:
     if array.ndim != 1:
         raise InputError(f"column {name!r} has {array.ndim} dimensions; give one value a row")
     return array
-

@@ -64,7 +64,8 @@ def fit(
     --------
     >>> import numpy as np, seaplant as sp
     >>> speed = np.linspace(-100.0, 100.0, 21)
-    >>> found = sp.thruster.fit(speed, 0.04 * speed * abs(speed), input_unit="rad/s", force_unit="N")
+    >>> force = 0.04 * speed * abs(speed)
+    >>> found = sp.thruster.fit(speed, force, input_unit="rad/s", force_unit="N")
     >>> round(found.forward.value, 6)
     0.04
     """
@@ -82,8 +83,9 @@ def fit(
     else:
         if input_unit is None or force_unit is None:
             raise InputError("the numbers have no units; give input_unit= and force_unit=")
-        pairs = (np.ascontiguousarray(of, dtype=np.float64) for of in (inputs, forces))
-        found = _native.fit_bench_points(*pairs, input_unit, force_unit, neutral)
+        given = np.ascontiguousarray(inputs, dtype=np.float64)
+        taken = np.ascontiguousarray(forces, dtype=np.float64)
+        found = _native.fit_bench_points(given, taken, input_unit, force_unit, neutral)
     return BollardPullResult.from_dict(json.loads(found))
 
 

@@ -90,8 +90,10 @@ class Trial:
         How tables and messages call it.
     role
         What it is for: ``fit``, ``hold-out`` or ``steady``.
-    from_s, to_s
-        Its start and end, in seconds after the first sample of the log.
+    from_s
+        Its start, in seconds after the first sample of the log.
+    to_s
+        Its end, likewise.
     segments_s
         Steady stretches ``(from, to)``, likewise; found if not given.
     units
@@ -131,17 +133,19 @@ class Trial:
             "segments_s": [list(span) for span in segments_s],
             "channels": _entries(log, channels),
         }
-        self._set(log, vehicle, json.dumps(entry))
+        made_of = json.dumps(entry)
+        native = _native.Trial.of_log(log._native, made_of, vehicle._native)
+        self._set(native, (_of_log, (log, vehicle, made_of)))
 
-    def _set(self, log: Log, vehicle: Vehicle, entry: str) -> None:
-        self._native = _native.Trial.of_log(log._native, entry, vehicle._native)
-        self._made_of: tuple[Log, Vehicle, str] | None = (log, vehicle, entry)
+    def _set(self, native: _native.Trial, recipe: tuple[Any, ...] | None) -> None:
+        self._native = native
+        # What makes it again in another process; a campaign's logs stay in their files.
+        self._recipe = recipe
 
     @classmethod
-    def _of(cls, native: _native.Trial) -> Trial:
+    def _of(cls, native: _native.Trial, recipe: tuple[Any, ...] | None = None) -> Trial:
         trial = cls.__new__(cls)
-        trial._native = native
-        trial._made_of = None
+        trial._set(native, recipe)
         return trial
 
     @property
@@ -200,28 +204,28 @@ class Trial:
         return Axis(chosen, *velocity, *force, *position)
 
     def _as_role(self, role: str) -> Trial:
-        trial = Trial._of(self._native.as_role(role))
-        if self._made_of is not None:
-            log, vehicle, entry = self._made_of
-            trial._made_of = (log, vehicle, json.dumps({**json.loads(entry), "role": role}))
-        return trial
+        recipe = None if self._recipe is None else (_with_role, (self, role))
+        return Trial._of(self._native.as_role(role), recipe)
 
     def __repr__(self) -> str:
         return f"<Trial {self.name!r}, {self.role}, {', '.join(self.dofs)}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        if self._made_of is None:
+        if self._recipe is None:
             raise TypeError(
-                "a trial that was not made of a log in Python cannot be pickled; "
-                "open its campaign where it is needed"
+                "a trial of a campaign.toml cannot be pickled; open the campaign where it is "
+                "needed"
             )
-        return _remade, self._made_of
+        return self._recipe
 
 
-def _remade(log: Log, vehicle: Vehicle, entry: str) -> Trial:
-    trial = Trial.__new__(Trial)
-    trial._set(log, vehicle, entry)
-    return trial
+def _of_log(log: Log, vehicle: Vehicle, entry: str) -> Trial:
+    native = _native.Trial.of_log(log._native, entry, vehicle._native)
+    return Trial._of(native, (_of_log, (log, vehicle, entry)))
+
+
+def _with_role(trial: Trial, role: str) -> Trial:
+    return trial._as_role(role)
 
 
 def only(known: Sequence[str], chosen: str | None, holder: str) -> str:

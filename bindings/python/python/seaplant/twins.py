@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
@@ -28,7 +29,12 @@ Spec = str | PathLike[str] | Mapping[str, Any] | None
 
 
 class Twin:
-    """The logs of a vehicle, and what is true of it.
+    """The logs of a vehicle, and what is true of it; made by `twin`.
+
+    Parameters
+    ----------
+    spec
+        What the twin is and does, as JSON.
 
     Attributes
     ----------
@@ -48,10 +54,13 @@ class Twin:
     truth: Truth
     bollard_pull: Floats
 
-    def __init__(self, native: _native.Twin, /) -> None:
+    def __init__(self, spec: str, /) -> None:
+        native = _native.Twin(spec)
         self._native = native
-        self.vehicle = Vehicle._of(native.vehicle())
-        self.trials = tuple(Trial._of(of) for of in native.trials())
+        self._spec = spec
+        self.vehicle = Vehicle._of(native.vehicle(), (_vehicle_of, (spec,)))
+        made = enumerate(native.trials())
+        self.trials = tuple(Trial._of(of, (_trial_of, (spec, k))) for k, of in made)
         self.truth = Truth.from_dict(json.loads(native.truth()))
         self.bollard_pull = np.asarray(native.bollard_pull(), dtype=np.float64)
 
@@ -81,12 +90,15 @@ class Twin:
         files = {path: text.encode() for path, text in self._native.files()}
         return write_files(folder, files) / "campaign.toml"
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (self._spec,)
+
     def __repr__(self) -> str:
         names = ", ".join(trial.name for trial in self.trials)
         return f"<Twin of {self.vehicle.name!r}: {names}>"
 
 
-def twin(spec: Spec = None, **changes: Any) -> Twin:  # noqa: ANN401
+def twin(spec: Spec = None, **changes: Any) -> Twin:
     """Makes the logs of a vehicle whose truth is known.
 
     Parameters
@@ -118,7 +130,20 @@ def twin(spec: Spec = None, **changes: Any) -> Twin:  # noqa: ANN401
     >>> dive.truth.nuisances.lag_s
     0.3
     """
-    return Twin(_native.Twin(_spec(spec, changes)))
+    return Twin(_spec(spec, changes))
+
+
+@functools.lru_cache(maxsize=4)
+def _again(spec: str) -> Twin:
+    return Twin(spec)
+
+
+def _vehicle_of(spec: str) -> Vehicle:
+    return _again(spec).vehicle
+
+
+def _trial_of(spec: str, number: int) -> Trial:
+    return _again(spec).trials[number]
 
 
 def monte_carlo(
@@ -128,7 +153,7 @@ def monte_carlo(
     runs: int = 15,
     threads: int | None = None,
     on_run: Callable[[int], object] | None = None,
-    **changes: Any,  # noqa: ANN401
+    **changes: Any,
 ) -> MonteCarloTable:
     """Tells how well methods do on a twin: errors and coverage over many seeds.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -25,8 +25,8 @@ __all__ = [
     "QuadraticCurve",
     "Sensors",
     "TableCurve",
-    "Thruster",
     "ThrustUncertainty",
+    "Thruster",
     "Vehicle",
 ]
 
@@ -58,7 +58,6 @@ class QuadraticCurve:
     input: Input = "speed"
     deadband: float = 0.0
     neutral: float | None = None
-    kind: Literal["quadratic"] = field(default="quadratic", init=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,6 @@ class TableCurve:
     input: Input | None = None
     points: Sequence[Sequence[float]] = ()
     file: str | PathLike[str] | None = None
-    kind: Literal["table"] = field(default="table", init=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -95,7 +93,6 @@ class PresetCurve:
 
     name: str
     voltage_v: float | None = None
-    kind: Literal["preset"] = field(default="preset", init=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -279,19 +276,21 @@ class Vehicle:
         stated = {key: value for key, value in stated.items() if value is not None}
         if path is not None and stated:
             raise InputError("give a vehicle.toml or the vehicle itself, not both")
-        self._made_of: str | None = None
         if path is None:
-            self._made_of = json.dumps(_plain(stated))
-            self._native = _native.Vehicle.of_json(self._made_of)
+            made_of = json.dumps(_plain(stated))
+            self._set(_native.Vehicle.of_json(made_of), (_of_json, (made_of,)))
         else:
-            self._made_of = None
-            self._path = Path(path).absolute()
-            self._native = _native.Vehicle.open(Path(path))
+            self._set(_native.Vehicle.open(Path(path)), (Vehicle, (Path(path).absolute(),)))
+
+    def _set(self, native: _native.Vehicle, recipe: tuple[Any, ...]) -> None:
+        self._native = native
+        # What makes it again in another process.
+        self._recipe = recipe
 
     @classmethod
-    def _of(cls, native: _native.Vehicle) -> Vehicle:
+    def _of(cls, native: _native.Vehicle, recipe: tuple[Any, ...]) -> Vehicle:
         vehicle = cls.__new__(cls)
-        vehicle._native = native
+        vehicle._set(native, recipe)
         return vehicle
 
     @property
@@ -373,26 +372,31 @@ class Vehicle:
         return f"<Vehicle {self.name!r}{mass}, {count} thruster{'' if count == 1 else 's'}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        made_of = getattr(self, "_made_of", None)
-        if made_of is not None:
-            return _of_json, (made_of,)
-        path = getattr(self, "_path", None)
-        if path is not None:
-            return Vehicle, (path,)
-        raise TypeError("a twin's vehicle cannot be pickled; write the twin and read its files")
+        return self._recipe
+
+    def __deepcopy__(self, memo: dict[int, object]) -> Vehicle:
+        # Nothing of it can change.
+        return self
 
 
 def _of_json(made_of: str) -> Vehicle:
-    vehicle = Vehicle._of(_native.Vehicle.of_json(made_of))
-    vehicle._made_of = made_of
-    return vehicle
+    return Vehicle._of(_native.Vehicle.of_json(made_of), (_of_json, (made_of,)))
+
+
+_CURVES: dict[type, str] = {
+    QuadraticCurve: "quadratic",
+    TableCurve: "table",
+    PresetCurve: "preset",
+}
 
 
 def _plain(value: Any) -> Any:
     """What JSON can hold, without what was not stated."""
     if dataclasses.is_dataclass(value):
         fields = ((of.name, getattr(value, of.name)) for of in dataclasses.fields(value))
-        return {name: _plain(of) for name, of in fields if of is not None}
+        kind = _CURVES.get(type(value))
+        stated = {"kind": kind, **dict(fields)}
+        return {name: _plain(of) for name, of in stated.items() if of is not None}
     if isinstance(value, dict):
         return {key: _plain(of) for key, of in value.items()}
     if isinstance(value, PathLike):

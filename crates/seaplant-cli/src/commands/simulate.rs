@@ -2,7 +2,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Result, anyhow, bail};
 use seaplant::Dof;
 use seaplant::results::Results;
 use seaplant_campaign::{Simulation, read_logs};
