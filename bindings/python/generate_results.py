@@ -20,6 +20,7 @@ from seaplant import _native
 
 KINDS = {
     "Results": "results",
+    "AccumulatedPlant": "accumulated",
     "Validation": "validation",
     "Inspection": "inspection",
     "MonteCarloTable": "monte-carlo",

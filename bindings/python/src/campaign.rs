@@ -2,7 +2,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pyo3::prelude::*;
-use seaplant::results::InputFile;
 use seaplant::{Method, Terms};
 use seaplant_campaign::{CampaignFile, SourcedTrial};
 
@@ -69,10 +68,7 @@ impl Campaign {
 
     /// Its trials.
     fn trials(&self) -> Vec<Trial> {
-        let own = |inputs: Vec<&InputFile>| inputs.into_iter().cloned().collect();
-        let of = |(trial, inputs): (&seaplant::Trial, Vec<&InputFile>)| {
-            Trial(Arc::new(SourcedTrial { trial: trial.clone(), inputs: own(inputs) }))
-        };
+        let of = |sourced| Trial(Arc::new(sourced));
         self.0.sourced_trials().into_iter().map(of).collect()
     }
 }

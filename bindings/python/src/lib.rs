@@ -14,6 +14,7 @@ mod campaign;
 mod log;
 mod results;
 mod schema;
+mod shards;
 mod thruster;
 mod trial;
 mod twin;
@@ -30,6 +31,8 @@ mod _native {
     use crate::results::{Results, rounded, steady_drag};
     #[pymodule_export]
     use crate::schema::{schema, version};
+    #[pymodule_export]
+    use crate::shards::{Shards, shard_clock, shard_margin_s};
     #[pymodule_export]
     use crate::thruster::{fit_bench_points, fit_bench_table};
     #[pymodule_export]

@@ -7,7 +7,7 @@ use pyo3::types::PyBytes;
 use seaplant::estimate::steady::SteadyOptions;
 use seaplant::results::{FittedModel, Identification, Parameter};
 use seaplant::{Dof, Method, Model};
-use seaplant_campaign::{Simulation, validate};
+use seaplant_campaign::{Simulation, SourcedTrial, validate};
 use seaplant_report::number::Rounded;
 use seaplant_report::{parse_results, render};
 
@@ -70,14 +70,12 @@ impl Results {
     ) -> PyResult<String> {
         let method = parse_method(method)?;
         let found = Arc::clone(&self.0);
-        let trials: Vec<_> = trials.iter().map(|trial| Arc::clone(&trial.0)).collect();
+        let trials: Vec<_> = trials.iter().map(|own| SourcedTrial::clone(&own.0)).collect();
         apart(py, move || {
             let results = &found.results;
             let of = |&dof: &Dof| Ok((dof, results.plant_of(dof, method)?));
             let plants: Vec<_> = results.plants.keys().map(of).collect::<Result<_, Failure>>()?;
-            let sourced: Vec<_> =
-                trials.iter().map(|own| (&own.trial, own.inputs.iter().collect())).collect();
-            json(&validate(results, plants, &sourced)?)
+            json(&validate(results, plants, &trials)?)
         })
     }
 

@@ -1,6 +1,6 @@
 use pyo3::prelude::*;
 use schemars::schema_for;
-use seaplant::results::{BollardPullResult, Results, SteadyResult};
+use seaplant::results::{AccumulatedPlant, Results};
 use seaplant::twin::{Truth, TwinSpec};
 use seaplant_campaign::{CampaignFile, Inspection, MonteCarloTable, Validation, VehicleFile};
 
@@ -17,8 +17,7 @@ pub fn version() -> &'static str {
 pub fn schema(kind: &str) -> PyResult<String> {
     let schema = match kind {
         "results" => schema_for!(Results),
-        "steady" => schema_for!(SteadyResult),
-        "bollard-pull" => schema_for!(BollardPullResult),
+        "accumulated" => schema_for!(AccumulatedPlant),
         "validation" => schema_for!(Validation),
         "inspection" => schema_for!(Inspection),
         "monte-carlo" => schema_for!(MonteCarloTable),

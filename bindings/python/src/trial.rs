@@ -43,8 +43,8 @@ impl Trial {
     /// The same trial for another purpose.
     fn as_role(&self, role: &str) -> PyResult<Self> {
         let role: Role = serde_json::from_value(role.into()).map_err(Failure::from)?;
-        let SourcedTrial { trial, inputs } = SourcedTrial::clone(&self.0);
-        Ok(Self(Arc::new(SourcedTrial { trial: trial.with_role(role), inputs })))
+        let SourcedTrial { trial, inputs, start_s } = SourcedTrial::clone(&self.0);
+        Ok(Self(Arc::new(SourcedTrial { trial: trial.with_role(role), inputs, start_s })))
     }
 
     /// What it is called.
@@ -63,6 +63,12 @@ impl Trial {
     #[getter]
     fn dofs(&self) -> Vec<&'static str> {
         self.0.trial.dofs().iter().map(|dof| dof.name()).collect()
+    }
+
+    /// Where its clock starts in that of its logs, s.
+    #[getter]
+    fn start_s(&self) -> f64 {
+        self.0.start_s
     }
 
     /// The files that it was read from.

@@ -82,7 +82,7 @@ fn trial(log: &TwinTrial, twin: &TwinCampaign) -> Result<SourcedTrial, Failure> 
         ..TrialSetup::default()
     };
     let trial = seaplant::Trial::new(setup, &log.recording, &twin.vehicle)?;
-    Ok(SourcedTrial { trial, inputs: Vec::new() })
+    Ok(SourcedTrial { trial, inputs: Vec::new(), start_s: 0.0 })
 }
 
 /// A recording as a log whose columns are called as quantities are.

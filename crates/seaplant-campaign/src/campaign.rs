@@ -34,6 +34,7 @@ pub struct Campaign {
     doubt: Option<Caveat>,
     inputs: Vec<InputFile>,
     files_of: BTreeMap<String, Vec<String>>,
+    starts_s: BTreeMap<String, f64>,
 }
 
 impl Campaign {
@@ -89,6 +90,7 @@ impl Campaign {
             doubt,
             inputs,
             files_of: BTreeMap::new(),
+            starts_s: BTreeMap::new(),
         }
     }
 
@@ -110,13 +112,18 @@ impl Campaign {
         found
     }
 
-    /// The trials, each with the files that it was read from.
-    pub fn sourced_trials(&self) -> Vec<(&Trial, Vec<&InputFile>)> {
-        let with_files = |trial: &'_ Trial| -> Vec<&InputFile> {
+    /// The trials, each with the files that it was read from; samples are shared, not copied.
+    pub fn sourced_trials(&self) -> Vec<SourcedTrial> {
+        let of = |trial: &Trial| {
             let files = self.files_of.get(trial.name()).map_or(&[][..], Vec::as_slice);
-            self.inputs.iter().filter(|input| files.contains(&input.path)).collect()
+            let inputs = self.inputs.iter().filter(|input| files.contains(&input.path));
+            SourcedTrial {
+                trial: trial.clone(),
+                inputs: inputs.cloned().collect(),
+                start_s: self.starts_s.get(trial.name()).copied().unwrap_or_default(),
+            }
         };
-        self.trials.iter().map(|trial| (trial, with_files(trial))).collect()
+        self.trials.iter().map(of).collect()
     }
 
     fn read(&self, file: &CampaignFile, entry: &TrialEntry) -> Result<SourcedTrial, Error> {
@@ -127,7 +134,8 @@ impl Campaign {
         read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle)
     }
 
-    fn add(&mut self, SourcedTrial { trial, inputs }: SourcedTrial) {
+    fn add(&mut self, SourcedTrial { trial, inputs, start_s }: SourcedTrial) {
+        self.starts_s.insert(trial.name().to_owned(), start_s);
         let names = inputs.iter().map(|input| input.path.clone()).collect();
         self.files_of.insert(trial.name().to_owned(), names);
         for input in inputs {

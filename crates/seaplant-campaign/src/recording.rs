@@ -22,6 +22,8 @@ pub struct SourcedTrial {
     pub trial: Trial,
     /// Its files.
     pub inputs: Vec<InputFile>,
+    /// Where the trial's clock starts in that of its logs, s.
+    pub start_s: f64,
 }
 
 /// Reads the logs of a trial; `logs` are where the entry's logs are.
@@ -81,7 +83,7 @@ pub(crate) fn trial_of(
         segments_s: entry.segments_s.clone(),
     };
     let trial = Trial::using_up(setup, recording, vehicle).map_err(Error::model(path))?;
-    Ok(SourcedTrial { trial: trial.with_caveats(caveats), inputs })
+    Ok(SourcedTrial { trial: trial.with_caveats(caveats), inputs, start_s })
 }
 
 /// The mapped columns of a log in SI units; what is not mapped is freed first, and each

@@ -1,9 +1,11 @@
 //! Fitted plants on other trials.
 
 use schemars::JsonSchema;
-use seaplant::results::{InputFile, PlantResult, Results, Score};
+use seaplant::results::{PlantResult, Results, Score};
 use seaplant::{Comparison, Dof, Error, Method, Model, Role, Trial, evaluate, score_plant};
 use serde::Serialize;
+
+use crate::recording::SourcedTrial;
 
 /// A plant's score on some trials.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -71,22 +73,22 @@ impl Simulation {
 pub fn validate<'a>(
     results: &Results,
     plants: impl IntoIterator<Item = (Dof, &'a PlantResult)>,
-    trials: &[(&Trial, Vec<&InputFile>)],
+    trials: &[SourcedTrial],
 ) -> Result<Vec<Validation>, Error> {
     let mut validations = Vec::new();
     for (dof, plant) in plants {
-        let of_dof = trials.iter().filter(|(trial, _)| trial.dofs().contains(&dof));
-        let scored: Vec<&Trial> =
-            of_dof.clone().map(|(trial, _)| *trial).filter(|t| t.role() != Role::Steady).collect();
+        let of_dof = trials.iter().filter(|of| of.trial.dofs().contains(&dof));
+        let moving = of_dof.clone().map(|of| &of.trial).filter(|t| t.role() != Role::Steady);
+        let scored: Vec<&Trial> = moving.collect();
         if scored.is_empty() {
             continue;
         }
         let score = score_plant(dof, &Model::of_result(plant), &scored)?;
         let fitted = fitted_files(results, dof);
-        let is_known = |(_, inputs): &&(&Trial, Vec<&InputFile>)| {
-            inputs.iter().any(|input| fitted.contains(&input.sha256.as_str()))
+        let is_known = |of: &&SourcedTrial| {
+            of.inputs.iter().any(|input| fitted.contains(&input.sha256.as_str()))
         };
-        let known = of_dof.filter(is_known).map(|(trial, _)| trial.name().to_owned());
+        let known = of_dof.filter(is_known).map(|of| of.trial.name().to_owned());
         let (method, fitted_to) = (plant.method, known.collect());
         validations.push(Validation { dof, method, score, fitted_to });
     }

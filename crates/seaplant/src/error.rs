@@ -216,6 +216,14 @@ pub enum Error {
         /// What was looked for.
         reason: String,
     },
+    /// A shard of a record that cannot be reduced, or put together with others.
+    #[error("the shard of `{record}` {reason}")]
+    Shard {
+        /// Which record.
+        record: String,
+        /// Why, and what to do.
+        reason: String,
+    },
     /// An identification that came to nothing.
     #[error("no plant could be identified:{reasons}")]
     NothingFound {

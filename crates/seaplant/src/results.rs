@@ -193,6 +193,24 @@ pub struct PlantResult {
     pub caveats: Vec<Caveat>,
 }
 
+/// The plant that equation error finds of a record in shards: not scored, for nobody has the
+/// record in one piece.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AccumulatedPlant {
+    /// Which degree of freedom.
+    pub dof: Dof,
+    /// The terms that were fitted.
+    pub terms: Vec<Term>,
+    /// Physical parameters.
+    pub parameters: Parameters,
+    /// Lumped parameters.
+    pub lumped: LumpedParameters,
+    /// How the fit went.
+    pub regression: RegressionResult,
+    /// Doubts.
+    pub caveats: Vec<Caveat>,
+}
+
 /// Whether runs at constant thrust ask for the plant that other trials ask for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SteadyTestResult {

@@ -13,9 +13,10 @@ Examples
 'filter-error'
 """
 
-from seaplant import errors, plots, thruster
+from seaplant import errors, fleet, plots, thruster
 from seaplant._native import version as _version
 from seaplant._results import (
+    AccumulatedPlant,
     BollardPullResult,
     Caveat,
     Parameter,
@@ -28,6 +29,7 @@ from seaplant.errors import FileError, InputError, MissingFileError
 from seaplant.estimator import PlantEstimator
 from seaplant.fits import Fit, Simulation, identify, identify_campaign, steady_drag
 from seaplant.logs import Channel, Log
+from seaplant.shards import ShardClock, Shards, accumulate
 from seaplant.trials import Axis, Trial
 from seaplant.twins import Twin, monte_carlo, monte_carlo_frame, twin
 from seaplant.vehicles import (
@@ -46,6 +48,7 @@ from seaplant.vehicles import (
 __version__ = _version()
 
 __all__ = [
+    "AccumulatedPlant",
     "Attitude",
     "Axis",
     "BollardPullResult",
@@ -65,6 +68,8 @@ __all__ = [
     "QuadraticCurve",
     "Results",
     "Sensors",
+    "ShardClock",
+    "Shards",
     "Simulation",
     "SteadyResult",
     "TableCurve",
@@ -75,7 +80,9 @@ __all__ = [
     "Validation",
     "Vehicle",
     "__version__",
+    "accumulate",
     "errors",
+    "fleet",
     "identify",
     "identify_campaign",
     "monte_carlo",

@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeAlias
 from seaplant._record import Estimated, Floats, Record
 
 __all__ = [
+    "AccumulatedPlant",
     "Admission",
     "AxisResult",
     "BollardPullResult",
@@ -180,6 +181,30 @@ Term: TypeAlias = Literal[
     "bias",
 ]
 """One term of ``v̇ = α τ + β v|v| + μ v + bias``."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AccumulatedPlant(Record):
+    """The plant that equation error finds of a record in shards: not scored, for nobody has
+    the record in one piece."""
+
+    dof: Dof
+    """Which degree of freedom."""
+
+    terms: tuple[Term, ...]
+    """The terms that were fitted."""
+
+    parameters: Parameters
+    """Physical parameters."""
+
+    lumped: LumpedParameters
+    """Lumped parameters."""
+
+    regression: RegressionResult
+    """How the fit went."""
+
+    caveats: tuple[Caveat, ...]
+    """Doubts."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
