@@ -13,7 +13,7 @@ import pytest
 import seaplant as sp
 from seaplant.fleet import _dives
 
-DIVES = int(os.environ.get("SEAPLANT_FLEET_DIVES", "100"))
+DIVES = int(os.environ.get("SEAPLANT_FLEET_DIVES", "250"))
 SPEC = {"dofs": ["surge"], "duration_s": 60.0, "hold_out_s": 60.0}
 METHOD = "equation-error"
 
@@ -220,3 +220,5 @@ def test_a_campaign_is_given_once(campaigns, tmp_path):
         sp.fleet.identify([campaigns[0], campaigns[0]], out=tmp_path)
     with pytest.raises(sp.InputError, match="no campaign"):
         sp.fleet.identify([], out=tmp_path)
+    with pytest.raises(FileNotFoundError, match="holds no fleet"):
+        sp.fleet.Fleet.open(tmp_path / "nowhere")

@@ -2,6 +2,7 @@
 
 import json
 import math
+import pickle
 import sys
 from pathlib import Path
 
@@ -43,6 +44,8 @@ def test_what_is_shown_helps(fit):
     assert float(fit["surge"].parameters.mass) == fit["surge"].parameters.mass.value
     html = fit._repr_html_()
     assert "<td>quadratic_drag</td>" in html and f"{len(fit.caveats)} caveats" in html
+    assert "data:image/png;base64" in html
+    assert "data:image" not in pickle.loads(pickle.dumps(sp.Fit(fit._native)))._repr_html_()
     assert fit["surge"].correlation.shape == (4, 4)
     assert fit["surge"].correlation[0, 0] == pytest.approx(1.0)
 

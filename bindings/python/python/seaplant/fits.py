@@ -360,7 +360,17 @@ class Fit:
         name = html.escape(self.results.vehicle)
         table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
         count = f"<summary>{len(self.caveats)} caveats</summary>"
-        return f"<h4>{name}</h4>{table}<details>{count}<ul>{doubts}</ul></details>"
+        folded = f"<details>{count}<ul>{doubts}</ul></details>"
+        return f"<h4>{name}</h4>{table}{folded}{self._figure_html()}"
+
+    def _figure_html(self) -> str:
+        """The figure, where there are trials to draw and something to draw with."""
+        try:
+            from seaplant import plots
+
+            return plots.as_html(self.plot(), "model and measured velocity")
+        except (ImportError, InputError):
+            return ""
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Trials that came from a campaign stay behind, as with a fit that was read from a file.

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import html
+import io
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -15,7 +18,7 @@ if TYPE_CHECKING:
 
     from seaplant.fits import Simulation
 
-__all__ = ["comparisons", "thrust"]
+__all__ = ["as_html", "comparisons", "thrust"]
 
 _ROTATIONS = ("roll", "pitch", "yaw")
 
@@ -69,6 +72,29 @@ def _compare(above: Axes, below: Axes, simulation: Simulation) -> None:
     below.set_ylabel(f"model - measured [{unit}]")
     below.set_xlabel("time [s]")
     below.set_title(f"e = {simulation.mean_abs_error:.3g} {unit}", fontsize=9)
+
+
+def as_html(figure: Figure, says: str) -> str:
+    """Gives a figure as an image inside a page.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    says
+        What it shows, for those who do not see it.
+
+    Returns
+    -------
+    str
+        An HTML element that holds the image itself.
+    """
+    image = io.BytesIO()
+    figure.savefig(image, format="png", dpi=100)
+    data = base64.b64encode(image.getvalue()).decode()
+    return (
+        f'<figure><img alt="{html.escape(says)}" src="data:image/png;base64,{data}"></figure>'
+    )
 
 
 def thrust(fit: BollardPullResult) -> Figure:

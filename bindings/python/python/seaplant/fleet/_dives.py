@@ -61,11 +61,11 @@ COLUMNS: dict[str, str] = {
     "attempts": "int64",
     "seconds": "double",
     "worker": "string",
-    "finished": "timestamp",
+    "started": "instant",
 }
 """Columns of ``plants.parquet``, and their types; what is no plain number is JSON."""
 
-VOLATILE = ("attempts", "seconds", "worker", "finished")
+VOLATILE = ("attempts", "seconds", "worker", "started")
 """Columns that differ from one run to the next."""
 
 
@@ -80,7 +80,7 @@ class Dive:
     name
         What tables call it; the name of its folder if not given.
     date
-        When it was, to tell drift by.
+        When it was, to tell drift by; UTC if it states no zone.
     payload_kg
         What the vehicle carried, kg, to tell its mark by.
     """
@@ -113,7 +113,7 @@ def work(dive: Row, order: Order) -> list[Row]:
     What the system refuses is tried again, for network drives have moods; what is wrong with
     the files would be wrong again.
     """
-    started = time.perf_counter()
+    started, clock = now(), time.perf_counter()
     for attempt in range(1, order.retries + 2):
         try:
             fit = identify_campaign(dive["campaign"], order.methods, terms=order.terms)
@@ -129,11 +129,16 @@ def work(dive: Row, order: Order) -> list[Row]:
         break
     ended = {
         "attempts": attempt,
-        "seconds": time.perf_counter() - started,
+        "seconds": time.perf_counter() - clock,
         "worker": f"{socket.gethostname()}:{os.getpid()}",
-        "finished": dt.datetime.now(),
+        "started": started,
     }
     return [{**row, **ended} for row in rows]
+
+
+def now() -> dt.datetime:
+    """Gives the time, the same wherever on earth a worker is."""
+    return dt.datetime.now(dt.timezone.utc)
 
 
 def reason_of(error: BaseException) -> str:
@@ -221,6 +226,10 @@ def listed(campaigns: Sequence[Dive | str | PathLike[str]], order: Order) -> lis
 
 
 def _instant(date: dt.date | None) -> dt.datetime | None:
-    if date is None or isinstance(date, dt.datetime):
-        return date
-    return dt.datetime(date.year, date.month, date.day)
+    if date is None:
+        return None
+    if not isinstance(date, dt.datetime):
+        return dt.datetime(date.year, date.month, date.day)
+    return (
+        date if date.tzinfo is None else date.astimezone(dt.timezone.utc).replace(tzinfo=None)
+    )

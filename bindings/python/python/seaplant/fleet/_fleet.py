@@ -10,10 +10,20 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from seaplant.errors import InputError
+from seaplant.errors import InputError, MissingFileError
 from seaplant.fits import Methods, Terms
-from seaplant.fleet._dives import COLUMNS, Dive, Order, Row, failure, listed, reason_of, work
-from seaplant.fleet._store import Store, is_fresh
+from seaplant.fleet._dives import (
+    COLUMNS,
+    Dive,
+    Order,
+    Row,
+    failure,
+    listed,
+    now,
+    reason_of,
+    work,
+)
+from seaplant.fleet._store import PLANTS, Store, is_fresh
 from seaplant.fleet._summary import Summary, summarise
 
 if TYPE_CHECKING:
@@ -51,10 +61,17 @@ class Fleet:
         -------
         Fleet
             Its rows.
+
+        Raises
+        ------
+        MissingFileError
+            If the folder holds no fleet.
         """
         store = Store(Path(folder))
         rows = [row for of in store.known().values() for row in of]
-        return cls(sorted(rows, key=_order), store.folder / "plants.parquet")
+        if not rows:
+            raise MissingFileError(f"{folder} holds no fleet; give the out= of one")
+        return cls(sorted(rows, key=_order), store.folder / PLANTS)
 
     def to_pandas(self) -> pd.DataFrame:
         """Gives every row.
@@ -233,10 +250,8 @@ def _on_a_cluster(dives: list[Row], order: Order, client: Any) -> Iterator[list[
 
 
 def _lost(dive: Row, reason: str, attempts: int) -> Row:
-    import datetime as dt
-
     lost = failure(dive, f"its workers did not live to tell: {reason}")
-    return {**lost, "attempts": attempts, "finished": dt.datetime.now()}
+    return {**lost, "attempts": attempts, "started": now()}
 
 
 class _Bar:

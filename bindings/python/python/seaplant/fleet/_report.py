@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 import html
-import io
 from string import Template
 from typing import TYPE_CHECKING
 
 from seaplant import _native
 from seaplant.fleet._summary import Slope, Summary, Trend
+from seaplant.plots import as_html
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -85,12 +84,7 @@ def _change(slope: Slope | None) -> str:
 
 
 def _figure(of: Trend, found: pd.DataFrame) -> str:
-    figure = draw(of, found)
-    image = io.BytesIO()
-    figure.savefig(image, format="png", dpi=110)
-    data = base64.b64encode(image.getvalue()).decode()
-    said = html.escape(f"{of.parameter} of {of.dof} over dives")
-    return f'<figure><img alt="{said}" src="data:image/png;base64,{data}"></figure>'
+    return as_html(draw(of, found), f"{of.parameter} of {of.dof} over dives")
 
 
 def draw(of: Trend, found: pd.DataFrame) -> Figure:

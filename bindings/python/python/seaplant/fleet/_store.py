@@ -23,10 +23,10 @@ class Store:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.dives = folder / "dives"
-        self.dives.mkdir(parents=True, exist_ok=True)
 
     def put(self, rows: list[Row]) -> None:
         """Keeps the rows of one dive."""
+        self.dives.mkdir(parents=True, exist_ok=True)
         _write(self.dives / f"{rows[0]['key']}.parquet", rows)
 
     def known(self) -> dict[str, list[Row]]:
@@ -42,6 +42,7 @@ class Store:
 
     def finish(self, rows: Iterable[Row]) -> Path:
         """Writes all rows to one file, and removes those of single dives."""
+        self.folder.mkdir(parents=True, exist_ok=True)
         path = self.folder / PLANTS
         _write(path, list(rows))
         for of in self.dives.glob("*.parquet"):
@@ -51,7 +52,7 @@ class Store:
 
 def is_fresh(rows: list[Row]) -> bool:
     """Whether every file that a dive was identified from is as it was then."""
-    finished: dt.datetime = rows[0]["finished"]
+    started: dt.datetime = rows[0]["started"]
     for row in rows:
         if row["status"] != "found" or row["inputs"] is None:
             return False
@@ -60,7 +61,7 @@ def is_fresh(rows: list[Row]) -> bool:
                 now = Path(of["path"]).stat()
             except OSError:
                 return False
-            if now.st_size != of["bytes"] or now.st_mtime > finished.timestamp():
+            if now.st_size != of["bytes"] or now.st_mtime > started.timestamp():
                 return False
     return True
 
@@ -74,6 +75,7 @@ def _schema() -> Any:
         "int64": pa.int64(),
         "bool": pa.bool_(),
         "timestamp": pa.timestamp("us"),
+        "instant": pa.timestamp("us", tz="UTC"),
         "strings": pa.list_(pa.string()),
     }
     return pa.schema([(name, kinds[kind]) for name, kind in COLUMNS.items()])

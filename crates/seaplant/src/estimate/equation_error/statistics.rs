@@ -42,6 +42,30 @@ pub struct ShardClock {
 ///
 /// # Source
 /// QR of blocks of rows, put together by more of the same: \[Demmel2012\].
+///
+/// # Example
+/// ```
+/// use seaplant::estimate::{EquationErrorOptions, EquationErrorStatistics, Shard, ShardClock};
+/// use seaplant::twin::{TwinSpec, make};
+/// use seaplant::{Dof, Terms, Trial, TrialSetup, VelocitySource};
+///
+/// let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 240.0, ..TwinSpec::jason2() };
+/// let twin = make(&spec)?;
+/// let setup = TrialSetup { dofs: vec![Dof::Surge], ..TrialSetup::default() };
+/// let trial = Trial::new(setup, &twin.trials[0].recording, &twin.vehicle)?;
+/// let part = &trial.axis(Dof::Surge, VelocitySource::Measured)?;
+///
+/// // Both halves are cut from one record here; workers have them from files of their own.
+/// let (clock, terms) = (ShardClock::of(part)?, Terms::default());
+/// let half = |from_s, to_s| {
+///     let shard = Shard { part, offset_s: 0.0, from_s, to_s };
+///     EquationErrorStatistics::of(shard, &clock, terms, &EquationErrorOptions::default())
+/// };
+/// let mut whole = half(None, Some(100.0))?;
+/// whole.merge(&half(Some(100.0), None)?)?;
+/// assert!((whole.fit()?.physical().mass / 12_970.2 - 1.0).abs() < 0.01);
+/// # Ok::<(), seaplant::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EquationErrorStatistics {
     dof: Dof,
