@@ -52,6 +52,43 @@ pub struct Bench {
     pub source: InputFile,
 }
 
+impl Bench {
+    /// Points that a program has at hand, in units as a table's header states them.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for a unit that is none of a force, or none of an input, and for
+    /// lists of different length.
+    pub fn of(
+        inputs: &[f64],
+        input_unit: &str,
+        forces: &[f64],
+        force_unit: &str,
+    ) -> Result<Self, Error> {
+        let path = Path::new(MEMORY);
+        let refuse = |key: &str, reason: String| Error::value(path, key, reason);
+        if inputs.len() != forces.len() {
+            let reason = format!("there are {} for {} inputs", forces.len(), inputs.len());
+            return Err(refuse("forces", reason));
+        }
+        let force = Unit::parse_as(force_unit, Dimension::Force)
+            .map_err(|error| refuse("force_unit", error.to_string()))?;
+        let reading = INPUTS.into_iter().find_map(|input| stated(input_unit, input));
+        let reading = reading.ok_or_else(|| {
+            let reason = "is no speed (rad/s, rpm, (rad/s)^2), pulse width (us) or command (1)";
+            refuse("input_unit", format!("`{input_unit}` {reason}"))
+        })?;
+        let pairs = inputs.iter().zip(forces);
+        let points = pairs.map(|(x, f)| (reading.convert(*x), force.to_si(*f)));
+        let source = InputFile { path: MEMORY.to_owned(), bytes: 0, sha256: String::new() };
+        let (input_column, force_column) = (input_unit.to_owned(), force_unit.to_owned());
+        let (input, points, missing) = (reading.input(), points.collect(), 0);
+        Ok(Self { input, input_column, force_column, points, missing, source })
+    }
+}
+
+/// Where points come from that no file holds.
+const MEMORY: &str = "points in memory";
+
 /// How a square of speed is written as a unit.
 const SQUARED_SPEED: [&str; 3] = ["(rad/s)^2", "(rad/s)²", "rad²/s²"];
 
@@ -168,15 +205,10 @@ fn input_column<'a>(
 }
 
 fn reading(column: &TableColumn, columns: &BenchColumns, input: ThrusterInput) -> Option<Reading> {
-    let dimension = dimension_of_input(input);
-    let is_square = |text: &str| SQUARED_SPEED.contains(&text.trim());
-    let speed = input == ThrusterInput::Speed;
-    if let Some(stated) = &columns.input_unit {
-        if speed && is_square(stated) {
-            return Some(Reading::SquaredSpeed);
-        }
-        return Unit::parse_as(stated, dimension).ok().map(|unit| Reading::Plain(input, unit));
+    if let Some(unit) = &columns.input_unit {
+        return stated(unit, input);
     }
+    let (dimension, speed) = (dimension_of_input(input), input == ThrusterInput::Speed);
     if speed && SQUARED_SPEED.iter().any(|unit| column.column.contains(unit)) {
         return Some(Reading::SquaredSpeed);
     }
@@ -184,4 +216,13 @@ fn reading(column: &TableColumn, columns: &BenchColumns, input: ThrusterInput) -
     let by_name = || Unit::parse_as(column.name.trim(), dimension).ok();
     let by_header = column.unit.as_ref().map(|unit| unit.resolve(dimension).ok());
     by_header.unwrap_or_else(by_name).map(|unit| Reading::Plain(input, unit))
+}
+
+/// How inputs of a stated unit are read, if it is one of theirs.
+fn stated(unit: &str, input: ThrusterInput) -> Option<Reading> {
+    if input == ThrusterInput::Speed && SQUARED_SPEED.contains(&unit.trim()) {
+        return Some(Reading::SquaredSpeed);
+    }
+    let unit = Unit::parse_as(unit, dimension_of_input(input)).ok()?;
+    Some(Reading::Plain(input, unit))
 }

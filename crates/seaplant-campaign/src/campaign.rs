@@ -9,11 +9,12 @@ use seaplant::{
     BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Term, Terms, ThrusterInput, Trial,
     Vehicle, fit_bollard_pull, identify,
 };
+use seaplant_log::Log;
 
 use crate::bench::{Bench, read_bench};
 use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, LogEntry, TrialEntry};
-use crate::recording::{ChannelMap, read_trial};
-use crate::vehicle_file::{read_doubted_vehicle, read_vehicle};
+use crate::recording::{ChannelMap, SourcedTrial, read_trial, trial_of};
+use crate::vehicle_file::{SourcedVehicle, read_vehicle};
 use crate::{Error, toml_file};
 
 /// A campaign, read and checked.
@@ -32,9 +33,16 @@ pub struct Campaign {
     /// What gives reason to doubt the vehicle.
     doubt: Option<Caveat>,
     inputs: Vec<InputFile>,
-    files_of: BTreeMap<String, Vec<String>>,
-    /// The clocks that the data told, by trial.
-    offsets_of: BTreeMap<String, Vec<FileOffset>>,
+    /// Where each trial comes from, by its name.
+    origins: BTreeMap<String, Origin>,
+}
+
+/// Where a trial comes from.
+#[derive(Clone, Debug)]
+struct Origin {
+    files: Vec<String>,
+    offsets: Vec<FileOffset>,
+    start_s: f64,
 }
 
 impl Campaign {
@@ -47,28 +55,50 @@ impl Campaign {
     /// expected and what to do.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let (file, input): (CampaignFile, _) = toml_file::read(path)?;
-        let vehicle_path = toml_file::resolve(path, &file.vehicle)?;
-        let (vehicle, vehicle_inputs, doubt) = read_doubted_vehicle(&vehicle_path)?;
-        let options = options(path, &file)?;
+        let vehicle = SourcedVehicle::open(&toml_file::resolve(path, &file.vehicle)?)?;
+        let options = file.options(path)?;
         check_trials(path, &file.trial)?;
-        let mut campaign = Self {
-            path: path.to_owned(),
-            vehicle,
-            trials: Vec::with_capacity(file.trial.len()),
-            options,
-            bollard_pull: None,
-            doubt,
-            inputs: std::iter::once(input).chain(vehicle_inputs).collect(),
-            files_of: BTreeMap::new(),
-            offsets_of: BTreeMap::new(),
-        };
+        let mut campaign = Self::without_trials(path, vehicle, options);
+        campaign.inputs.insert(0, input);
         for entry in &file.trial {
-            campaign.read(&file, entry)?;
+            let trial = campaign.read(&file, entry)?;
+            campaign.add(trial);
         }
         if let Some(entry) = &file.bollard_pull {
             campaign.bollard_pull = Some(campaign.bollard(path, entry)?);
         }
         Ok(campaign)
+    }
+
+    /// A campaign of a vehicle and trials that are there already; `path` is what messages
+    /// call it.
+    ///
+    /// # Errors
+    /// [`Error::Value`] without trials, or for two of one name.
+    pub fn of(
+        path: &Path,
+        vehicle: SourcedVehicle,
+        trials: Vec<SourcedTrial>,
+        options: IdentifyOptions,
+    ) -> Result<Self, Error> {
+        check_names(path, trials.iter().map(|sourced| sourced.trial.name()))?;
+        let mut campaign = Self::without_trials(path, vehicle, options);
+        trials.into_iter().for_each(|trial| campaign.add(trial));
+        Ok(campaign)
+    }
+
+    fn without_trials(path: &Path, vehicle: SourcedVehicle, options: IdentifyOptions) -> Self {
+        let SourcedVehicle { vehicle, inputs, doubt } = vehicle;
+        Self {
+            path: path.to_owned(),
+            vehicle,
+            trials: Vec::new(),
+            options,
+            bollard_pull: None,
+            doubt,
+            inputs,
+            origins: BTreeMap::new(),
+        }
     }
 
     /// Identifies the plant, with what the results need to be believed.
@@ -82,40 +112,47 @@ impl Campaign {
         results.bollard_pull.clone_from(&self.bollard_pull);
         results.caveats.extend(self.doubt.clone());
         for trial in &mut results.trials {
-            if let Some(files) = self.files_of.get(&trial.name) {
-                trial.files.clone_from(files);
-            }
-            if let Some(offsets) = self.offsets_of.get(&trial.name) {
-                trial.offsets.clone_from(offsets);
+            if let Some(origin) = self.origins.get(&trial.name) {
+                trial.files.clone_from(&origin.files);
+                trial.offsets.clone_from(&origin.offsets);
             }
         }
         found
     }
 
-    /// The files that a trial was read from.
-    pub fn inputs_of(&self, trial: &str) -> impl Iterator<Item = &InputFile> {
-        let files = self.files_of.get(trial).map_or(&[][..], Vec::as_slice);
-        self.inputs.iter().filter(move |input| files.contains(&input.path))
+    /// The trials, each with the files that it was read from; samples are shared, not copied.
+    pub fn sourced_trials(&self) -> Vec<SourcedTrial> {
+        let of = |trial: &Trial| {
+            let origin = self.origins.get(trial.name());
+            let files = origin.map_or(&[][..], |origin| &origin.files);
+            let inputs = self.inputs.iter().filter(|input| files.contains(&input.path));
+            SourcedTrial {
+                trial: trial.clone(),
+                inputs: inputs.cloned().collect(),
+                offsets: origin.map(|origin| origin.offsets.clone()).unwrap_or_default(),
+                start_s: origin.map_or(0.0, |origin| origin.start_s),
+            }
+        };
+        self.trials.iter().map(of).collect()
     }
 
-    fn read(&mut self, file: &CampaignFile, entry: &TrialEntry) -> Result<(), Error> {
-        let channels = channel_map(&self.path, file, entry)?;
-        check_thrusters(&self.path, &channels, &self.vehicle)?;
+    fn read(&self, file: &CampaignFile, entry: &TrialEntry) -> Result<SourcedTrial, Error> {
+        let channels = all_channels(file, entry);
+        let channels = channel_map(&self.path, channels, &self.vehicle)?;
         let logs = entry.log.files().iter().map(|log| toml_file::resolve(&self.path, log));
         let logs = logs.collect::<Result<Vec<_>, _>>()?;
-        let read = read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle)?;
-        self.offsets_of.insert(entry.name.clone(), read.offsets);
-        let names = read.inputs.iter().map(|input| input.path.clone()).collect();
-        self.files_of.insert(entry.name.clone(), names);
-        for input in read.inputs {
+        read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle)
+    }
+
+    fn add(&mut self, SourcedTrial { trial, inputs, offsets, start_s }: SourcedTrial) {
+        let files = inputs.iter().map(|input| input.path.clone()).collect();
+        self.origins.insert(trial.name().to_owned(), Origin { files, offsets, start_s });
+        for input in inputs {
             if !self.inputs.contains(&input) {
                 self.inputs.push(input);
             }
         }
-        let trial = Trial::using_up(read.setup, read.recording, &self.vehicle)
-            .map_err(Error::model(&self.path))?;
-        self.trials.push(trial.with_caveats(read.caveats));
-        Ok(())
+        self.trials.push(trial);
     }
 
     fn bollard(
@@ -141,7 +178,7 @@ pub fn campaign_files(campaign: &Path) -> Vec<PathBuf> {
     let bench = file.bollard_pull.iter().map(|entry| &entry.file);
     files.extend(logs.chain(bench).filter_map(|named| resolved(named)));
     if let Some(vehicle) = resolved(&file.vehicle) {
-        let tables = read_doubted_vehicle(&vehicle).map(|(_, inputs, _)| inputs);
+        let tables = SourcedVehicle::open(&vehicle).map(|vehicle| vehicle.inputs);
         files.extend(tables.unwrap_or_default().into_iter().map(|input| input.path.into()));
         files.push(vehicle);
     }
@@ -171,12 +208,25 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, E
         sheet: None,
         channels: BTreeMap::new(),
     };
-    let channels = channel_map(campaign, &file, &entry)?;
-    check_thrusters(campaign, &channels, &vehicle)?;
-    let read = read_trial(campaign, logs, &file, &entry, &channels, &vehicle)?;
-    let trial =
-        Trial::using_up(read.setup, read.recording, &vehicle).map_err(Error::model(campaign))?;
-    Ok(trial.with_caveats(read.caveats))
+    let channels = channel_map(campaign, all_channels(&file, &entry), &vehicle)?;
+    Ok(read_trial(campaign, logs, &file, &entry, &channels, &vehicle)?.trial)
+}
+
+/// Makes a trial of a log that was read already; the entry's files are not looked at.
+///
+/// `path` is what messages call the campaign that there is none of.
+///
+/// # Errors
+/// As [`Campaign::open`].
+pub fn trial_of_log(
+    path: &Path,
+    log: Log,
+    entry: &TrialEntry,
+    vehicle: &Vehicle,
+) -> Result<SourcedTrial, Error> {
+    check_trial(path, entry)?;
+    let channels = channel_map(path, entry.channels.iter(), vehicle)?;
+    trial_of(path, log, entry, &channels, vehicle)
 }
 
 /// The pulse width that stops a hobby speed controller, us.
@@ -210,75 +260,105 @@ pub fn bollard_result(bench: &Bench, fit: &BollardFit) -> BollardPullResult {
     }
 }
 
-fn options(path: &Path, file: &CampaignFile) -> Result<IdentifyOptions, Error> {
-    let terms = |key: &str, terms: &[Term]| {
-        Terms::new(terms).map_err(|error| Error::value(path, key, error.to_string()))
-    };
-    let mut options = IdentifyOptions {
-        velocity: file.velocity,
-        paper: file.paper,
-        equation_error: file.equation_error,
-        output_error: file.output_error,
-        filter_error: file.filter_error.clone(),
-        steady: SteadyOptions {
-            window_s: file.steady.window_s,
-            slope: file.steady.slope_m_s2,
-            thrust_part: file.steady.thrust_part,
-        },
-        ..Default::default()
-    };
-    if let Some(methods) = &file.methods {
-        if methods.is_empty() {
-            return Err(Error::value(path, "methods", "is empty; leave it out or name one"));
+impl CampaignFile {
+    /// What to identify, and how; `path` is what messages call the file.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for terms that make no model, and for an empty list of methods.
+    pub fn options(&self, path: &Path) -> Result<IdentifyOptions, Error> {
+        let terms = |key: &str, terms: &[Term]| {
+            Terms::new(terms).map_err(|error| Error::value(path, key, error.to_string()))
+        };
+        let mut options = IdentifyOptions {
+            velocity: self.velocity,
+            paper: self.paper,
+            equation_error: self.equation_error,
+            output_error: self.output_error,
+            filter_error: self.filter_error.clone(),
+            steady: SteadyOptions {
+                window_s: self.steady.window_s,
+                slope: self.steady.slope_m_s2,
+                thrust_part: self.steady.thrust_part,
+            },
+            ..Default::default()
+        };
+        if let Some(methods) = &self.methods {
+            if methods.is_empty() {
+                return Err(Error::value(path, "methods", "is empty; leave it out or name one"));
+            }
+            options.methods.clone_from(methods);
         }
-        options.methods.clone_from(methods);
-    }
-    if let Some(chosen) = &file.fit.terms {
-        options.terms = Some(terms("fit.terms", chosen)?);
-    }
-    for (dof, entry) in file.fit.by_dof() {
-        if let Some(entry) = entry {
-            options.terms_of.insert(dof, terms(&format!("fit.{dof}.terms"), &entry.terms)?);
+        if let Some(chosen) = &self.fit.terms {
+            options.terms = Some(terms("fit.terms", chosen)?);
         }
+        for (dof, entry) in self.fit.by_dof() {
+            if let Some(entry) = entry {
+                options.terms_of.insert(dof, terms(&format!("fit.{dof}.terms"), &entry.terms)?);
+            }
+        }
+        Ok(options)
     }
-    Ok(options)
 }
 
 fn check_trials(path: &Path, trials: &[TrialEntry]) -> Result<(), Error> {
-    if trials.is_empty() {
+    check_names(path, trials.iter().map(|trial| trial.name.as_str()))?;
+    for trial in trials {
+        if trial.log.files().is_empty() {
+            let reason = "names no log; add log = \"...\"";
+            return Err(Error::value(path, format!("trial `{}`", trial.name), reason));
+        }
+        check_trial(path, trial)?;
+    }
+    Ok(())
+}
+
+fn check_names<'a>(path: &Path, names: impl Iterator<Item = &'a str>) -> Result<(), Error> {
+    let mut known = BTreeSet::new();
+    for name in names {
+        if !known.insert(name) {
+            let reason = "stands twice; give each trial its own name";
+            return Err(Error::value(path, format!("trial `{name}`"), reason));
+        }
+    }
+    if known.is_empty() {
         return Err(Error::value(path, "trial", "there is none; add a [[trial]] with a log"));
     }
-    let mut names = BTreeSet::new();
-    for trial in trials {
-        let key = format!("trial `{}`", trial.name);
-        let refuse = |reason: &str| Err(Error::value(path, key.clone(), reason));
-        if !names.insert(&trial.name) {
-            return refuse("stands twice; give each trial its own name");
-        }
-        if trial.dof.is_empty() {
-            return refuse("names no degree of freedom; add dof = [\"surge\"], say");
-        }
-        if trial.log.files().is_empty() {
-            return refuse("names no log; add log = \"...\"");
-        }
-        if trial.from_s.zip(trial.to_s).is_some_and(|(from, to)| from >= to) {
-            return refuse("ends before it starts; from_s must be less than to_s");
-        }
-        let mut twice: Vec<Dof> = trial.dof.clone();
-        twice.sort();
-        twice.dedup();
-        if twice.len() < trial.dof.len() {
-            return refuse("names a degree of freedom twice");
-        }
+    Ok(())
+}
+
+fn check_trial(path: &Path, trial: &TrialEntry) -> Result<(), Error> {
+    let refuse = |reason: &str| Err(Error::value(path, format!("trial `{}`", trial.name), reason));
+    if trial.dof.is_empty() {
+        return refuse("names no degree of freedom; add dof = [\"surge\"], say");
+    }
+    if trial.from_s.zip(trial.to_s).is_some_and(|(from, to)| from >= to) {
+        return refuse("ends before it starts; from_s must be less than to_s");
+    }
+    let mut twice: Vec<Dof> = trial.dof.clone();
+    twice.sort();
+    twice.dedup();
+    if twice.len() < trial.dof.len() {
+        return refuse("names a degree of freedom twice");
     }
     Ok(())
 }
 
 /// The campaign's channels with the trial's own over them.
-fn channel_map(path: &Path, file: &CampaignFile, trial: &TrialEntry) -> Result<ChannelMap, Error> {
+fn all_channels<'a>(
+    file: &'a CampaignFile,
+    trial: &'a TrialEntry,
+) -> impl Iterator<Item = (&'a String, &'a ChannelEntry)> {
+    file.channels.iter().chain(&trial.channels)
+}
+
+/// Channels by quantity, the last of each, checked against the vehicle.
+fn channel_map<'a>(
+    path: &Path,
+    channels: impl Iterator<Item = (&'a String, &'a ChannelEntry)>,
+    vehicle: &Vehicle,
+) -> Result<ChannelMap, Error> {
     let mut map = ChannelMap::new();
-    let all = file.channels.iter().chain(&trial.channels);
-    for (name, entry) in all {
+    for (name, entry) in channels {
         let quantity = name.parse().map_err(|error: seaplant::Error| {
             let reason = near_quantity(name).map_or_else(
                 || error.to_string(),
@@ -292,6 +372,7 @@ fn channel_map(path: &Path, file: &CampaignFile, trial: &TrialEntry) -> Result<C
         let reason = "is empty; map the log's columns, such as \"depth\" = { column = \"Z (m)\" }";
         return Err(Error::value(path, "channels", reason));
     }
+    check_thrusters(path, &map, vehicle)?;
     Ok(map)
 }
 

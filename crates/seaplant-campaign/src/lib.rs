@@ -10,16 +10,18 @@ mod clocks;
 mod error;
 mod excerpt;
 mod inspect;
+mod monte_carlo;
 mod preset;
 mod propose;
 mod recording;
 mod toml_file;
 mod twin_files;
 mod units;
+mod validate;
 mod vehicle_file;
 
 pub use bench::{Bench, BenchColumns, read_bench};
-pub use campaign::{Campaign, bollard_result, campaign_files, fit_bench, read_logs};
+pub use campaign::{Campaign, bollard_result, campaign_files, fit_bench, read_logs, trial_of_log};
 pub use campaign_file::{
     Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, EstimateWord, FitEntry,
     LogEntry, OffsetEntry, StampEntry, SteadyEntry, TimeEntry, TrialEntry,
@@ -30,12 +32,15 @@ pub use inspect::{
     ChannelSummary, InspectedEpoch, InspectedFile, InspectedOffset, Inspection, inspect,
     inspect_survey,
 };
+pub use monte_carlo::{MonteCarloTable, monte_carlo};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use propose::{Proposal, propose};
-pub use toml_file::read_toml;
+pub use recording::SourcedTrial;
+pub use toml_file::{of_json, read_toml};
 pub use twin_files::{TextFile, twin_files};
+pub use validate::{Simulation, Validation, validate};
 pub use vehicle_file::{
     AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, PresetCurveEntry, QuadraticEntry,
-    SensorEntries, TableEntry, ThrusterEntry, UncertaintyEntry, VehicleFile, VoltageEntry,
-    read_vehicle,
+    SensorEntries, SourcedVehicle, TableEntry, ThrusterEntry, UncertaintyEntry, VehicleFile,
+    VoltageEntry, read_vehicle,
 };

@@ -1,11 +1,13 @@
-//! One trial's logs, brought to quantities in SI units.
+//! One trial's logs, brought to quantities in SI units, and made a trial.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use seaplant::results::{FileOffset, InputFile};
-use seaplant::{Caveat, CaveatCode, ClockOffset, Quantity, Recording, Timed, TrialSetup, Vehicle};
+use seaplant::{
+    Caveat, CaveatCode, ClockOffset, Quantity, Recording, Timed, Trial, TrialSetup, Vehicle,
+};
 use seaplant_log::{Channel, Log, ReadOptions, Stamp, TimeColumn, Unit};
 
 use crate::Error;
@@ -16,18 +18,20 @@ use crate::units::dimension_of;
 /// Which column holds which quantity.
 pub(crate) type ChannelMap = BTreeMap<Quantity, ChannelEntry>;
 
-/// A trial's logs, read.
-pub(crate) struct TrialRead {
-    pub setup: TrialSetup,
-    pub recording: Recording,
+/// A trial, and the files that it was read from.
+#[derive(Clone, Debug)]
+pub struct SourcedTrial {
+    /// The trial.
+    pub trial: Trial,
+    /// Its files.
     pub inputs: Vec<InputFile>,
     /// The clocks that the data told.
     pub offsets: Vec<FileOffset>,
-    pub caveats: Vec<Caveat>,
+    /// Where the trial's clock starts in that of its logs, s.
+    pub start_s: f64,
 }
 
-/// Reads the logs of a trial and brings its mapped columns to SI units, on a clock that
-/// starts with the first sample of all of them; `logs` are where the entry's logs are.
+/// Reads the logs of a trial; `logs` are where the entry's logs are.
 pub(crate) fn read_trial(
     path: &Path,
     logs: &[PathBuf],
@@ -35,10 +39,22 @@ pub(crate) fn read_trial(
     entry: &TrialEntry,
     channels: &ChannelMap,
     vehicle: &Vehicle,
-) -> Result<TrialRead, Error> {
+) -> Result<SourcedTrial, Error> {
     let files = read_options(path, logs, file, entry)?;
-    let mut log = Log::open(&files)
+    let log = Log::open(&files)
         .map_err(|source| Error::Log { trial: entry.name.clone(), source: Box::new(source) })?;
+    trial_of(path, log, entry, channels, vehicle)
+}
+
+/// Makes a trial of a log: its mapped columns brought to SI units, on a clock that starts
+/// with the first sample of all of them.
+pub(crate) fn trial_of(
+    path: &Path,
+    mut log: Log,
+    entry: &TrialEntry,
+    channels: &ChannelMap,
+    vehicle: &Vehicle,
+) -> Result<SourcedTrial, Error> {
     let mut caveats: Vec<Caveat> = log
         .notes()
         .iter()
@@ -73,7 +89,8 @@ pub(crate) fn read_trial(
         to_s: entry.to_s,
         segments_s: entry.segments_s.clone(),
     };
-    Ok(TrialRead { setup, recording, inputs, offsets, caveats })
+    let trial = Trial::using_up(setup, recording, vehicle).map_err(Error::model(path))?;
+    Ok(SourcedTrial { trial: trial.with_caveats(caveats), inputs, offsets, start_s })
 }
 
 /// Estimates the offsets that the campaign asks for, and moves these clocks.

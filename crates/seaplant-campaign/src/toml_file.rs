@@ -16,6 +16,18 @@ pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     Ok(read(path)?.0)
 }
 
+/// What a program says in place of a file, read as strictly; `path` is what messages call it.
+///
+/// # Errors
+/// [`Error::Toml`].
+pub fn of_json<T: DeserializeOwned>(path: &Path, value: serde_json::Value) -> Result<T, Error> {
+    serde_json::from_value(value).map_err(|error| {
+        let message = error.to_string();
+        let advice = suggestion(&message, "");
+        Error::Toml { path: path.to_owned(), message, advice }
+    })
+}
+
 /// Reads a TOML file, and what provenance says of it.
 pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<(T, InputFile), Error> {
     let bytes =

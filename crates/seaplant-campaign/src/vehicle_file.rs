@@ -212,19 +212,43 @@ pub struct AttitudeEntry {
 /// # Errors
 /// [`Error::Io`], [`Error::Toml`], and [`Error::Value`] for what is well-formed and wrong.
 pub fn read_vehicle(path: &Path) -> Result<(Vehicle, Vec<InputFile>), Error> {
-    let (vehicle, inputs, _) = read_doubted_vehicle(path)?;
+    let SourcedVehicle { vehicle, inputs, .. } = SourcedVehicle::open(path)?;
     Ok((vehicle, inputs))
 }
 
-/// [`read_vehicle`], with what gives reason to doubt the vehicle.
-pub(crate) fn read_doubted_vehicle(
-    path: &Path,
-) -> Result<(Vehicle, Vec<InputFile>, Option<Caveat>), Error> {
-    let (file, input): (VehicleFile, _) = toml_file::read(path)?;
-    let mut inputs = vec![input];
-    let caveat = file.caveat();
-    let vehicle = file.into_vehicle(path, &mut inputs)?;
-    Ok((vehicle, inputs, caveat))
+/// A vehicle, and where it comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourcedVehicle {
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// Its file, and the curve tables that this names.
+    pub inputs: Vec<InputFile>,
+    /// What gives reason to doubt it.
+    pub doubt: Option<Caveat>,
+}
+
+impl SourcedVehicle {
+    /// [`read_vehicle`], with what gives reason to doubt the vehicle.
+    ///
+    /// # Errors
+    /// As [`read_vehicle`].
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let (file, input): (VehicleFile, _) = toml_file::read(path)?;
+        let mut sourced = Self::of(file, path)?;
+        sourced.inputs.insert(0, input);
+        Ok(sourced)
+    }
+
+    /// The vehicle of a file's content; `path` is where paths in it are relative to, and what
+    /// messages call it.
+    ///
+    /// # Errors
+    /// As [`read_vehicle`].
+    pub fn of(file: VehicleFile, path: &Path) -> Result<Self, Error> {
+        let (mut inputs, doubt) = (Vec::new(), file.caveat());
+        let vehicle = file.into_vehicle(path, &mut inputs)?;
+        Ok(Self { vehicle, inputs, doubt })
+    }
 }
 
 impl VehicleFile {

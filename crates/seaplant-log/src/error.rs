@@ -31,6 +31,23 @@ pub enum Error {
     #[error("no log file was given; name at least one")]
     NoFiles,
 
+    /// A column in memory that has not one value for each time.
+    #[error(
+        "column {column:?} of {} has {found} {} for {expected} times; give one for each",
+        path.display(),
+        if *found == 1 { "value" } else { "values" }
+    )]
+    Rows {
+        /// What the log is called.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// Its values.
+        found: usize,
+        /// The times.
+        expected: usize,
+    },
+
     /// The file is neither text nor of another format that is read.
     #[error(
         "{} is of no format that is read but looks like {looks_like}; export it as CSV",

@@ -226,6 +226,26 @@ pub enum Error {
         /// What was looked for.
         reason: String,
     },
+    /// A shard of a record that cannot be reduced, or put together with others.
+    #[error("the shard of `{record}` {reason}")]
+    Shard {
+        /// Which record.
+        record: String,
+        /// Why, and what to do.
+        reason: String,
+    },
+    /// An identification that came to nothing.
+    #[error("no plant could be identified:{reasons}")]
+    NothingFound {
+        /// Why, method by method, a line each.
+        reasons: String,
+    },
+    /// A plant that results do not hold.
+    #[error("the results hold {found}")]
+    NoPlant {
+        /// What they lack, and what they have.
+        found: String,
+    },
     /// A twin that cannot be made.
     #[error("the twin's {name} is {found}; it must be {expected}")]
     TwinSpec {

@@ -19,7 +19,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-pub use equation_error::{DelayedFit, EquationErrorOptions, fit_best_delay, fit_equation_error};
+pub use equation_error::{
+    DelayedFit, EquationErrorOptions, EquationErrorStatistics, Shard, ShardClock, fit_best_delay,
+    fit_equation_error,
+};
 pub(crate) use filter_error::drive_over;
 pub use filter_error::{
     Candidate, Decision, FilterErrorOptions, Records, SteadyTest, first_delays, fit_filter_error,

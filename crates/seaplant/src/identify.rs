@@ -5,7 +5,7 @@ mod figures;
 
 use std::collections::BTreeMap;
 
-use convert::{empty_results, plant_result, steady_result};
+use convert::{accumulated, empty_results, plant_result, steady_result};
 
 use crate::diagnose::{
     Evidence, Strokes, better_elsewhere, caveats, disagreement, implausible, lateness,
@@ -14,12 +14,14 @@ use crate::diagnose::{
 };
 use crate::estimate::steady::{SteadyOptions, fit_steady};
 use crate::estimate::{
-    EquationErrorOptions, FilterErrorOptions, Fit, Method, OutputErrorOptions, PaperOptions,
-    Records, first_delays, fit_best_delay, fit_equation_error, fit_filter_error, fit_output_error,
-    fit_paper, fit_sriv, fit_total_least_squares, fit_weighted_least_squares,
+    EquationErrorOptions, EquationErrorStatistics, FilterErrorOptions, Fit, Method,
+    OutputErrorOptions, PaperOptions, Records, first_delays, fit_best_delay, fit_equation_error,
+    fit_filter_error, fit_output_error, fit_paper, fit_sriv, fit_total_least_squares,
+    fit_weighted_least_squares,
 };
 use crate::results::{
-    Failure, FittedModel, Identification, PlantResult, Score, SubsetResult, TrialScore,
+    AccumulatedPlant, Failure, FittedModel, Identification, PlantResult, Score, SteadyResult,
+    SubsetResult, TrialScore,
 };
 use crate::trial::ThrustError;
 use crate::{
@@ -98,6 +100,26 @@ pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) 
     }
     found.results.caveats.push(thrust_scale(vehicle));
     found
+}
+
+/// Quadratic drag from the steady stretches of trials, whatever these are for.
+///
+/// # Errors
+/// As [`fit_steady`].
+pub fn steady_drag(
+    dof: Dof,
+    trials: &[&Trial],
+    options: &SteadyOptions,
+) -> Result<SteadyResult, Error> {
+    Ok(steady_result(&fit_steady(dof, trials, options)?))
+}
+
+/// The plant that equation error finds of records in shards.
+///
+/// # Errors
+/// As [`EquationErrorStatistics::fit`].
+pub fn accumulated_plant(shards: &EquationErrorStatistics) -> Result<AccumulatedPlant, Error> {
+    Ok(accumulated(&shards.fit()?))
 }
 
 /// Fits one degree of freedom with one method, and no more than that.

@@ -3,6 +3,7 @@
 
 mod bootstrap;
 mod residuals;
+mod sums;
 mod total;
 mod triangle;
 
@@ -12,6 +13,7 @@ use nalgebra::{DMatrix, DVector, Dyn, Matrix4, SVector};
 pub(crate) use bootstrap::Resampled;
 pub use bootstrap::{BlockBootstrap, Intervals};
 pub(crate) use residuals::Residuals;
+pub(crate) use sums::Sums;
 pub(crate) use total::{NoiseShape, TotalLeastSquares};
 use triangle::{BLOCK_ROWS, Batch, Block, ONE, Triangle, V_DOT, WIDTH, place, width};
 
@@ -112,10 +114,14 @@ pub(crate) struct Regression {
     block: Block,
 }
 
-/// The time of one batch of stretches that last `total_s` together, s.
+/// The number of batches of stretches that last `total_s` together.
+pub(crate) fn batches_of(total_s: f64) -> usize {
+    ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1)
+}
+
+/// The time of one of them, s.
 pub(crate) fn batch_s(total_s: f64) -> f64 {
-    let batches = ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1);
-    total_s / batches as f64
+    total_s / batches_of(total_s) as f64
 }
 
 impl Regression {
@@ -127,6 +133,11 @@ impl Regression {
     /// For batches that last `batch_s` each.
     fn in_batches(batch_s: f64, terms: Terms) -> Self {
         Self { terms, batch_s, batch_rows: 1, batches: Vec::new(), block: Block::default() }
+    }
+
+    /// Of rows that were reduced before.
+    pub(crate) fn of_batches(batches: Vec<Batch>, terms: Terms) -> Self {
+        Self { batches, ..Self::in_batches(BATCH_S, terms) }
     }
 
     /// No batch goes on across a gap.

@@ -11,7 +11,7 @@ use crate::estimate::{Decision, Filters, Innovations};
 use crate::signal::Spectrum;
 use crate::terms::Term;
 use crate::{
-    Caveat, ClockOffset, Comparison, Dof, Estimate, LumpedParameters, Method, Model, Role,
+    Caveat, ClockOffset, Comparison, Dof, Error, Estimate, LumpedParameters, Method, Model, Role,
     Stability,
 };
 
@@ -56,6 +56,41 @@ pub struct Results {
     pub failures: Vec<Failure>,
     /// Doubts about the campaign as a whole.
     pub caveats: Vec<Caveat>,
+}
+
+impl Results {
+    /// Whether anything was found.
+    ///
+    /// # Errors
+    /// [`Error::NothingFound`], with every method's reason, if there is neither a plant nor
+    /// steady drag.
+    pub fn check(&self) -> Result<(), Error> {
+        if !(self.plants.is_empty() && self.steady.is_empty()) {
+            return Ok(());
+        }
+        let reason = |f: &Failure| format!("\n  {} by {}: {}", f.dof, f.method, f.message);
+        let mut reasons: String = self.failures.iter().map(reason).collect();
+        if reasons.is_empty() {
+            reasons = "\n  no trial has role = \"fit\" or \"steady\"".to_owned();
+        }
+        Err(Error::NothingFound { reasons })
+    }
+
+    /// The plant of a degree of freedom: that of a method, or the recommended one.
+    ///
+    /// # Errors
+    /// [`Error::NoPlant`].
+    pub fn plant_of(&self, dof: Dof, method: Option<Method>) -> Result<&PlantResult, Error> {
+        let refuse = |found: String| Error::NoPlant { found };
+        let recommended = self.plants.get(&dof).ok_or_else(|| {
+            let all: Vec<&str> = self.plants.keys().map(|dof| dof.name()).collect();
+            let all = if all.is_empty() { "none at all".to_owned() } else { all.join(", ") };
+            refuse(format!("no {dof} plant, but {all}"))
+        })?;
+        let Some(method) = method else { return Ok(recommended) };
+        let of_dof = self.methods.get(&dof).and_then(|methods| methods.get(&method));
+        of_dof.ok_or_else(|| refuse(format!("no {dof} plant by {method}")))
+    }
 }
 
 /// What results were made from.
@@ -159,6 +194,24 @@ pub struct PlantResult {
     pub fit: Score,
     /// Its error on trials that it had not seen.
     pub hold_out: Option<Score>,
+    /// Doubts.
+    pub caveats: Vec<Caveat>,
+}
+
+/// The plant that equation error finds of a record in shards: not scored, for nobody has the
+/// record in one piece.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AccumulatedPlant {
+    /// Which degree of freedom.
+    pub dof: Dof,
+    /// The terms that were fitted.
+    pub terms: Vec<Term>,
+    /// Physical parameters.
+    pub parameters: Parameters,
+    /// Lumped parameters.
+    pub lumped: LumpedParameters,
+    /// How the fit went.
+    pub regression: RegressionResult,
     /// Doubts.
     pub caveats: Vec<Caveat>,
 }

@@ -142,6 +142,12 @@ impl Trial {
         self
     }
 
+    /// The same trial for another purpose.
+    pub fn with_role(mut self, role: Role) -> Self {
+        self.setup.role = role;
+        self
+    }
+
     /// What the trial is called.
     pub fn name(&self) -> &str {
         &self.setup.name

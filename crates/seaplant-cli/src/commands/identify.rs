@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, anyhow};
 use seaplant::Trial;
 use seaplant::results::{Identification, Results};
 use seaplant_campaign::Campaign;
@@ -47,17 +47,7 @@ pub fn finish(
     output: Output,
 ) -> Result<()> {
     let results = &found.results;
-    if results.plants.is_empty() && results.steady.is_empty() {
-        let mut reasons: Vec<String> = results
-            .failures
-            .iter()
-            .map(|f| format!("\n  {} by {}: {}", f.dof, f.method, f.message))
-            .collect();
-        if reasons.is_empty() {
-            reasons.push("\n  no trial has role = \"fit\" or \"steady\"".to_owned());
-        }
-        bail!("no plant could be identified:{}", reasons.concat());
-    }
+    results.check()?;
     let mut sketches = Sketches::default();
     fill_folder(folder, |aside| {
         let series = found.series(trials).inspect(|series| sketches.see(series, results));

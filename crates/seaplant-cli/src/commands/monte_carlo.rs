@@ -1,35 +1,18 @@
 use std::num::NonZero;
 use std::process::ExitCode;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use anyhow::{Context, Result, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use schemars::JsonSchema;
-use seaplant::monte_carlo::{Admission, ParameterName, Row, Sample, admissions, sample, summarise};
+use seaplant::IdentifyOptions;
+use seaplant::monte_carlo::{Admission, ParameterName, Row};
 use seaplant::twin::{Disturbance, TwinSpec};
-use seaplant::{Error, IdentifyOptions};
-use seaplant_campaign::read_toml;
+use seaplant_campaign::{MonteCarloTable, monte_carlo, read_toml};
 use seaplant_report::number::significant;
-use serde::Serialize;
 
 use crate::args::{MethodChoice, MonteCarlo};
 use crate::output::{Output, write_file};
 use crate::summary::{align, plain_table};
-
-/// The number of a run, and what came of it.
-type RunOf = (u64, Result<Vec<Sample>, Error>);
-
-/// The table, and what it was made from.
-#[derive(Debug, Serialize, JsonSchema)]
-struct Table {
-    version: &'static str,
-    runs: u64,
-    spec: TwinSpec,
-    rows: Vec<Row>,
-    admissions: Vec<Admission>,
-}
 
 pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
     let spec = spec_of(arguments)?;
@@ -40,14 +23,15 @@ pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
     if !arguments.methods.is_empty() {
         options.methods = MethodChoice::methods(&arguments.methods);
     }
-    let samples = all_samples(&spec, &options, arguments, output)?;
-    let table = Table {
-        version: env!("CARGO_PKG_VERSION"),
-        runs: arguments.runs,
-        rows: summarise(&samples),
-        admissions: admissions(&samples),
-        spec,
-    };
+    let processors = thread::available_parallelism().map_or(1, NonZero::get);
+    let threads = arguments.threads.unwrap_or(processors);
+    let progress = progress(arguments.runs, output);
+    let table = monte_carlo(&spec, &options, arguments.runs, threads, |run| {
+        progress.set_position(run);
+        true
+    })?;
+    progress.finish_and_clear();
+    let table = table.context("the study was stopped")?;
     if let Some(path) = &arguments.out {
         write_file(path, serde_json::to_string_pretty(&table)?.as_bytes())?;
     }
@@ -70,47 +54,6 @@ fn spec_of(arguments: &MonteCarlo) -> Result<TwinSpec> {
     Ok(spec)
 }
 
-/// The samples of all seeds, in order of seed whatever the threads did.
-fn all_samples(
-    spec: &TwinSpec,
-    options: &IdentifyOptions,
-    arguments: &MonteCarlo,
-    output: Output,
-) -> Result<Vec<Sample>> {
-    let processors = thread::available_parallelism().map_or(1, NonZero::get);
-    let threads = arguments.threads.unwrap_or(processors).max(1);
-    let progress = progress(arguments.runs, output);
-    let next = AtomicU64::new(0);
-    let done: Mutex<Vec<RunOf>> = Mutex::default();
-    thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let run = next.fetch_add(1, Ordering::Relaxed);
-                    if run >= arguments.runs {
-                        break;
-                    }
-                    let spec = TwinSpec { seed: spec.seed + run, ..spec.clone() };
-                    let samples = sample(&spec, options);
-                    progress.inc(1);
-                    // A poisoned lock means that another thread panicked; the scope tells.
-                    if let Ok(mut done) = done.lock() {
-                        done.push((run, samples));
-                    }
-                }
-            });
-        }
-    });
-    progress.finish_and_clear();
-    let mut done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-    done.sort_by_key(|(run, _)| *run);
-    let mut samples = Vec::new();
-    for (_, of_seed) in done {
-        samples.extend(of_seed?);
-    }
-    Ok(samples)
-}
-
 fn progress(runs: u64, output: Output) -> ProgressBar {
     if output.quiet || output.json {
         return ProgressBar::with_draw_target(Some(runs), ProgressDrawTarget::hidden());
@@ -120,7 +63,7 @@ fn progress(runs: u64, output: Output) -> ProgressBar {
     ProgressBar::new(runs).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-fn words(table: &Table) -> String {
+fn words(table: &MonteCarloTable) -> String {
     let mut text = plain_table();
     text.set_header(["dof", "method", "", "mass", "d_Q", "bias", "answers"]);
     let percent = |x: f64| format!("{} %", significant(x, 2));

@@ -1,3 +1,7 @@
+mod statistics;
+
+pub use statistics::{EquationErrorStatistics, Shard, ShardClock};
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,10 +1,13 @@
 //! The equation of motion with every term filtered alike, row by row.
 
+use std::ops::Range;
+
 use super::{Filters, Stretch, all_stretches, check_trials, least_rows, slowest_source_hz};
 use crate::estimate::EquationErrorOptions;
 use crate::regression::{Regression, Row};
 use crate::signal::{LowPass, differentiate};
-use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, UniformStretch};
+use crate::trial::ReadyStretch;
+use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Grid, UniformStretch};
 
 /// The stretches of some trials, and the filters that suit all of them.
 pub(super) struct Filtered<'a> {
@@ -65,26 +68,39 @@ impl<'a> Filtered<'a> {
         self.stretches.iter().map(of).collect()
     }
 
-    /// Filters a stretch tile by tile, each with so much of its neighbours that the filters
-    /// have forgotten its edges, to rounding.
     fn for_each_tile(
         &self,
         stretch: &Stretch<'_>,
         mut take: impl FnMut(&[Row]),
     ) -> Result<(), Error> {
-        let grid = stretch.ready.grid;
-        let margin = margin_rows(&self.filters, stretch.sample_hz)?.min(grid.len);
-        let tile_rows = TILE_ROWS.max(4 * margin);
-        let mut rows = Vec::new();
-        for from in (0..grid.len).step_by(tile_rows) {
-            let to = (from + tile_rows).min(grid.len);
-            let seen = from.saturating_sub(margin)..(to + margin).min(grid.len);
-            let tile = stretch.ready.on(grid.part(seen.clone()))?;
-            filter_rows(tile, stretch.sample_hz, &self.filters, &mut rows)?;
-            take(&rows[from - seen.start..to - seen.start]);
-        }
-        Ok(())
+        let Stretch { ready, sample_hz, .. } = stretch;
+        let whole = 0..ready.grid.len;
+        for_each_tile(ready, ready.grid, whole, *sample_hz, &self.filters, |_, rows| take(rows))
     }
+}
+
+/// Filters some rows of a stretch, brought to a grid, tile by tile, each with so much of its
+/// neighbours that the filters have forgotten its edges, to rounding; `take` is told the
+/// number of the first row of each.
+pub(super) fn for_each_tile(
+    stretch: &ReadyStretch,
+    grid: Grid,
+    wanted: Range<usize>,
+    sample_hz: f64,
+    filters: &Filters,
+    mut take: impl FnMut(usize, &[Row]),
+) -> Result<(), Error> {
+    let margin = margin_rows(filters, sample_hz)?.min(grid.len);
+    let tile_rows = TILE_ROWS.max(4 * margin);
+    let mut rows = Vec::new();
+    for from in wanted.clone().step_by(tile_rows) {
+        let to = (from + tile_rows).min(wanted.end);
+        let seen = from.saturating_sub(margin)..(to + margin).min(grid.len);
+        let tile = stretch.on(grid.part(seen.clone()))?;
+        filter_rows(tile, sample_hz, filters, &mut rows)?;
+        take(from, &rows[from - seen.start..to - seen.start]);
+    }
+    Ok(())
 }
 
 pub(super) fn margin_rows(filters: &Filters, sample_hz: f64) -> Result<usize, Error> {

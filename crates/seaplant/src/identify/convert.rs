@@ -12,9 +12,9 @@ use crate::estimate::{
 use crate::excursion::Excursion;
 use crate::quantity::{Attitude, Axis, World};
 use crate::results::{
-    AxisResult, PairResult, Parameter, Parameters, PlantResult, Provenance, RegressionResult,
-    Results, SCHEMA, Score, SegmentResult, SensorResult, SteadyResult, SteadyTestResult,
-    ThrustPart, ThrusterResult, TrialResult,
+    AccumulatedPlant, AxisResult, PairResult, Parameter, Parameters, PlantResult, Provenance,
+    RegressionResult, Results, SCHEMA, Score, SegmentResult, SensorResult, SteadyResult,
+    SteadyTestResult, ThrustPart, ThrusterResult, TrialResult,
 };
 use crate::{
     Caveat, Dof, Error, LumpedParameters, Model, Motion, Quantity, Sensor, Term, Terms,
@@ -44,14 +44,7 @@ pub(super) fn plant_result(
         steady_test: fit.steady_test.map(|test| steady_test(&test, fit.dof)),
         thrust_part: thrust_part(fit),
         innovations: fit.innovations.clone(),
-        regression: RegressionResult {
-            samples: fit.samples,
-            effective_samples: fit.effective_samples,
-            condition: fit.condition,
-            variance_inflation: fit.inflation.iter().copied().collect(),
-            residual_rms: fit.residual_rms,
-            filters: fit.filters,
-        },
+        regression: regression(fit),
         fit: fit_score,
         hold_out,
         caveats,
@@ -90,6 +83,29 @@ fn thrust_part(fit: &Fit) -> Option<ThrustPart> {
     let drag = fit.terms.has(Term::Quadratic).then(|| part(Term::Quadratic));
     (fit.thrust_covariance[(0, 0)] > 0.0)
         .then(|| ThrustPart { mass: part(Term::Force), quadratic_drag: drag })
+}
+
+fn regression(fit: &Fit) -> RegressionResult {
+    RegressionResult {
+        samples: fit.samples,
+        effective_samples: fit.effective_samples,
+        condition: fit.condition,
+        variance_inflation: fit.inflation.iter().copied().collect(),
+        residual_rms: fit.residual_rms,
+        filters: fit.filters,
+    }
+}
+
+/// A fit that was not scored, for want of a trial in one piece.
+pub(super) fn accumulated(fit: &Fit) -> AccumulatedPlant {
+    AccumulatedPlant {
+        dof: fit.dof,
+        terms: fit.terms.fitted(),
+        parameters: parameters(&fit.estimates(), fit.dof),
+        lumped: fit.lumped,
+        regression: regression(fit),
+        caveats: fit.caveats.clone(),
+    }
 }
 
 /// Every nuisance by its name in `results.json`.

@@ -1,6 +1,7 @@
 //! Rows reduced to triangles, batch by batch.
 
 use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
 
 use super::Row;
 use crate::Terms;
@@ -62,14 +63,14 @@ impl Block {
 }
 
 /// Rows that follow each other, reduced.
-#[derive(Default)]
-pub(super) struct Batch {
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Batch {
     pub(super) triangle: Triangle,
     pub(super) rows: usize,
 }
 
 /// R of a QR decomposition, row by row.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Triangle([[f64; WIDTH]; WIDTH]);
 
 impl Triangle {

@@ -1,0 +1,1099 @@
+"""The dataclasses of results; ``generate_results.py`` writes this."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+from seaplant._record import Estimated, Floats, Record
+
+__all__ = [
+    "AccumulatedPlant",
+    "Admission",
+    "AxisResult",
+    "BollardPullResult",
+    "Candidate",
+    "Caveat",
+    "CaveatCode",
+    "ChannelSummary",
+    "Decision",
+    "Disturbance",
+    "Dof",
+    "Failure",
+    "Filters",
+    "InputFile",
+    "InspectedFile",
+    "Inspection",
+    "LowPass",
+    "LumpedParameters",
+    "Method",
+    "MonteCarloTable",
+    "NoiseLevel",
+    "PairResult",
+    "Parameter",
+    "ParameterName",
+    "Parameters",
+    "PlantResult",
+    "Provenance",
+    "RegressionResult",
+    "Results",
+    "Role",
+    "Row",
+    "Score",
+    "SegmentResult",
+    "SensorResult",
+    "Severity",
+    "Stability",
+    "SteadyResult",
+    "SteadyTestResult",
+    "SubsetResult",
+    "Term",
+    "ThrustPart",
+    "ThrusterResult",
+    "TrialResult",
+    "TrialScore",
+    "TrueNuisances",
+    "TrueParameters",
+    "TruePlant",
+    "TrueSteady",
+    "Truth",
+    "Validation",
+]
+
+Candidate: TypeAlias = Literal[
+    "lag",
+    "delay",
+    "reverse-ratio",
+    "current",
+    "inflow",
+    "lever-first",
+    "lever-second",
+    "linear-drag",
+    "bias",
+    "turning",
+]
+"""Something that may or may not be part of the model."""
+
+CaveatCode: TypeAlias = Literal[
+    "filter-attenuates-excitation",
+    "unequal-filtering",
+    "wrong-sign",
+    "methods-disagree",
+    "few-effective-samples",
+    "collinear",
+    "two-level-thrust",
+    "one-signed-thrust",
+    "weak-drag",
+    "mass-below-dry-mass",
+    "bias-one-direction",
+    "steady-pairs-contradict",
+    "steady-unsteady-disagree",
+    "scored-on-fit",
+    "no-better-than-null",
+    "another-predicts-better",
+    "reverse-thrust",
+    "short-trial",
+    "unstable",
+    "thruster-saturated",
+    "trial-left-out",
+    "implausible",
+    "gaps",
+    "outliers",
+    "navigation",
+    "suspicious-unit",
+    "instruments-disagree",
+    "sampled-slowly",
+    "thrust-between-samples",
+    "lag-or-delay",
+    "residuals-not-white",
+    "more-than-noise",
+    "thrust-scale",
+    "preset-geometry",
+    "log",
+]
+"""What gives reason to doubt."""
+
+Disturbance: TypeAlias = Literal[
+    "tether",
+    "current",
+    "lag",
+    "delay",
+    "thrcoef",
+    "lever",
+    "swell",
+    "inflow",
+]
+"""What disturbs the vehicle or misleads its analyst."""
+
+Dof: TypeAlias = Literal[
+    "surge",
+    "sway",
+    "heave",
+    "roll",
+    "pitch",
+    "yaw",
+]
+"""A degree of freedom of a marine vehicle, in SNAME order."""
+
+Method: TypeAlias = Literal[
+    "paper",
+    "equation-error",
+    "output-error",
+    "filter-error",
+    "weighted-least-squares",
+    "total-least-squares",
+    "sriv",
+]
+"""How a plant was found."""
+
+NoiseLevel: TypeAlias = Literal[
+    "low",
+    "middle",
+    "high",
+]
+"""How noisy the instruments are."""
+
+ParameterName: TypeAlias = Literal[
+    "mass",
+    "quadratic-drag",
+    "bias-force",
+]
+"""A parameter of the plant."""
+
+Role: TypeAlias = Literal[
+    "fit",
+    "hold-out",
+    "steady",
+]
+"""What a trial is for."""
+
+Severity: TypeAlias = Literal[
+    "note",
+    "warning",
+    "severe",
+]
+"""How much a caveat matters."""
+
+Term: TypeAlias = Literal[
+    "force",
+    "quadratic",
+    "linear",
+    "bias",
+]
+"""One term of ``v̇ = α τ + β v|v| + μ v + bias``."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AccumulatedPlant(Record):
+    """The plant that equation error finds of a record in shards: not scored, for nobody has
+    the record in one piece."""
+
+    dof: Dof
+    """Which degree of freedom."""
+
+    terms: tuple[Term, ...]
+    """The terms that were fitted."""
+
+    parameters: Parameters
+    """Physical parameters."""
+
+    lumped: LumpedParameters
+    """Lumped parameters."""
+
+    regression: RegressionResult
+    """How the fit went."""
+
+    caveats: tuple[Caveat, ...]
+    """Doubts."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Admission(Record):
+    """How often a part was taken into the model: a false alarm, or a detection."""
+
+    dof: Dof
+    """Which degree of freedom."""
+
+    method: Method
+    """Which method."""
+
+    candidate: Candidate
+    """Which part."""
+
+    admitted_percent: float
+    """Fits that have it, in %."""
+
+    fits: int
+    """Fits that decided."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AxisResult(Record):
+    """One degree of freedom of a trial."""
+
+    from_s: float
+    """Its start, s."""
+
+    to_s: float
+    """Its end, s."""
+
+    sample_hz: float
+    """Rate of the regression's grid, Hz."""
+
+    source_hz: float
+    """Rate at which motion was measured, Hz."""
+
+    motion: str
+    """Whether motion was measured as velocity or as position."""
+
+    dominant_amplitude: float
+    """Amplitude of force there, N or N m."""
+
+    force_max: float
+    """Greatest force, N or N m."""
+
+    force_rms: float
+    """Root mean square force, N or N m."""
+
+    speed_max: float
+    """Greatest speed, m/s or rad/s."""
+
+    speed_rms: float
+    """Root mean square velocity, m/s or rad/s."""
+
+    gap_s: float
+    """Seconds left out for want of samples."""
+
+    dominant_hz: float | None
+    """Frequency at which force is greatest, Hz."""
+
+    keulegan_carpenter: float | None
+    """The stroke over the size of the hull across it, where that is known."""
+
+    stroke: float | None
+    """How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
+    run, all its way."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BollardPullResult(Record):
+    """A thrust curve fitted to bollard-pull data."""
+
+    file: str
+    """The table's file."""
+
+    input_unit: str
+    """The input that was measured: rad/s or us."""
+
+    neutral: float
+    """The input that means stop."""
+
+    residual_rms: float
+    """Root mean square misfit, N."""
+
+    r_squared: float
+    """1 − Σ misfit² / Σ(thrust − mean)²."""
+
+    points: Floats
+    """The measured points, (input, N)."""
+
+    caveats: tuple[Caveat, ...]
+    """Doubts."""
+
+    deadband: Parameter | None
+    """Input that gives no thrust yet."""
+
+    forward: Parameter | None
+    """Coefficient of positive thrust."""
+
+    reverse: Parameter | None
+    """Coefficient of negative thrust."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Caveat(Record):
+    """A reason to doubt a result, and what to do about it."""
+
+    code: CaveatCode
+    """What it is."""
+
+    severity: Severity
+    """How much it matters."""
+
+    message: str
+    """In words that a pilot understands."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ChannelSummary(Record):
+    """One channel."""
+
+    file: str
+    """The path of its file."""
+
+    column: str
+    """Its header."""
+
+    count: int
+    """How many samples it has."""
+
+    missing: int
+    """Rows without a value."""
+
+    first_s: float
+    """The time of the first sample, s, in the file's clock."""
+
+    last_s: float
+    """The time of the last sample, s, in the file's clock."""
+
+    gaps: int
+    """Intervals longer than five median ones and half a second."""
+
+    min: float
+    """The smallest value, in the channel's unit."""
+
+    max: float
+    """The largest value, in the channel's unit."""
+
+    remarks: tuple[str, ...]
+    """What is odd about the values, in plain words."""
+
+    longest_gap_s: float | None
+    """The longest of them, s."""
+
+    rate_hz: float | None
+    """Samples in a second: 1 over the median interval; absent of a single sample."""
+
+    unit: str | None
+    """The unit that the header states."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Decision(Record):
+    """Why a candidate was taken into the model, or left out."""
+
+    candidate: Candidate
+    """Which."""
+
+    likelihood_ratio: float
+    """Twice the gain in log-likelihood: fitted, or where a fit was not worth it, by the score
+    test."""
+
+    needed: float
+    """What the Bayesian information criterion asks for: numbers added times ln n."""
+
+    admitted: bool
+    """Whether it is part of the model."""
+
+    hold_out_ratio: float | None
+    """Twice the gain in log-likelihood on held-out trials, with everything held that was
+    fitted; absent without such trials, or if it was not asked for."""
+
+    size: float | None
+    """How much it does, for a term: linear drag as a part of quadratic drag at the usual
+    speed, zero unless both brake; a bias force, at the end of its interval that is farther
+    from zero, as a part of the usual thrust."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Failure(Record):
+    """Something that could not be done."""
+
+    dof: Dof
+    """For which degree of freedom."""
+
+    method: str
+    """By which method: a method's name, or ``steady``."""
+
+    message: str
+    """Why, and what to do."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Filters(Record):
+    """The filters of a regression."""
+
+    every_term: LowPass | None
+    """On every term alike, after that."""
+
+    velocity: LowPass | None
+    """On velocity, before v|v| is formed and v differentiated."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InputFile(Record):
+    """A file that was read."""
+
+    path: str
+    """Where, as the campaign names it."""
+
+    bytes: int
+    """Its size."""
+
+    sha256: str
+    """SHA-256 of its content, hexadecimal."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InspectedFile(Record):
+    """A file that was read."""
+
+    path: str
+    """Where."""
+
+    bytes: int
+    """Its size."""
+
+    sha256: str
+    """SHA-256 of its content, hexadecimal."""
+
+    format: str
+    """What it is, such as "comma-separated text"."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Inspection(Record):
+    """What a log holds."""
+
+    files: tuple[InspectedFile, ...]
+    """The files."""
+
+    channels: tuple[ChannelSummary, ...]
+    """Their channels, in the order of the files and of their columns."""
+
+    notes: tuple[str, ...]
+    """What the reader decided or dropped."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LowPass(Record):
+    """A Butterworth low-pass filter."""
+
+    cutoff_hz: float
+    """Where a single pass halves power, Hz."""
+
+    order: int
+    """The order of a single pass, 1 to 8."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LumpedParameters(Record):
+    """``v̇ = α τ + β v|v| + μ v + bias``."""
+
+    alpha: float
+    """α = 1/m, 1/kg or 1/(kg m²)."""
+
+    beta: float
+    """β = −d_Q/m, 1/m or 1."""
+
+    mu: float
+    """μ = −d_L/m, 1/s."""
+
+    bias: float
+    """−b/m, m/s² or rad/s²."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MonteCarloTable(Record):
+    """The table of a study, and what it was made from."""
+
+    version: str
+    """Version of Seaplant that made it."""
+
+    runs: int
+    """How many twins."""
+
+    spec: dict[str, Any]
+    """The twin; that of the first run has its seed."""
+
+    rows: tuple[Row, ...]
+    """Errors and coverage."""
+
+    admissions: tuple[Admission, ...]
+    """How often parts were taken into the model."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PairResult(Record):
+    """Two steady stretches at one thrust, one each way."""
+
+    positive: str
+    """The stretch with positive force."""
+
+    negative: str
+    """The stretch with negative force."""
+
+    bias_force: Parameter
+    """The bias force that explains their difference."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Parameter(Estimated):
+    """A parameter with its uncertainty."""
+
+    value: float
+    """The estimate."""
+
+    std: float
+    """Its standard deviation."""
+
+    low95: float
+    """Lower end of its 95 % interval."""
+
+    high95: float
+    """Upper end of its 95 % interval."""
+
+    unit: str
+    """Its unit."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Parameters(Record):
+    """The parameters of ``τ = m v̇ + d_Q v|v| + d_L v + b``; absent if not fitted."""
+
+    mass: Parameter
+    """Rigid-body plus added mass."""
+
+    bias_force: Parameter | None
+    """b."""
+
+    linear_drag: Parameter | None
+    """d_L."""
+
+    quadratic_drag: Parameter | None
+    """d_Q."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlantResult(Record):
+    """One method's plant of one degree of freedom."""
+
+    method: Method
+    """How it was found."""
+
+    terms: tuple[Term, ...]
+    """The terms that were fitted."""
+
+    stable: bool
+    """Whether the plant comes to rest by itself."""
+
+    stability: Stability
+    """In which way it does or does not."""
+
+    parameters: Parameters
+    """Physical parameters."""
+
+    lumped: LumpedParameters
+    """Lumped parameters."""
+
+    lumped_std: LumpedParameters
+    """Standard deviations of the lumped parameters."""
+
+    correlation: Floats
+    """Correlations of ``[m, d_Q, d_L, b]``."""
+
+    nuisances: dict[str, Parameter]
+    """Parameters of the thrusters and the water that were fitted beside the plant."""
+
+    regression: RegressionResult
+    """How the fit went."""
+
+    fit: Score
+    """Its error on the trials that it was fitted to."""
+
+    caveats: tuple[Caveat, ...]
+    """Doubts."""
+
+    hold_out: Score | None
+    """Its error on trials that it had not seen."""
+
+    steady_test: SteadyTestResult | None
+    """Whether steady runs agree with it; absent where there were none to fit."""
+
+    structure: tuple[Decision, ...]
+    """Why the model has the parts that it has."""
+
+    thrust_part: ThrustPart | None
+    """The part of the variances of mass and quadratic drag that uncertain thrust curves make;
+    absent if no curve has an uncertainty."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Provenance(Record):
+    """What results were made from."""
+
+    command: str
+    """The command that repeats it."""
+
+    inputs: tuple[InputFile, ...]
+    """Every file that was read."""
+
+    settings: dict[str, str]
+    """The settings in force, defaults included."""
+
+    seed: int | None
+    """The seed of every random number; absent if none was drawn."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RegressionResult(Record):
+    """How a regression went."""
+
+    samples: int
+    """Rows."""
+
+    effective_samples: float
+    """Rows that would say as much if they were independent."""
+
+    condition: float
+    """Condition number of the columns at unit length."""
+
+    variance_inflation: dict[str, float]
+    """Variance inflation of each fitted term but the bias."""
+
+    residual_rms: float
+    """Root mean square of what was minimised: of equation errors, m/s² or rad/s², by SRIV m/s
+    or rad/s; of output errors, in the unit of what was measured."""
+
+    filters: Filters
+    """The filters that were used."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Results(Record):
+    """Everything that an identification found."""
+
+    schema: str
+    """``SCHEMA``."""
+
+    version: str
+    """Version of Seaplant that wrote this."""
+
+    vehicle: str
+    """The vehicle's name."""
+
+    provenance: Provenance
+    """What it was made from, and how to make it again."""
+
+    plants: dict[str, PlantResult]
+    """The recommended plant of each degree of freedom."""
+
+    methods: dict[str, dict[str, PlantResult]]
+    """Every method's plant of each degree of freedom."""
+
+    subsets: dict[str, tuple[SubsetResult, ...]]
+    """The recommended method with every choice of terms."""
+
+    steady: dict[str, SteadyResult]
+    """Drag from steady stretches."""
+
+    thrusters: tuple[ThrusterResult, ...]
+    """The thrusters as they were used."""
+
+    sensors: tuple[SensorResult, ...]
+    """The instruments as they were used."""
+
+    trials: tuple[TrialResult, ...]
+    """The trials."""
+
+    failures: tuple[Failure, ...]
+    """What could not be done, and why."""
+
+    caveats: tuple[Caveat, ...]
+    """Doubts about the campaign as a whole."""
+
+    bollard_pull: BollardPullResult | None
+    """The thrust curve that bollard-pull data gives, where there are any."""
+
+    dry_mass_kg: float | None
+    """Its mass in air, kg."""
+
+    size_m: Floats | None
+    """Length, width and height of its hull, m."""
+
+    truth: dict[str, TruePlant] | None
+    """True values, where the logs are a twin's."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Row(Record):
+    """Errors and coverage over all seeds."""
+
+    dof: Dof
+    """Which degree of freedom."""
+
+    method: Method
+    """Which method."""
+
+    parameter: ParameterName
+    """Which parameter."""
+
+    median_abs_error_percent: float
+    """Median of |error|, in % of the truth."""
+
+    median_error_percent: float
+    """Median error, in % of the truth: what is left of it is bias."""
+
+    coverage_percent: float
+    """Part of the 95 % intervals that hold the truth, in %."""
+
+    answers: int
+    """Fits that gave an answer."""
+
+    failures: int
+    """Fits that gave none."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Score(Record):
+    """The error of a plant on some trials; what a diverging simulation has none of is
+    absent."""
+
+    null_error: float
+    """e of a model that never moves."""
+
+    trials: tuple[TrialScore, ...]
+    """Each trial."""
+
+    mean_abs_error: float | None
+    """e = mean |v_model − v| on raw velocity."""
+
+    r_squared: float | None
+    """1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SegmentResult(Record):
+    """One steady stretch."""
+
+    trial: str
+    """Which trial."""
+
+    from_s: float
+    """Its start, s."""
+
+    to_s: float
+    """Its end, s."""
+
+    force: float
+    """Mean force, N or N m."""
+
+    force_part: float
+    """Force as a part of the greatest of all stretches."""
+
+    velocity: float
+    """Mean velocity, m/s or rad/s."""
+
+    velocity_std: float
+    """Standard deviation of that mean."""
+
+    quadratic_drag: Parameter
+    """d_Q = τ / v|v|."""
+
+    mean_abs_error: float
+    """e with the stretch's own drag."""
+
+    joint_error: float | None
+    """e with the joint drag and bias force."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SensorResult(Record):
+    """An instrument as it was used."""
+
+    name: str
+    """Which."""
+
+    position_m: Floats
+    """Where it sits, m."""
+
+    rotation_deg: Floats
+    """How it is turned, deg."""
+
+    unit: str
+    """Unit of that."""
+
+    rate_hz: float | None
+    """The rate at which it was logged, Hz, where it was."""
+
+    std: float | None
+    """Standard deviation of one sample."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Stability(Record):
+    """What becomes of a plant that is left alone."""
+
+    kind: str
+    """One of stable, stable-below, unstable-at-rest, unstable."""
+
+    speed: float | None = None
+    """That speed, m/s or rad/s."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SteadyResult(Record):
+    """What steady stretches say of one degree of freedom."""
+
+    segments: tuple[SegmentResult, ...]
+    """Every stretch by itself."""
+
+    mean_quadratic_drag: float
+    """The mean of the stretches' drags."""
+
+    pairs: tuple[PairResult, ...]
+    """Up and down at one thrust."""
+
+    caveats: tuple[Caveat, ...]
+    """Doubts."""
+
+    bias_force: Parameter | None
+    """Bias force of all together."""
+
+    quadratic_drag: Parameter | None
+    """d_Q of all together, beside a bias force."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SteadyTestResult(Record):
+    """Whether runs at constant thrust ask for the plant that other trials ask for."""
+
+    likelihood_ratio: float
+    """Twice what the log-likelihood gains if the two may differ."""
+
+    numbers: int
+    """How many numbers may then differ."""
+
+    p_value: float
+    """How often chance alone would make as large a gain."""
+
+    agrees: bool
+    """Whether they agree, and steady runs are part of the fit."""
+
+    unsteady: Parameters
+    """The plant of unsteady trials, if the two may differ."""
+
+    steady: Parameters
+    """The plant of steady runs, of the same mass."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SubsetResult(Record):
+    """The recommended method with one choice of terms."""
+
+    terms: tuple[Term, ...]
+    """The terms."""
+
+    lumped: LumpedParameters
+    """The parameters."""
+
+    stable: bool
+    """Whether the plant comes to rest by itself."""
+
+    condition: float
+    """Condition number of the scaled columns."""
+
+    fit_error: float | None
+    """e on the fitted trials."""
+
+    hold_out_error: float | None
+    """e on held-out trials."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ThrustPart(Record):
+    """Parts of variances, 0 to 1."""
+
+    mass: float
+    """Of the mass."""
+
+    quadratic_drag: float | None
+    """Of quadratic drag; absent if it was not fitted."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ThrusterResult(Record):
+    """A thruster as it was used."""
+
+    name: str
+    """Its name."""
+
+    position_m: Floats
+    """Where it pushes, m."""
+
+    direction: Floats
+    """Unit vector of positive thrust."""
+
+    input: str
+    """What its curve reads."""
+
+    curve: str
+    """Its curve in words."""
+
+    thrust_std: Floats | None
+    """Standard deviation of its strength ahead and in reverse, as parts of it; absent if
+    nothing was said."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TrialResult(Record):
+    """A trial as it was used."""
+
+    name: str
+    """Its name."""
+
+    role: Role
+    """What it was for."""
+
+    files: tuple[str, ...]
+    """The files that it was read from."""
+
+    axes: dict[str, AxisResult]
+    """Each degree of freedom that it exercises."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TrialScore(Record):
+    """The error of a plant on one trial."""
+
+    trial: str
+    """Which trial."""
+
+    null_error: float
+    """e of a model that never moves."""
+
+    samples: int
+    """Samples compared."""
+
+    mean_abs_error: float | None
+    """e = mean |v_model − v| on raw velocity; absent if the simulation diverged."""
+
+    position_mean_abs_error: float | None
+    """Mean |model − measured| of position, m or rad."""
+
+    position_r_squared: float | None
+    """R² of position, where position was measured."""
+
+    r_squared: float | None
+    """R² of velocity."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TrueNuisances(Record):
+    """True values of what an estimator may fit beside the plant; 0 or 1 where it is off."""
+
+    lag_s: float
+    """Time constant of the propellers, s."""
+
+    delay_s: float
+    """Delay of the propellers, s."""
+
+    reverse_ratio: float
+    """Thrust in reverse over what the analyst's curve gives."""
+
+    current_m_s: float
+    """Mean current, m/s, of which each trial's own deviates."""
+
+    inflow: float
+    """k_in of ``F = k n|n| − k_in |n| v``, N s²/(rad m)."""
+
+    tether_n: float
+    """Standard deviation of the tether's pull, N."""
+
+    tether_correlation_s: float
+    """Correlation time of the tether's pull, s."""
+
+    lever_m: float
+    """By how much the DVL sits ahead of, and below, where the analyst has it, m."""
+
+    swell_n: float
+    """Amplitude of the swell, N."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TrueParameters(Record):
+    """The true plant of one degree of freedom."""
+
+    mass: float
+    """Rigid-body plus added mass, kg or kg m²."""
+
+    quadratic_drag: float
+    """d_Q, N/(m/s)² or N m/(rad/s)²."""
+
+    linear_drag: float
+    """d_L, N/(m/s) or N m/(rad/s)."""
+
+    bias_force: float
+    """b, N or N m."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TruePlant(Record):
+    """True values of a twin."""
+
+    mass: float
+    """kg or kg m²."""
+
+    quadratic_drag: float
+    """N/(m/s)² or N m/(rad/s)²."""
+
+    linear_drag: float
+    """N/(m/s) or N m/(rad/s)."""
+
+    bias_force: float
+    """N or N m."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TrueSteady(Record):
+    """The truth of steady runs."""
+
+    quadratic_drag: float
+    """d_Q, N/(m/s)²."""
+
+    bias_force: float
+    """b, N."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Truth(Record):
+    """The twin's true values, in the units of the results."""
+
+    seed: int
+    """The seed of every random number."""
+
+    noise: NoiseLevel
+    """How noisy the instruments were."""
+
+    disturbances: tuple[Disturbance, ...]
+    """What disturbed the vehicle or misled its analyst."""
+
+    plants: dict[str, TrueParameters]
+    """The plant of each degree of freedom."""
+
+    steady: dict[str, TrueSteady]
+    """The drag in steady runs, by degree of freedom."""
+
+    nuisances: TrueNuisances
+    """What the disturbances did to an analysis that knows them."""
+
+    mean_current_m_s: dict[str, float]
+    """The mean current in each trial, m/s: along the degree of freedom, in yaw to the
+    north."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Validation(Record):
+    """A plant's score on some trials."""
+
+    dof: Dof
+    """Which degree of freedom."""
+
+    method: Method
+    """Whose plant."""
+
+    score: Score
+    """Its errors."""
+
+    fitted_to: tuple[str, ...]
+    """Trials that the plant was fitted to: their scores flatter it."""

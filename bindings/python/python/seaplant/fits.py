@@ -1,0 +1,600 @@
+"""Identification: trials and a vehicle in, plants with their doubts out."""
+
+from __future__ import annotations
+
+import html
+import json
+import shutil
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from seaplant import _native
+from seaplant._record import Floats
+from seaplant._results import (
+    Caveat,
+    Failure,
+    Parameter,
+    PlantResult,
+    Results,
+    SteadyResult,
+    Validation,
+)
+from seaplant.errors import InputError
+from seaplant.trials import Trial, only
+from seaplant.vehicles import Vehicle
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+__all__ = ["Fit", "Simulation", "identify", "identify_campaign", "steady_drag"]
+
+Methods = str | Sequence[str] | None
+Terms = str | Sequence[str] | None
+Settings = Mapping[str, Any] | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Simulation:
+    """Simulated and measured velocity of one trial.
+
+    Attributes
+    ----------
+    dof
+        Which degree of freedom.
+    trial
+        Which trial.
+    method
+        Whose plant.
+    mean_abs_error
+        e, the mean of ``|v_model - v|`` on raw velocity, m/s or rad/s.
+    null_error
+        e of a model that never moves.
+    r_squared
+        R² of velocity; ``None`` if nothing moved.
+    time_s
+        Instants, s, shape (n,).
+    force
+        Force in effect at each, N or N m, shape (n,).
+    measured
+        Velocity as measured, unfiltered, m/s or rad/s, shape (n,).
+    simulated
+        Velocity as simulated from the logged force, shape (n,).
+    """
+
+    dof: str
+    trial: str
+    method: str
+    mean_abs_error: float
+    null_error: float
+    r_squared: float | None
+    time_s: Floats
+    force: Floats
+    measured: Floats
+    simulated: Floats
+
+    def __repr__(self) -> str:
+        return (
+            f"<Simulation of {self.dof} of {self.trial!r} by {self.method}: e = "
+            f"{self.mean_abs_error:.3g}, {self.null_error:.3g} for a model that never moves>"
+        )
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Gives the series.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns ``force``, ``measured``, ``simulated``, ``difference`` by time in s.
+        """
+        import pandas as pd
+
+        columns = {
+            "force": self.force,
+            "measured": self.measured,
+            "simulated": self.simulated,
+            "difference": self.simulated - self.measured,
+        }
+        return pd.DataFrame(columns, index=pd.Index(self.time_s, name="time_s"))
+
+    def to_xarray(self) -> xr.Dataset:
+        """Gives the series as a dataset along ``time``, s.
+
+        Returns
+        -------
+        xarray.Dataset
+            Variables ``force``, ``measured`` and ``simulated``; scores as attributes.
+        """
+        import xarray as xr
+
+        series = {name: getattr(self, name) for name in ("force", "measured", "simulated")}
+        attributes = {
+            "dof": self.dof,
+            "trial": self.trial,
+            "method": self.method,
+            "mean_abs_error": self.mean_abs_error,
+            "null_error": self.null_error,
+        }
+        return xr.Dataset(
+            {name: ("time", values) for name, values in series.items()},
+            coords={"time": ("time", self.time_s, {"units": "s"})},
+            attrs=attributes,
+        )
+
+
+class Fit:
+    """What an identification found: plants, intervals, scores and doubts.
+
+    Made by `identify`, `identify_campaign` or, of a results.json, by `Fit.open`.
+
+    Parameters
+    ----------
+    native
+        The results as the library holds them.
+    trials
+        The trials that were identified.
+    """
+
+    def __init__(self, native: _native.Results, trials: Iterable[Trial] = ()) -> None:
+        self._native = native
+        self._text = native.to_json()
+        self.results: Results = Results.from_dict(json.loads(self._text))
+        self.trials: tuple[Trial, ...] = tuple(trials)
+
+    @classmethod
+    def open(cls, path: str | PathLike[str]) -> Fit:
+        """Reads a results.json.
+
+        Parameters
+        ----------
+        path
+            The file that ``seaplant identify`` or `Fit.save` wrote.
+
+        Returns
+        -------
+        Fit
+            The fit, without its trials.
+
+        Raises
+        ------
+        InputError
+            If it is another file, or of another version.
+        """
+        try:
+            return cls(_native.Results.of_json(Path(path).read_text(encoding="utf-8")))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+    @property
+    def plants(self) -> dict[str, PlantResult]:
+        """The recommended plant of each degree of freedom."""
+        return self.results.plants
+
+    @property
+    def methods(self) -> dict[str, dict[str, PlantResult]]:
+        """Every method's plant of each degree of freedom."""
+        return self.results.methods
+
+    @property
+    def steady(self) -> dict[str, SteadyResult]:
+        """Drag from steady stretches, by degree of freedom."""
+        return self.results.steady
+
+    @property
+    def failures(self) -> tuple[Failure, ...]:
+        """What could not be done, and why."""
+        return self.results.failures
+
+    @property
+    def caveats(self) -> list[Caveat]:
+        """Every doubt: about the campaign, then plant by plant."""
+        of_plants = (caveat for plant in self.plants.values() for caveat in plant.caveats)
+        return [*self.results.caveats, *of_plants]
+
+    def __getitem__(self, dof: str) -> PlantResult:
+        return self.plants[dof]
+
+    def simulate(
+        self, trial: Trial, dof: str | None = None, *, method: str | None = None
+    ) -> Simulation:
+        """Drives a fitted plant with the thrust of a trial, as ``seaplant simulate`` does.
+
+        Parameters
+        ----------
+        trial
+            The trial; its velocity is what the simulation is compared with.
+        dof
+            The degree of freedom, if the fit holds several.
+        method
+            The method whose plant to use; the recommended one's if not given.
+
+        Returns
+        -------
+        Simulation
+            Measured and simulated velocity, and how well they agree.
+
+        Raises
+        ------
+        InputError
+            If there is no such plant, or it runs away.
+        """
+        dof = only(list(self.plants), dof, "the fit")
+        error, null_error, r_squared, series = self._native.simulate(trial._native, dof, method)
+        used = method or self.plants[dof].method
+        return Simulation(dof, trial.name, used, error, null_error, r_squared, *series)
+
+    def validate(
+        self, trials: Trial | Iterable[Trial], *, method: str | None = None
+    ) -> list[Validation]:
+        """Scores the plants on trials, as ``seaplant validate`` does.
+
+        Parameters
+        ----------
+        trials
+            The trials, of which steady ones are passed over.
+        method
+            The method whose plants to use; the recommended one's if not given.
+
+        Returns
+        -------
+        list of Validation
+            For each degree of freedom e on raw velocity, beside a model that never moves; and
+            which trials the plant was fitted to, so that their scores flatter it.
+
+        Raises
+        ------
+        InputError
+            If no trial exercises a degree of freedom that the fit holds.
+        """
+        given = [trials] if isinstance(trials, Trial) else list(trials)
+        scores = json.loads(self._native.validate([of._native for of in given], method))
+        if not scores:
+            raise InputError("no trial exercises a degree of freedom that the fit holds")
+        return [Validation.from_dict(of) for of in scores]
+
+    def plot(self, dof: str | None = None, *, method: str | None = None) -> Figure:
+        """Draws model and measured velocity of every trial, and below their difference.
+
+        Parameters
+        ----------
+        dof
+            The degree of freedom; all, if not given.
+        method
+            The method whose plants to use; the recommended one's if not given.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The figure, as figures 3 to 6 of the paper.
+
+        Raises
+        ------
+        InputError
+            If the fit has no trials, as one that was read from a file.
+        """
+        from seaplant import plots
+
+        dofs = list(self.plants) if dof is None else [dof]
+        rows = []
+        for of in dofs:
+            moving = [
+                trial for trial in self.trials if of in trial.dofs and trial.role != "steady"
+            ]
+            rows.append([self.simulate(trial, of, method=method) for trial in moving])
+        if not any(rows):
+            raise InputError("the fit has no trials to draw; simulate one and draw that")
+        return plots.comparisons(rows)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Gives every parameter of every method.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns ``value``, ``std``, ``low95``, ``high95``, ``unit``, by ``dof``,
+            ``method`` and ``parameter``; nuisances among the parameters.
+        """
+        import pandas as pd
+
+        rows = [
+            {"dof": dof, "method": method, "parameter": name, **parameter.to_dict()}
+            for dof, methods in self.methods.items()
+            for method, plant in methods.items()
+            for name, parameter in _parameters(plant).items()
+        ]
+        columns = ["dof", "method", "parameter", "value", "std", "low95", "high95", "unit"]
+        index = ["dof", "method", "parameter"]
+        return pd.DataFrame(rows, columns=columns).set_index(index)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Gives the parameters as a dataset.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``value``, ``std``, ``low95`` and ``high95`` along ``dof``, ``method`` and
+            ``parameter``; ``NaN`` where one was not fitted.
+        """
+        frame = self.to_pandas().drop(columns="unit")
+        dataset: xr.Dataset = frame.to_xarray()
+        return dataset
+
+    def save(self, folder: str | PathLike[str]) -> Path:
+        """Writes what ``seaplant identify`` writes: results.json, report, figures, tables.
+
+        Parameters
+        ----------
+        folder
+            The folder; files of the same name are replaced once all are made.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder.
+
+        Raises
+        ------
+        OSError
+            If the system does not let it be written.
+        """
+        return write_files(folder, self._native.render([of._native for of in self.trials]))
+
+    def __repr__(self) -> str:
+        lines = [f"<Fit of {self.results.vehicle!r}"]
+        for dof, plant in self.plants.items():
+            lines.append(f"  {dof} by {plant.method}{'' if plant.stable else ', unstable'}")
+            lines += [f"    {name}: {of}" for name, of in _own(plant).items()]
+        lines += [f"  steady {dof}: {of.quadratic_drag}" for dof, of in self.steady.items()]
+        lines += [f"  {of.dof} by {of.method} failed: {of.message}" for of in self.failures]
+        return "\n".join(lines) + ">"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(_html_rows(dof, plant) for dof, plant in self.plants.items())
+        doubts = "".join(f"<li>{html.escape(of.message)}</li>" for of in self.caveats)
+        head = "".join(f"<th>{of}</th>" for of in ("", "", "value", "95 % interval", "unit"))
+        name = html.escape(self.results.vehicle)
+        table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+        count = f"<summary>{len(self.caveats)} caveats</summary>"
+        folded = f"<details>{count}<ul>{doubts}</ul></details>"
+        return f"<h4>{name}</h4>{table}{folded}{self._figure_html()}"
+
+    def _figure_html(self) -> str:
+        """The figure, where there are trials to draw and something to draw with."""
+        try:
+            from seaplant import plots
+
+            return plots.as_html(self.plot(), "model and measured velocity")
+        except (ImportError, InputError):
+            return ""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Trials that came from a campaign stay behind, as with a fit that was read from a file.
+        kept = self.trials if all(of._recipe is not None for of in self.trials) else ()
+        return _remade, (self._text, kept)
+
+
+def _remade(text: str, trials: tuple[Trial, ...]) -> Fit:
+    return Fit(_native.Results.of_json(text), trials)
+
+
+def _own(plant: PlantResult) -> dict[str, Parameter]:
+    named = vars(plant.parameters)
+    return {name: of for name, of in named.items() if isinstance(of, Parameter)}
+
+
+def _parameters(plant: PlantResult) -> dict[str, Parameter]:
+    return {**_own(plant), **plant.nuisances}
+
+
+def _html_rows(dof: str, plant: PlantResult) -> str:
+    rows = []
+    for name, of in _parameters(plant).items():
+        value, std, low95, high95 = _native.rounded(of.value, of.std, of.low95, of.high95)
+        cells = (dof, name, f"{value} ± {std}", f"{low95} … {high95}", of.unit)
+        rows.append("".join(f"<td>{html.escape(cell)}</td>" for cell in cells))
+    return "".join(f"<tr>{row}</tr>" for row in rows)
+
+
+def identify(
+    trials: Trial | Sequence[Trial],
+    vehicle: Vehicle,
+    method: Methods = None,
+    *,
+    terms: Terms = None,
+    velocity: Literal["measured", "position"] | None = None,
+    paper: Settings = None,
+    equation_error: Settings = None,
+    output_error: Settings = None,
+    filter_error: Settings = None,
+    steady: Settings = None,
+) -> Fit:
+    """Identifies every degree of freedom of the trials, as ``seaplant identify`` does.
+
+    Fits ``v' = α τ + β v|v| + μ v + bias`` by each method, scores each plant on fitted and
+    held-out trials, finds steady drag, and gathers the doubts.
+
+    Parameters
+    ----------
+    trials
+        The trials, of any role.
+    vehicle
+        The vehicle.
+    method
+        A method, several of which the first is recommended, or ``"all"``; if not given
+        filter-error, with output-error, equation-error and paper beside it.
+    terms
+        The terms to fit: ``"force,quadratic,bias"`` or a list of force, quadratic, linear and
+        bias.
+    velocity
+        Where every method takes velocity from; by default the paper's derives it from
+        position, others take what was measured.
+    paper
+        Settings of the paper's method, by the keys of the table of that name in campaign.toml.
+    equation_error
+        Those of equation error, likewise.
+    output_error
+        Those of output error.
+    filter_error
+        Those of filter error.
+    steady
+        What counts as steady.
+
+    Returns
+    -------
+    Fit
+        What was found; what could not be done in one degree of freedom or by one method is
+        among its ``failures``.
+
+    Raises
+    ------
+    InputError
+        If nothing could be identified, or a setting is wrong.
+
+    Examples
+    --------
+    >>> import seaplant as sp
+    >>> dive = sp.twin(dofs=["surge"], duration_s=120)
+    >>> fit = sp.identify(dive.trials, dive.vehicle, method="equation-error")
+    >>> abs(fit["surge"].parameters.mass.value / 12970.2 - 1) < 0.02
+    True
+    """
+    tables = {
+        "velocity": velocity,
+        "methods": _native.method_names(_methods(method)) or None,
+        "fit": None if terms is None else {"terms": _terms(terms)},
+        "paper": paper,
+        "equation-error": equation_error,
+        "output-error": output_error,
+        "filter-error": filter_error,
+        "steady": steady,
+    }
+    stated = {name: table for name, table in tables.items() if table is not None}
+    settings = json.dumps({"vehicle": "", "trial": [], **stated})
+    given = (trials,) if isinstance(trials, Trial) else tuple(trials)
+    campaign = _native.Campaign.of(vehicle._native, [of._native for of in given], settings)
+    native = campaign.identify("seaplant.identify(trials, vehicle)")
+    native.check()
+    return Fit(native, given)
+
+
+def identify_campaign(
+    campaign: str | PathLike[str],
+    method: Methods = None,
+    *,
+    terms: Terms = None,
+    out: str | PathLike[str] | None = None,
+) -> Fit:
+    """Identifies a campaign.toml, as ``seaplant identify`` does.
+
+    Parameters
+    ----------
+    campaign
+        The campaign file.
+    method
+        A method, several of which the first is recommended, or ``"all"``; those of the file
+        if not given.
+    terms
+        The terms to fit, in place of the campaign's.
+    out
+        The folder to write the report to; none is written if not given.
+
+    Returns
+    -------
+    Fit
+        What was found.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read.
+    InputError
+        If a file is wrong, or nothing could be identified.
+    """
+    path, methods = Path(campaign), _methods(method)
+    chosen = None if terms is None else ",".join(_terms(terms))
+    opened = _native.Campaign.open(path, methods, chosen)
+    words = ["seaplant identify", str(path), *(f"--method {name}" for name in methods)]
+    words += [] if chosen is None else [f"--terms {chosen}"]
+    words += [] if out is None else [f"--out {out}"]
+    native = opened.identify(" ".join(words))
+    native.check()
+    fit = Fit(native, map(Trial._of, opened.trials()))
+    if out is not None:
+        fit.save(out)
+    return fit
+
+
+def steady_drag(
+    trials: Trial | Sequence[Trial],
+    dof: str | None = None,
+    *,
+    window_s: float = 20.0,
+    slope_m_s2: float = 1.5e-3,
+    thrust_part: float = 0.02,
+) -> SteadyResult:
+    """Finds quadratic drag from the steady stretches of trials, whatever these are for.
+
+    Each stretch by itself, ``d_Q = τ / v|v|``; all together, ``τ = d_Q v|v| + b``.
+
+    Parameters
+    ----------
+    trials
+        The trials.
+    dof
+        The degree of freedom, if the first trial exercises several.
+    window_s
+        Length of the window that must be steady, s.
+    slope_m_s2
+        The greatest drift of velocity in it, m/s² or rad/s².
+    thrust_part
+        The greatest standard deviation of thrust in it, as a part of the trial's maximum.
+
+    Returns
+    -------
+    SteadyResult
+        Every stretch, and the drag and bias force that they share.
+
+    Raises
+    ------
+    InputError
+        If a trial has no steady stretch.
+    """
+    given = [trials] if isinstance(trials, Trial) else list(trials)
+    dof = only(given[0].dofs if given else [], dof, "the first trial")
+    natives = [of._native for of in given]
+    found = _native.steady_drag(natives, dof, window_s, slope_m_s2, thrust_part)
+    return SteadyResult.from_dict(json.loads(found))
+
+
+def _methods(method: Methods) -> list[str]:
+    if method is None:
+        return []
+    return [method] if isinstance(method, str) else list(method)
+
+
+def _terms(terms: str | Sequence[str]) -> list[str]:
+    listed = terms.split(",") if isinstance(terms, str) else terms
+    return [term.strip() for term in listed]
+
+
+def write_files(folder: str | PathLike[str], files: Mapping[str, bytes]) -> Path:
+    """Writes files below a folder: all are made aside before one is moved into place."""
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    aside = Path(tempfile.mkdtemp(prefix=".seaplant-", dir=target))
+    try:
+        for path, content in files.items():
+            made = aside / path
+            made.parent.mkdir(parents=True, exist_ok=True)
+            made.write_bytes(content)
+        for path in files:
+            (target / path).parent.mkdir(parents=True, exist_ok=True)
+            (aside / path).replace(target / path)
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+    return target

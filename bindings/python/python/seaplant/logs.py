@@ -1,0 +1,405 @@
+"""Logs: files of any format that Seaplant reads, or numbers that are in memory already."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from seaplant import _native
+from seaplant._record import Floats
+from seaplant._results import Inspection
+from seaplant.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+__all__ = ["Channel", "Log"]
+
+Data: TypeAlias = Any
+"""A mapping of arrays, a pandas or polars frame, or an xarray dataset."""
+
+_TIME_NAMES = ("time", "time_s", "t", "timestamp")
+_TIME_FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One measured or commanded quantity over time.
+
+    Attributes
+    ----------
+    name
+        Its header without the unit.
+    column
+        Its header.
+    unit
+        The unit that the header, or whoever made the log, states.
+    file
+        The file that it came from.
+    missing
+        How many rows had no value.
+    time_s
+        Times in the file's own clock, s, shape (n,).
+    values
+        Values in ``unit``, shape (n,).
+    """
+
+    name: str
+    column: str
+    unit: str | None
+    file: str
+    missing: int
+    time_s: Floats
+    values: Floats
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __repr__(self) -> str:
+        unit = self.unit or "no unit"
+        span = f"{self.time_s[0]:.6g} to {self.time_s[-1]:.6g} s"
+        return f"<Channel {self.name!r} [{unit}], {len(self)} samples, {span}>"
+
+    def to_pandas(self) -> pd.Series[float]:
+        """Gives the channel as a series.
+
+        Returns
+        -------
+        pandas.Series
+            Values by time in s, called as the column is.
+        """
+        import pandas as pd
+
+        index = pd.Index(self.time_s, name="time_s")
+        return pd.Series(self.values, index=index, name=self.column)
+
+
+class Log:
+    """Named, timed, unit-bearing channels, each at its own times.
+
+    Made by `Log.open` of files, or by `Log.of` of numbers in memory.
+    """
+
+    def __init__(self, native: _native.Log, /) -> None:
+        self._native = native
+        self._channels = tuple(Channel(*of) for of in native.channels())
+
+    @classmethod
+    def open(
+        cls,
+        *paths: str | PathLike[str],
+        time: str | None = None,
+        time_unit: str | None = None,
+        equal_sampling_hz: float | None = None,
+        sheet: str | None = None,
+        stamp: Literal["header", "receive"] = "header",
+        offset_s: Mapping[str, float] | None = None,
+    ) -> Log:
+        """Reads files that were logged side by side.
+
+        Parameters
+        ----------
+        *paths
+            The files: CSV, Excel, Parquet, Arrow, MATLAB, ROS bags, ArduPilot, PD0, NMEA and
+            whatever else the command line reads, told by content.
+        time
+            The time column, if its name does not say so.
+        time_unit
+            Its unit, if the header does not state it.
+        equal_sampling_hz
+            The rate of tables without a time column, Hz.
+        sheet
+            The sheet of a workbook; its first if not given.
+        stamp
+            Which time of a ROS message counts.
+        offset_s
+            Seconds to add to the clock of a file, by its path as given.
+
+        Returns
+        -------
+        Log
+            The channels of all files.
+
+        Raises
+        ------
+        FileError
+            If the system does not give a file.
+        InputError
+            If a file is no log.
+        """
+        offsets = dict(offset_s or {})
+        names = [str(path) for path in paths]
+        if stray := set(offsets) - set(names):
+            raise InputError(
+                f"offset_s names {sorted(stray)}, which is none of the files given"
+            )
+        native = _native.Log.open(
+            [Path(path) for path in paths],
+            offsets_s=[offsets.get(name, 0.0) for name in names],
+            time=time,
+            time_unit=time_unit,
+            equal_sampling_hz=equal_sampling_hz,
+            sheet=sheet,
+            receive=stamp == "receive",
+        )
+        return cls(native)
+
+    @classmethod
+    def of(
+        cls,
+        *tables: Data,
+        units: Mapping[str, str] | None = None,
+        time: str | None = None,
+        time_unit: str = "s",
+        name: str = "arrays",
+    ) -> Log:
+        """Makes a log of numbers in memory, with explicit units.
+
+        Parameters
+        ----------
+        *tables
+            Each a mapping of names to arrays of shape (n,), a pandas or polars frame, or an
+            xarray dataset; several for instruments with their own times.
+        units
+            The unit of each column that does not state it in its name (``"u [m/s]"``) or, in
+            a dataset, in its attribute ``units``.
+        time
+            The column, index or coordinate that holds time; one called ``time``, ``time_s``,
+            ``t`` or ``timestamp``, or the frame's index, if not given. Instants and durations
+            are read by their type.
+        time_unit
+            The unit of times that are plain numbers: s, ms, us, ns, min or h.
+        name
+            What messages and provenance call the log.
+
+        Returns
+        -------
+        Log
+            Rows sorted by time; repeated times and missing values are dropped with a note.
+
+        Raises
+        ------
+        InputError
+            If there is no time, an array has another length or a unit is unknown.
+
+        Examples
+        --------
+        >>> import seaplant as sp
+        >>> sp.Log.of({"time": [0.0, 1.0], "depth": [5.0, 5.5]}, units={"depth": "m"})["depth"]
+        <Channel 'depth' [m], 2 samples, 0 to 1 s>
+        """
+        if time_unit not in _TIME_FACTORS:
+            raise InputError(
+                f"{time_unit!r} is no unit of time; use {', '.join(_TIME_FACTORS)}"
+            )
+        stated = dict(units or {})
+        made = []
+        for number, data in enumerate(tables, start=1):
+            time_s, columns = _table(data, time, _TIME_FACTORS[time_unit])
+            listed = [
+                (header, stated.get(header, unit), values) for header, unit, values in columns
+            ]
+            made.append((f"{name} {number}" if len(tables) > 1 else name, time_s, listed))
+        known = {header for _, _, listed in made for header, _, _ in listed}
+        if stray := set(stated) - known:
+            found = ", ".join(sorted(known))
+            raise InputError(f"units names {sorted(stray)}, and the columns are {found}")
+        return cls(_native.Log.of_tables(name, made))
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Every channel, in the order of the files and of their columns."""
+        return self._channels
+
+    @property
+    def notes(self) -> list[str]:
+        """What the reader assumed or dropped."""
+        return self._native.notes()
+
+    def inspect(self) -> Inspection:
+        """Looks at every channel, as ``seaplant inspect`` does.
+
+        Returns
+        -------
+        Inspection
+            Rates, spans, gaps, ranges, and what is odd about them.
+        """
+        return Inspection.from_dict(json.loads(self._native.inspect()))
+
+    def __getitem__(self, name: str) -> Channel:
+        """Finds a channel by header or name, whatever the case; or as ``FILE:COLUMN``."""
+        try:
+            return self._channels[self._native.place(name)]
+        except InputError as error:
+            raise _NoChannelError(str(error)) from None
+
+    def __iter__(self) -> Iterator[Channel]:
+        return iter(self._channels)
+
+    def __len__(self) -> int:
+        return len(self._channels)
+
+    def __repr__(self) -> str:
+        names = ", ".join(channel.column for channel in self._channels[:6])
+        more = f" and {len(self) - 6} more" if len(self) > 6 else ""
+        return f"<Log of {len(self)} channels: {names}{more}>"
+
+    def _repr_html_(self) -> str:
+        frame = self.summary()
+        return str(frame.to_html(index=False))
+
+    def summary(self) -> pd.DataFrame:
+        """Gives the channels as a table.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each channel: column, unit, samples, rate, span, range, remarks.
+        """
+        import pandas as pd
+
+        fields = [
+            "column",
+            "unit",
+            "count",
+            "rate_hz",
+            "first_s",
+            "last_s",
+            "gaps",
+            "min",
+            "max",
+        ]
+        rows = [
+            {
+                **{field: getattr(of, field) for field in fields},
+                "remarks": "; ".join(of.remarks),
+            }
+            for of in self.inspect().channels
+        ]
+        return pd.DataFrame(rows)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Gives the channels side by side.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A column for each channel, a row for each time in s of any of them; ``NaN`` where
+            a channel was not sampled.
+        """
+        import pandas as pd
+
+        return pd.concat([channel.to_pandas() for channel in self], axis=1).sort_index()
+
+    def to_xarray(self) -> xr.Dataset:
+        """Gives the channels as a dataset.
+
+        Returns
+        -------
+        xarray.Dataset
+            A variable for each channel along its own time, s, with its unit as attribute
+            ``units``; channels that share their times share the dimension.
+        """
+        import xarray as xr
+
+        dims: dict[bytes, str] = {}
+        variables = {}
+        coords = {}
+        for channel in self:
+            dim = dims.setdefault(channel.time_s.tobytes(), f"time_{len(dims)}")
+            coords[dim] = (dim, channel.time_s, {"units": "s"})
+            attributes = {"units": channel.unit} if channel.unit else {}
+            variables[channel.column] = (dim, channel.values, attributes)
+        return xr.Dataset(variables, coords=coords)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _remade, (self._channels,)
+
+
+class _NoChannelError(InputError, KeyError):
+    """A log has no such channel."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+def _remade(channels: Iterable[Channel]) -> Log:
+    tables: dict[bytes, tuple[str, Floats, list[tuple[str, str | None, Floats]]]] = {}
+    name = "arrays"
+    for channel in channels:
+        name = channel.file
+        table = tables.setdefault(channel.time_s.tobytes(), (name, channel.time_s, []))
+        table[2].append((channel.column, channel.unit, channel.values))
+    return Log(_native.Log.of_tables(name, list(tables.values())))
+
+
+_Column: TypeAlias = tuple[str, str | None, Floats]
+
+
+def _table(data: Data, time: str | None, factor: float) -> tuple[Floats, list[_Column]]:
+    """Times in s and the columns of one table, whatever holds it."""
+    columns = dict(_columns(data, time))
+    names = [time] if time is not None else [of for of in _TIME_NAMES if of in columns]
+    if not names or names[0] not in columns:
+        found = ", ".join(map(str, columns))
+        raise InputError(f"no time among {found}; name the column with time=")
+    time_s = _seconds(columns.pop(names[0])[1], factor)
+    return time_s, [
+        (header, unit, _floats(header, of)) for header, (unit, of) in columns.items()
+    ]
+
+
+def _columns(
+    data: Data, time: str | None
+) -> Iterator[tuple[str, tuple[str | None, ArrayLike]]]:
+    if hasattr(data, "data_vars"):
+        for name in [*data.coords, *data.data_vars]:
+            of = data[name]
+            if of.ndim == 1:
+                yield str(name), (of.attrs.get("units"), of.to_numpy())
+    elif hasattr(data, "index") and hasattr(data, "columns"):
+        has_time = time in data.columns or any(of in data.columns for of in _TIME_NAMES)
+        if not has_time:
+            yield time or "time", (None, data.index.to_numpy())
+        for name in data.columns:
+            yield str(name), (None, data[name].to_numpy())
+    elif hasattr(data, "get_columns"):
+        for of in data.get_columns():
+            yield of.name, (None, of.to_numpy())
+    elif isinstance(data, Mapping):
+        for name, values in data.items():
+            yield str(name), (None, values)
+    else:
+        kind = type(data).__name__
+        raise InputError(
+            f"a {kind} is no table; give a mapping of arrays, a frame or a dataset"
+        )
+
+
+def _seconds(values: ArrayLike, factor: float) -> Floats:
+    array = np.asarray(values)
+    if array.dtype.kind == "M":
+        # Whole nanoseconds first: seconds since 1970 in one float keep but a quarter of a µs.
+        whole = array.astype("datetime64[ns]").astype(np.int64)
+        return np.asarray(whole / 1e9, dtype=np.float64)
+    if array.dtype.kind == "m":
+        return np.asarray(array / np.timedelta64(1, "ns") / 1e9, dtype=np.float64)
+    return _floats("time", array) * factor
+
+
+def _floats(name: str, values: ArrayLike) -> Floats:
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"column {name!r} holds no numbers: {error}") from error
+    if array.ndim != 1:
+        raise InputError(f"column {name!r} has {array.ndim} dimensions; give one value a row")
+    return array

@@ -1,0 +1,114 @@
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use seaplant_log::{MemoryColumn, MemoryTable, ReadOptions, Stamp, TimeColumn};
+
+use crate::border::{Failure, apart, json, numbers};
+
+/// A log, read.
+#[pyclass(frozen, module = "seaplant._native")]
+pub struct Log(pub Arc<seaplant_log::Log>);
+
+/// Header, unit and values of a column in memory.
+type ColumnOf<'py> = (String, Option<String>, PyReadonlyArray1<'py, f64>);
+/// Name, times and columns of a table in memory.
+type TableOf<'py> = (String, PyReadonlyArray1<'py, f64>, Vec<ColumnOf<'py>>);
+/// Name, header, unit, file and missing rows of a channel, its times and values.
+type ChannelOf<'py> = (
+    String,
+    String,
+    Option<String>,
+    String,
+    usize,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+);
+
+#[pymethods]
+impl Log {
+    /// Reads files that were logged side by side.
+    #[staticmethod]
+    #[pyo3(signature = (paths, *, offsets_s, time, time_unit, equal_sampling_hz, sheet, receive))]
+    #[expect(clippy::too_many_arguments, reason = "each has its name in Python")]
+    fn open(
+        py: Python<'_>,
+        paths: Vec<PathBuf>,
+        offsets_s: Vec<f64>,
+        time: Option<String>,
+        time_unit: Option<String>,
+        equal_sampling_hz: Option<f64>,
+        sheet: Option<String>,
+        receive: bool,
+    ) -> PyResult<Self> {
+        let options = ReadOptions {
+            time: time.map(|column| TimeColumn { column, unit: time_unit }),
+            equal_sampling_hz,
+            sheet,
+            stamp: if receive { Stamp::Receive } else { Stamp::Header },
+            ..Default::default()
+        };
+        let of = |(path, offset_s)| (path, ReadOptions { offset_s, ..options.clone() });
+        let files: Vec<_> = paths.into_iter().zip(offsets_s).map(of).collect();
+        let log = apart(py, move || Ok(seaplant_log::Log::open(&files)?))?;
+        Ok(Self(Arc::new(log)))
+    }
+
+    /// Makes a log of arrays.
+    #[staticmethod]
+    fn of_tables(py: Python<'_>, name: String, tables: Vec<TableOf<'_>>) -> PyResult<Self> {
+        let column = |(header, unit, values): ColumnOf<'_>| MemoryColumn {
+            header,
+            unit,
+            values: numbers(&values),
+        };
+        let table = |(name, time_s, columns): TableOf<'_>| MemoryTable {
+            name,
+            time_s: numbers(&time_s),
+            columns: columns.into_iter().map(column).collect(),
+        };
+        let tables = tables.into_iter().map(table).collect();
+        let log = apart(py, move || Ok(seaplant_log::Log::of_tables(&name, tables)?))?;
+        Ok(Self(Arc::new(log)))
+    }
+
+    /// Every channel: name, header, unit, file, missing rows, times, values.
+    fn channels<'py>(&self, py: Python<'py>) -> Vec<ChannelOf<'py>> {
+        let of = |channel: &seaplant_log::Channel| {
+            let path = &self.0.sources()[channel.source].path;
+            (
+                channel.name.clone(),
+                channel.column.clone(),
+                channel.unit.as_ref().map(|unit| unit.symbol().to_owned()),
+                path.display().to_string(),
+                channel.missing,
+                PyArray1::from_slice(py, channel.time_s()),
+                PyArray1::from_slice(py, channel.values()),
+            )
+        };
+        self.0.channels().iter().map(of).collect()
+    }
+
+    /// Where among the channels that of a name is.
+    fn place(&self, name: &str) -> PyResult<usize> {
+        Ok(self.0.place(name).map_err(Failure::from)?)
+    }
+
+    /// What the reader decided or dropped.
+    fn notes(&self) -> Vec<String> {
+        self.0.notes().iter().map(ToString::to_string).collect()
+    }
+
+    /// What the log holds and what is odd about it, as JSON.
+    fn inspect(&self, py: Python<'_>) -> PyResult<String> {
+        let log = Arc::clone(&self.0);
+        apart(py, move || json(&seaplant_campaign::inspect(&log)))
+    }
+}
+
+/// Whether a name is that of a quantity.
+#[pyfunction]
+pub fn is_quantity(name: &str) -> bool {
+    name.parse::<seaplant::Quantity>().is_ok()
+}

@@ -1,0 +1,149 @@
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use seaplant::estimate::steady::SteadyOptions;
+use seaplant::results::{FittedModel, Identification, Parameter};
+use seaplant::{Dof, Method, Model};
+use seaplant_campaign::{Simulation, SourcedTrial, validate};
+use seaplant_report::number::Rounded;
+use seaplant_report::{parse_results, render};
+
+use crate::border::{Failure, apart, json};
+use crate::trial::Trial;
+
+/// What an identification found.
+#[pyclass(frozen, module = "seaplant._native")]
+pub struct Results(pub Arc<Identification>);
+
+/// e, that of a model that never moves, R², and the series: time, force, measured, simulated.
+type Simulated<'py> = (f64, f64, Option<f64>, [Bound<'py, PyArray1<f64>>; 4]);
+
+#[pymethods]
+impl Results {
+    /// Reads the text of a results.json.
+    #[staticmethod]
+    fn of_json(py: Python<'_>, text: String) -> PyResult<Self> {
+        Ok(Self(Arc::new(apart(py, move || Ok(of_results(parse_results(&text)?)))?)))
+    }
+
+    /// The text of results.json, without its line breaks.
+    fn to_json(&self) -> PyResult<String> {
+        Ok(json(&self.0.results)?)
+    }
+
+    /// Whether anything was found.
+    ///
+    /// # Errors
+    /// `InputError`, with why each method found nothing.
+    fn check(&self) -> PyResult<()> {
+        Ok(self.0.results.check().map_err(Failure::from)?)
+    }
+
+    /// Drives a fitted plant with the thrust of a trial.
+    fn simulate<'py>(
+        &self,
+        py: Python<'py>,
+        trial: PyRef<'_, Trial>,
+        dof: &str,
+        method: Option<&str>,
+    ) -> PyResult<Simulated<'py>> {
+        let dof: Dof = dof.parse().map_err(Failure::from)?;
+        let plant =
+            self.0.results.plant_of(dof, parse_method(method)?).map_err(Failure::from)?.clone();
+        let trial = Arc::clone(&trial.0);
+        let found = apart(py, move || Ok(Simulation::of(dof, &plant, &trial.trial)?))?;
+        let Simulation { time_s, force, measured, simulated, .. } = &found;
+        let series = [time_s, force, measured, simulated];
+        let series = series.map(|series| PyArray1::from_slice(py, series));
+        Ok((found.mean_abs_error, found.null_error, found.r_squared, series))
+    }
+
+    /// Scores plants on trials, as JSON.
+    fn validate(
+        &self,
+        py: Python<'_>,
+        trials: Vec<PyRef<'_, Trial>>,
+        method: Option<&str>,
+    ) -> PyResult<String> {
+        let method = parse_method(method)?;
+        let found = Arc::clone(&self.0);
+        let trials: Vec<_> = trials.iter().map(|own| SourcedTrial::clone(&own.0)).collect();
+        apart(py, move || {
+            let results = &found.results;
+            let of = |&dof: &Dof| Ok((dof, results.plant_of(dof, method)?));
+            let plants: Vec<_> = results.plants.keys().map(of).collect::<Result<_, Failure>>()?;
+            json(&validate(results, plants, &trials)?)
+        })
+    }
+
+    /// Every file of a report by its path; `trials` are those that were identified.
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        trials: Vec<PyRef<'_, Trial>>,
+    ) -> PyResult<BTreeMap<String, Bound<'py, PyBytes>>> {
+        let found = Arc::clone(&self.0);
+        let trials: Vec<_> = trials.iter().map(|own| own.0.trial.clone()).collect();
+        let files = apart(py, move || files(&found, &trials))?;
+        Ok(files.into_iter().map(|(path, bytes)| (path, PyBytes::new(py, &bytes))).collect())
+    }
+}
+
+fn parse_method(method: Option<&str>) -> Result<Option<Method>, Failure> {
+    Ok(method.map(str::parse).transpose()?)
+}
+
+/// Results of a file, with their models in the order of methods.
+fn of_results(results: seaplant::results::Results) -> Identification {
+    let mut models = Vec::new();
+    for (&dof, plants) in &results.methods {
+        let model = |(&method, plant)| FittedModel { dof, method, model: Model::of_result(plant) };
+        models.extend(plants.iter().map(model));
+    }
+    Identification { results, models }
+}
+
+fn files(
+    found: &Identification,
+    trials: &[seaplant::Trial],
+) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+    let mut files = Vec::new();
+    render(&found.results, found.series(trials), |artifact| -> Result<(), Failure> {
+        let mut bytes = Vec::new();
+        artifact.write_to(&mut bytes).map_err(|error| Failure::Input(error.to_string()))?;
+        files.push((artifact.path.clone(), bytes));
+        Ok(())
+    })?;
+    Ok(files)
+}
+
+/// Quadratic drag from the steady stretches of trials, as JSON.
+#[pyfunction]
+pub fn steady_drag(
+    py: Python<'_>,
+    trials: Vec<PyRef<'_, Trial>>,
+    dof: &str,
+    window_s: f64,
+    slope: f64,
+    thrust_part: f64,
+) -> PyResult<String> {
+    let dof: Dof = dof.parse().map_err(Failure::from)?;
+    let trials: Vec<_> = trials.iter().map(|trial| Arc::clone(&trial.0)).collect();
+    apart(py, move || {
+        let trials: Vec<_> = trials.iter().map(|own| &own.trial).collect();
+        let options = SteadyOptions { window_s, slope, thrust_part };
+        json(&seaplant::steady_drag(dof, &trials, &options)?)
+    })
+}
+
+/// A number with its uncertainty as people read them: value, standard deviation and the ends
+/// of its interval, to two digits of the standard deviation.
+#[pyfunction]
+pub fn rounded(value: f64, std: f64, low95: f64, high95: f64) -> [String; 4] {
+    let unit = String::new();
+    let rounded = Rounded::of(&Parameter { value, std, low95, high95, unit });
+    [rounded.value, rounded.std, rounded.low95, rounded.high95]
+}

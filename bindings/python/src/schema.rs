@@ -1,0 +1,31 @@
+use pyo3::prelude::*;
+use schemars::schema_for;
+use seaplant::results::{AccumulatedPlant, Results};
+use seaplant::twin::{Truth, TwinSpec};
+use seaplant_campaign::{CampaignFile, Inspection, MonteCarloTable, Validation, VehicleFile};
+
+use crate::border::{Failure, json};
+
+/// The version of the library.
+#[pyfunction]
+pub fn version() -> &'static str {
+    env!("CARGO_PKG_VERSION")
+}
+
+/// The JSON Schema of what crosses the border.
+#[pyfunction]
+pub fn schema(kind: &str) -> PyResult<String> {
+    let schema = match kind {
+        "results" => schema_for!(Results),
+        "accumulated" => schema_for!(AccumulatedPlant),
+        "validation" => schema_for!(Validation),
+        "inspection" => schema_for!(Inspection),
+        "monte-carlo" => schema_for!(MonteCarloTable),
+        "truth" => schema_for!(Truth),
+        "vehicle" => schema_for!(VehicleFile),
+        "campaign" => schema_for!(CampaignFile),
+        "twin" => schema_for!(TwinSpec),
+        other => return Err(Failure::Input(format!("there is no schema of {other}")).into()),
+    };
+    Ok(json(&schema)?)
+}

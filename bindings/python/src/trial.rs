@@ -1,0 +1,98 @@
+use std::path::Path;
+use std::sync::Arc;
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use seaplant::{Dof, Role, Timed, VelocitySource};
+use seaplant_campaign::{SourcedTrial, TrialEntry, trial_of_log};
+
+use crate::border::{Failure, apart, parse};
+use crate::log::Log;
+use crate::vehicle::Vehicle;
+
+/// One stretch of one log of one vehicle.
+#[pyclass(frozen, module = "seaplant._native")]
+pub struct Trial(pub Arc<SourcedTrial>);
+
+/// Times and values.
+type Series<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
+fn series<'py>(py: Python<'py>, series: &Timed) -> Series<'py> {
+    (PyArray1::from_slice(py, series.time_s()), PyArray1::from_slice(py, series.values()))
+}
+
+#[pymethods]
+impl Trial {
+    /// Makes a trial of a log, by the keys of a [[trial]].
+    #[staticmethod]
+    fn of_log(
+        py: Python<'_>,
+        log: PyRef<'_, Log>,
+        entry: &str,
+        vehicle: PyRef<'_, Vehicle>,
+    ) -> PyResult<Self> {
+        let entry: TrialEntry = parse("trial", entry)?;
+        let (log, vehicle) = (Arc::clone(&log.0), Arc::clone(&vehicle.0));
+        let trial = apart(py, move || {
+            let log = Arc::unwrap_or_clone(log);
+            Ok(trial_of_log(Path::new("trial"), log, &entry, &vehicle.vehicle)?)
+        })?;
+        Ok(Self(Arc::new(trial)))
+    }
+
+    /// The same trial for another purpose.
+    fn as_role(&self, role: &str) -> PyResult<Self> {
+        let role: Role = serde_json::from_value(role.into()).map_err(Failure::from)?;
+        let SourcedTrial { trial, inputs, offsets, start_s } = SourcedTrial::clone(&self.0);
+        Ok(Self(Arc::new(SourcedTrial { trial: trial.with_role(role), inputs, offsets, start_s })))
+    }
+
+    /// What it is called.
+    #[getter]
+    fn name(&self) -> &str {
+        self.0.trial.name()
+    }
+
+    /// What it is for.
+    #[getter]
+    fn role(&self) -> &'static str {
+        self.0.trial.role().name()
+    }
+
+    /// The degrees of freedom that it exercises.
+    #[getter]
+    fn dofs(&self) -> Vec<&'static str> {
+        self.0.trial.dofs().iter().map(|dof| dof.name()).collect()
+    }
+
+    /// Where its clock starts in that of its logs, s.
+    #[getter]
+    fn start_s(&self) -> f64 {
+        self.0.start_s
+    }
+
+    /// The files that it was read from.
+    #[getter]
+    fn files(&self) -> Vec<String> {
+        self.0.inputs.iter().map(|input| input.path.clone()).collect()
+    }
+
+    /// Doubts of one degree of freedom.
+    fn caveats(&self, dof: &str) -> PyResult<Vec<String>> {
+        let dof: Dof = dof.parse().map_err(Failure::from)?;
+        Ok(self.0.trial.caveats(dof).into_iter().map(|caveat| caveat.message).collect())
+    }
+
+    /// Velocity, force, and position where it was measured, each with its times.
+    fn axis<'py>(
+        &self,
+        py: Python<'py>,
+        dof: &str,
+    ) -> PyResult<(Series<'py>, Series<'py>, Option<Series<'py>>)> {
+        let dof: Dof = dof.parse().map_err(Failure::from)?;
+        let axis = self.0.trial.axis(dof, VelocitySource::Measured).map_err(Failure::from)?;
+        let velocity = axis.velocity().map_err(Failure::from)?;
+        let position = axis.position.as_ref().map(|position| series(py, position));
+        Ok((series(py, &velocity), series(py, &axis.force), position))
+    }
+}

@@ -1,0 +1,151 @@
+use std::collections::BTreeMap;
+use std::num::NonZero;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+
+use pyo3::prelude::*;
+use seaplant::navigation::Recording;
+use seaplant::twin::{TwinCampaign, TwinSpec, TwinTrial, make};
+use seaplant::{IdentifyOptions, TrialSetup};
+use seaplant_campaign::{SourcedTrial, SourcedVehicle, twin_files};
+use seaplant_log::{MemoryColumn, MemoryTable};
+
+use crate::border::{Failure, apart, apart_watched, json, parse};
+use crate::campaign::parse_methods;
+use crate::log::Log;
+use crate::trial::Trial;
+use crate::vehicle::Vehicle;
+
+/// The logs of a twin, and what is true of it.
+#[pyclass(frozen, module = "seaplant._native")]
+pub struct Twin(Arc<TwinCampaign>);
+
+#[pymethods]
+impl Twin {
+    /// Makes the twin of a specification, as JSON.
+    #[new]
+    fn new(py: Python<'_>, spec: &str) -> PyResult<Self> {
+        let spec: TwinSpec = parse("twin", spec)?;
+        Ok(Self(Arc::new(apart(py, move || Ok(make(&spec)?))?)))
+    }
+
+    /// The vehicle as its analyst has it.
+    fn vehicle(&self) -> Vehicle {
+        let vehicle = self.0.vehicle.clone();
+        Vehicle(Arc::new(SourcedVehicle { vehicle, inputs: Vec::new(), doubt: None }))
+    }
+
+    /// The trials, from logs that were not rounded to the decimals of a file.
+    fn trials(&self, py: Python<'_>) -> PyResult<Vec<Trial>> {
+        let twin = Arc::clone(&self.0);
+        let of = |trial| Ok(Trial(Arc::new(trial)));
+        let trials = apart(py, move || twin.trials.iter().map(|t| trial(t, &twin)).collect())?;
+        Vec::into_iter(trials).map(of).collect()
+    }
+
+    /// The log of each trial, in SI units, by the trial's name.
+    fn logs(&self, py: Python<'_>) -> PyResult<Vec<(String, Log)>> {
+        let twin = Arc::clone(&self.0);
+        let of = |trial: &TwinTrial| Ok((trial.name.clone(), log(&trial.name, &trial.recording)?));
+        let logs: Vec<(String, seaplant_log::Log)> =
+            apart(py, move || twin.trials.iter().map(of).collect::<Result<_, Failure>>())?;
+        Ok(logs.into_iter().map(|(name, log)| (name, Log(Arc::new(log)))).collect())
+    }
+
+    /// What is true of it, as JSON.
+    fn truth(&self) -> PyResult<String> {
+        Ok(json(&self.0.truth)?)
+    }
+
+    /// Propeller speed, rad/s, and thrust, N, of one thruster on a test bench.
+    fn bollard_pull(&self) -> Vec<(f64, f64)> {
+        self.0.bollard_pull.clone()
+    }
+
+    /// Its files, each with its path below the campaign's folder.
+    fn files(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
+        let twin = Arc::clone(&self.0);
+        apart(py, move || {
+            let files = twin_files(&twin).map_err(|error| Failure::Input(error.to_string()))?;
+            Ok(files.into_iter().map(|file| (file.path, file.text)).collect())
+        })
+    }
+}
+
+fn trial(log: &TwinTrial, twin: &TwinCampaign) -> Result<SourcedTrial, Failure> {
+    let setup = TrialSetup {
+        name: log.name.clone(),
+        role: log.role,
+        dofs: vec![log.dof],
+        ..TrialSetup::default()
+    };
+    let trial = seaplant::Trial::new(setup, &log.recording, &twin.vehicle)?;
+    Ok(SourcedTrial { trial, inputs: Vec::new(), offsets: Vec::new(), start_s: 0.0 })
+}
+
+/// A recording as a log whose columns are called as quantities are.
+fn log(name: &str, recording: &Recording) -> Result<seaplant_log::Log, Failure> {
+    let mut tables: BTreeMap<Vec<u64>, MemoryTable> = BTreeMap::new();
+    for (quantity, series) in recording {
+        let times = series.time_s().iter().map(|time| time.to_bits()).collect();
+        let table = tables.entry(times).or_insert_with(|| MemoryTable {
+            name: quantity.to_string(),
+            time_s: series.time_s().to_vec(),
+            columns: Vec::new(),
+        });
+        table.columns.push(MemoryColumn {
+            header: quantity.to_string(),
+            unit: Some(quantity.kind().unit().to_owned()),
+            values: series.values().to_vec(),
+        });
+    }
+    Ok(seaplant_log::Log::of_tables(name, tables.into_values().collect())?)
+}
+
+/// Errors and coverage of methods over many twins, as JSON; `on_run` is told how many runs
+/// have begun.
+#[pyfunction]
+pub fn monte_carlo(
+    py: Python<'_>,
+    spec: &str,
+    methods: Vec<String>,
+    runs: u64,
+    threads: Option<usize>,
+    on_run: Option<Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    let spec: TwinSpec = parse("twin", spec)?;
+    spec.validate().map_err(Failure::from)?;
+    let mut options = IdentifyOptions::default();
+    if !methods.is_empty() {
+        options.methods = parse_methods(&methods)?;
+    }
+    let processors = thread::available_parallelism().map_or(1, NonZero::get);
+    let threads = threads.unwrap_or(processors);
+    let state = Arc::new((AtomicBool::new(false), AtomicU64::new(0)));
+    let told = Arc::clone(&state);
+    let study = move || {
+        let go_on = |run| {
+            told.1.fetch_max(run, Ordering::Relaxed);
+            !told.0.load(Ordering::Relaxed)
+        };
+        let table = seaplant_campaign::monte_carlo(&spec, &options, runs, threads, go_on)?;
+        json(&table)
+    };
+    let waited = apart_watched(py, study, |_| match &on_run {
+        Some(on_run) => on_run.call1((state.1.load(Ordering::Relaxed),)).map(|_| ()),
+        None => Ok(()),
+    });
+    // The runs that are under way end; no other begins.
+    state.0.store(true, Ordering::Relaxed);
+    waited
+}
+
+/// What a twin's TOML file says, as JSON.
+#[pyfunction]
+pub fn read_twin_spec(path: PathBuf) -> PyResult<String> {
+    Ok(seaplant_campaign::read_toml::<TwinSpec>(&path)
+        .map_err(Failure::from)
+        .and_then(|s| json(&s))?)
+}

@@ -1,0 +1,100 @@
+"""Errors are ValueError and OSError with the library's messages; Ctrl-C and threads work."""
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+import pytest
+import seaplant as sp
+
+
+def test_a_missing_file_is_a_file_not_found(tmp_path):
+    for action in (sp.Vehicle, sp.identify_campaign, sp.Log.open):
+        with pytest.raises(FileNotFoundError, match="cannot read .*nowhere") as caught:
+            action(tmp_path / "nowhere")
+        assert isinstance(caught.value, sp.FileError)
+
+
+def test_messages_are_those_of_the_library(campaign, command_line, tmp_path):
+    broken = tmp_path / "campaign.toml"
+    broken.write_text(campaign.read_text().replace("[[trial]]", "[[trail]]"))
+    with pytest.raises(ValueError, match="did you mean `trial`") as caught:
+        sp.identify_campaign(broken)
+    with pytest.raises(subprocess.CalledProcessError) as refused:
+        command_line("identify", broken)
+    assert str(caught.value).splitlines()[-1] in refused.value.stderr
+
+
+def test_wrong_settings_are_refused_with_the_near_one(dive):
+    with pytest.raises(sp.InputError, match="did you mean `velocity_filter`"):
+        sp.identify(dive.trials, dive.vehicle, equation_error={"velocity_filtre": {}})
+    with pytest.raises(sp.InputError, match="`filter-eror` is no method"):
+        sp.identify(dive.trials, dive.vehicle, "filter-eror")
+    with pytest.raises(sp.InputError, match="make no plant model"):
+        sp.identify(dive.trials, dive.vehicle, terms="force,bias")
+    with pytest.raises(sp.InputError, match="did you mean `duration_s`"):
+        sp.twin(duration=3.0)
+    with pytest.raises(sp.InputError, match="it must be"):
+        sp.twin(duration_s=-3.0)
+
+
+def test_trials_of_one_name_are_refused(dive):
+    with pytest.raises(sp.InputError, match="`surge 1`: stands twice"):
+        sp.identify([dive.trials[0], dive.trials[0]], dive.vehicle)
+
+
+def test_nothing_identified_says_why(dive):
+    with pytest.raises(sp.InputError, match=r"no plant could be identified:\n  no trial has"):
+        sp.identify(dive.trials[1], dive.vehicle)
+
+
+def test_other_threads_run_while_the_library_works(dive):
+    beats = []
+    stop = threading.Event()
+
+    def beat():
+        while not stop.wait(0.001):
+            beats.append(time.perf_counter())
+
+    beating = threading.Thread(target=beat)
+    beating.start()
+    try:
+        sp.monte_carlo(dive_spec(), method="filter-error", runs=4, threads=1)
+    finally:
+        stop.set()
+        beating.join()
+    pauses = [later - sooner for sooner, later in itertools.pairwise(beats)]
+    assert len(beats) > 20
+    # A lock that was kept would stop the clock for whole fits; half a second is a busy machine.
+    assert max(pauses) < 0.5
+
+
+def dive_spec():
+    return {"dofs": ["surge"], "duration_s": 240.0}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
+def test_ctrl_c_ends_the_wait_at_once():
+    program = """
+        import seaplant as sp, time
+        print("ready", flush=True)
+        started = time.perf_counter()
+        try:
+            sp.monte_carlo(runs=10_000)
+        except KeyboardInterrupt:
+            print(time.perf_counter() - started, flush=True)
+    """
+    words = [sys.executable, "-c", textwrap.dedent(program)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(1.0)
+        process.send_signal(signal.SIGINT)
+        waited = float(process.stdout.readline())
+        process.wait(timeout=60)
+    assert waited < 3.0

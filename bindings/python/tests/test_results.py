@@ -1,0 +1,119 @@
+"""Results are plain, shown well, drawn, and the same as the contract says."""
+
+import json
+import math
+import pickle
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import seaplant as sp
+from seaplant import _native, _results
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import generate_results
+
+
+def test_the_dataclasses_are_those_of_the_schemas():
+    written = Path(generate_results.__file__).with_name("python") / "seaplant/_results.py"
+    assert written.read_text(encoding="utf-8") == generate_results.module(), (
+        "the library's results have changed: run generate_results.py"
+    )
+
+
+def test_records_go_to_json_and_back(fit):
+    data = json.loads(fit._native.to_json())
+    assert fit.results.to_dict() == data
+    assert _results.Results.from_dict(data) == fit.results
+
+
+def test_a_twin_is_found_within_its_intervals(fit, dive):
+    found, truth = fit["surge"].parameters, dive.truth.plants["surge"]
+    low, high = found.mass.interval95
+    assert low < truth.mass < high
+    assert found.mass.value == pytest.approx(truth.mass, rel=0.01)
+    assert found.quadratic_drag.value == pytest.approx(truth.quadratic_drag, rel=0.02)
+    # The paper's method is off by the gain of its filter, 1/2 at the twin's 1/8 Hz.
+    assert fit.methods["surge"]["paper"].parameters.mass.value > 1.5 * truth.mass
+
+
+def test_what_is_shown_helps(fit):
+    text = repr(fit)
+    assert "surge by filter-error" in text and "mass: 12" in text and "kg ±" in text
+    assert float(fit["surge"].parameters.mass) == fit["surge"].parameters.mass.value
+    html = fit._repr_html_()
+    assert "<td>quadratic_drag</td>" in html and f"{len(fit.caveats)} caveats" in html
+    assert "data:image/png;base64" in html
+    assert "data:image" not in pickle.loads(pickle.dumps(sp.Fit(fit._native)))._repr_html_()
+    assert fit["surge"].correlation.shape == (4, 4)
+    assert fit["surge"].correlation[0, 0] == pytest.approx(1.0)
+
+
+def test_frames_and_datasets_hold_every_parameter(fit):
+    frame = fit.to_pandas()
+    row = frame.loc[("surge", "filter-error", "mass")]
+    assert row["value"] == fit["surge"].parameters.mass.value and row["unit"] == "kg"
+    dataset = fit.to_xarray()
+    picked = dataset["std"].sel({"dof": "surge", "method": "paper", "parameter": "mass"})
+    assert float(picked) == fit.methods["surge"]["paper"].parameters.mass.std
+
+
+def test_simulations_are_scored_as_the_results_say(fit, dive):
+    held_out = fit.simulate(dive.trials[1])
+    assert held_out.mean_abs_error == fit["surge"].hold_out.mean_abs_error
+    difference = np.abs(held_out.simulated - held_out.measured).mean()
+    assert difference == pytest.approx(held_out.mean_abs_error, rel=1e-12)
+    frame = held_out.to_pandas()
+    assert list(frame.columns) == ["force", "measured", "simulated", "difference"]
+    assert held_out.to_xarray()["force"].shape == held_out.time_s.shape
+
+
+def test_a_fit_draws_model_over_measurement_and_their_difference(fit, tmp_path):
+    figure = fit.plot("surge")
+    above, _, below, _ = figure.axes
+    measured, model = above.get_lines()
+    (difference,) = below.get_lines()
+    np.testing.assert_allclose(
+        difference.get_ydata(), model.get_ydata() - measured.get_ydata(), atol=1e-15
+    )
+    assert above.get_ylabel() == "surge [m/s]"
+    figure.savefig(tmp_path / "surge.png")
+
+
+def test_a_saved_fit_is_read_back(fit, tmp_path):
+    fit.save(tmp_path)
+    again = sp.Fit.open(tmp_path / "results.json")
+    assert again.results == fit.results
+    assert (tmp_path / "report.html").stat().st_size > 10_000
+    with pytest.raises(sp.InputError, match="no trials to draw"):
+        again.plot()
+
+
+def test_steady_drag_is_that_of_the_identification(heave_campaign):
+    fit = sp.identify_campaign(heave_campaign, "equation-error")
+    steady = [trial for trial in fit.trials if trial.role == "steady"]
+    assert len(steady) == 3
+    assert sp.steady_drag(steady) == fit.steady["heave"]
+    # The twin's steady runs have 5500 N/(m/s)², not the plant's drag.
+    assert fit.steady["heave"].quadratic_drag.value == pytest.approx(5500.0, rel=0.05)
+
+
+def test_bollard_pull_gives_the_curve_that_the_points_were_made_with():
+    speed = np.linspace(-1650.0, 1650.0, 41)
+    law = np.where(speed > 0, 0.0402, 0.0328)
+    force = law * (speed * math.pi / 30) * np.abs(speed * math.pi / 30)
+    found = sp.thruster.fit(speed, force, input_unit="rpm", force_unit="N")
+    assert found.forward.value == pytest.approx(0.0402, rel=1e-9)
+    assert found.reverse.value == pytest.approx(0.0328, rel=1e-9)
+    curve = sp.thruster.curve(found)
+    aft = sp.Thruster("aft", [0, 0, 0], [1, 0, 0], curve)
+    vehicle = sp.Vehicle(name="Skiff", thrusters=[aft])
+    np.testing.assert_allclose(vehicle.thrust("aft", speed * math.pi / 30), force, rtol=1e-9)
+    assert len(sp.plots.thrust(found).axes[0].get_lines()) == 3
+    with pytest.raises(sp.InputError, match="have no units"):
+        sp.thruster.fit(speed, force)
+
+
+def test_the_version_is_that_of_the_library():
+    assert sp.__version__ == _native.version()

@@ -1,0 +1,76 @@
+//! Rows reduced to triangles that can be put together in any order.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::Row;
+use super::triangle::{BLOCK_ROWS, Batch, Block, WIDTH, width};
+use crate::Terms;
+
+/// Rows reduced batch by batch, each batch by its number.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Sums {
+    batches: BTreeMap<u64, Batch>,
+}
+
+impl Sums {
+    /// Takes rows in that follow each other, the first with its number, so many a batch.
+    pub(crate) fn add_in_batches(
+        &mut self,
+        mut first: u64,
+        mut rows: &[Row],
+        batch_rows: u64,
+        terms: Terms,
+    ) {
+        while !rows.is_empty() {
+            let batch = first / batch_rows;
+            let room = ((batch + 1) * batch_rows - first).min(rows.len() as u64);
+            let (now, later) = rows.split_at(room as usize);
+            self.add(batch, now, terms);
+            (first, rows) = (first + room, later);
+        }
+    }
+
+    fn add(&mut self, batch: u64, rows: &[Row], terms: Terms) {
+        let batch = self.batches.entry(batch).or_default();
+        let mut block = Block::default();
+        for rows in rows.chunks(BLOCK_ROWS) {
+            block.push(rows, None);
+            batch.triangle.absorb(&mut block.columns, block.rows, width(terms));
+            batch.rows += block.rows;
+            block.rows = 0;
+        }
+    }
+
+    /// Takes in what others have reduced.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        for (number, batch) in &other.batches {
+            self.batches.entry(*number).or_default().merge(batch);
+        }
+    }
+
+    /// Rows in all batches.
+    pub(crate) fn rows(&self) -> usize {
+        self.batches.values().map(|batch| batch.rows).sum()
+    }
+
+    /// So many neighbouring batches as one each.
+    pub(crate) fn grouped(&self, count: u64) -> Vec<Batch> {
+        let mut groups: BTreeMap<u64, Batch> = BTreeMap::new();
+        for (number, batch) in &self.batches {
+            groups.entry(number / count.max(1)).or_default().merge(batch);
+        }
+        groups.into_values().collect()
+    }
+}
+
+impl Batch {
+    /// `[R₁; R₂] = Q R`: the triangle of both is that of the rows of both.
+    fn merge(&mut self, other: &Self) {
+        let mut columns: [[f64; WIDTH]; WIDTH] =
+            std::array::from_fn(|j| other.triangle.column(j).into());
+        self.triangle.absorb(&mut columns, WIDTH, WIDTH);
+        self.rows += other.rows;
+    }
+}
