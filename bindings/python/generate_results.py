@@ -1,9 +1,8 @@
 """Writes ``python/seaplant/_results.py`` from the JSON Schemas of the library.
 
 The Rust types are the one place where results are described; this makes Python's dataclasses
-of them, words included. Run it after a change of those types::
-
-    python generate_results.py
+of them, words included. Run it after a change of those types, with the package installed that
+was built of them; ``scripts/python-package results`` does both.
 
 A test checks that the module in the repository is what this writes.
 """

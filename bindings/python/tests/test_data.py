@@ -107,8 +107,15 @@ def test_a_log_goes_out_as_it_came_in(campaign):
     np.testing.assert_array_equal(ours.index, frame.index)
     dataset = log.to_xarray()
     assert {of.attrs["units"] for of in dataset.data_vars.values()} == {"rpm"}
-    again = sp.Log.of(dataset, time="time_0")
-    assert [of.unit for of in again] == ["rpm"] * len(log)
+    folder = campaign.parent / "logs/surge-1"
+    whole = sp.Log.open(*sorted(folder.glob("*.csv")))
+    assert len(whole.to_xarray().dims) > 1
+    again = sp.Log.of(whole.to_xarray())
+    for channel in whole:
+        same = again[channel.column]
+        assert same.unit == channel.unit
+        np.testing.assert_array_equal(same.values, channel.values)
+        np.testing.assert_array_equal(same.time_s, channel.time_s)
     assert "rpm" in log._repr_html_()
 
 

@@ -18,7 +18,7 @@ import generate_results
 def test_the_dataclasses_are_those_of_the_schemas():
     written = Path(generate_results.__file__).with_name("python") / "seaplant/_results.py"
     assert written.read_text(encoding="utf-8") == generate_results.module(), (
-        "the library's results have changed: run generate_results.py"
+        "the library's results have changed: run scripts/python-package results"
     )
 
 

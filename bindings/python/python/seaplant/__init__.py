@@ -27,7 +27,8 @@ from seaplant._results import (
 )
 from seaplant.errors import FileError, InputError, MissingFileError
 from seaplant.estimator import PlantEstimator
-from seaplant.fits import Fit, Simulation, identify, identify_campaign, steady_drag
+from seaplant.fits import Fit, Simulation
+from seaplant.identification import identify, identify_campaign, steady_drag
 from seaplant.logs import Channel, Log
 from seaplant.shards import ShardClock, Shards, accumulate
 from seaplant.trials import Axis, Trial

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from seaplant._choices import Terms
 from seaplant._record import Floats
 from seaplant._results import PlantResult
 from seaplant.errors import InputError
-from seaplant.fits import Fit, Terms, identify
+from seaplant.fits import Fit
+from seaplant.identification import identify
 from seaplant.trials import Trial
 from seaplant.vehicles import Vehicle
 

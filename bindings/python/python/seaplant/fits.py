@@ -1,18 +1,17 @@
-"""Identification: trials and a vehicle in, plants with their doubts out."""
+"""What an identification found: plants, intervals, scores and doubts."""
 
 from __future__ import annotations
 
 import html
 import json
-import shutil
-import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from seaplant import _native
+from seaplant._files import write_files
 from seaplant._record import Floats
 from seaplant._results import (
     Caveat,
@@ -25,18 +24,13 @@ from seaplant._results import (
 )
 from seaplant.errors import InputError
 from seaplant.trials import Trial, only
-from seaplant.vehicles import Vehicle
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Fit", "Simulation", "identify", "identify_campaign", "steady_drag"]
-
-Methods = str | Sequence[str] | None
-Terms = str | Sequence[str] | None
-Settings = Mapping[str, Any] | None
+__all__ = ["Fit", "Simulation"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -398,203 +392,3 @@ def _html_rows(dof: str, plant: PlantResult) -> str:
         cells = (dof, name, f"{value} ± {std}", f"{low95} … {high95}", of.unit)
         rows.append("".join(f"<td>{html.escape(cell)}</td>" for cell in cells))
     return "".join(f"<tr>{row}</tr>" for row in rows)
-
-
-def identify(
-    trials: Trial | Sequence[Trial],
-    vehicle: Vehicle,
-    method: Methods = None,
-    *,
-    terms: Terms = None,
-    velocity: Literal["measured", "position"] | None = None,
-    paper: Settings = None,
-    equation_error: Settings = None,
-    output_error: Settings = None,
-    filter_error: Settings = None,
-    steady: Settings = None,
-) -> Fit:
-    """Identifies every degree of freedom of the trials, as ``seaplant identify`` does.
-
-    Fits ``v' = α τ + β v|v| + μ v + bias`` by each method, scores each plant on fitted and
-    held-out trials, finds steady drag, and gathers the doubts.
-
-    Parameters
-    ----------
-    trials
-        The trials, of any role.
-    vehicle
-        The vehicle.
-    method
-        A method, several of which the first is recommended, or ``"all"``; if not given
-        filter-error, with output-error, equation-error and paper beside it.
-    terms
-        The terms to fit: ``"force,quadratic,bias"`` or a list of force, quadratic, linear and
-        bias.
-    velocity
-        Where every method takes velocity from; by default the paper's derives it from
-        position, others take what was measured.
-    paper
-        Settings of the paper's method, by the keys of the table of that name in campaign.toml.
-    equation_error
-        Those of equation error, likewise.
-    output_error
-        Those of output error.
-    filter_error
-        Those of filter error.
-    steady
-        What counts as steady.
-
-    Returns
-    -------
-    Fit
-        What was found; what could not be done in one degree of freedom or by one method is
-        among its ``failures``.
-
-    Raises
-    ------
-    InputError
-        If nothing could be identified, or a setting is wrong.
-
-    Examples
-    --------
-    >>> import seaplant as sp
-    >>> dive = sp.twin(dofs=["surge"], duration_s=120)
-    >>> fit = sp.identify(dive.trials, dive.vehicle, method="equation-error")
-    >>> abs(fit["surge"].parameters.mass.value / 12970.2 - 1) < 0.02
-    True
-    """
-    tables = {
-        "velocity": velocity,
-        "methods": _native.method_names(_methods(method)) or None,
-        "fit": None if terms is None else {"terms": _terms(terms)},
-        "paper": paper,
-        "equation-error": equation_error,
-        "output-error": output_error,
-        "filter-error": filter_error,
-        "steady": steady,
-    }
-    stated = {name: table for name, table in tables.items() if table is not None}
-    settings = json.dumps({"vehicle": "", "trial": [], **stated})
-    given = (trials,) if isinstance(trials, Trial) else tuple(trials)
-    campaign = _native.Campaign.of(vehicle._native, [of._native for of in given], settings)
-    native = campaign.identify("seaplant.identify(trials, vehicle)")
-    native.check()
-    return Fit(native, given)
-
-
-def identify_campaign(
-    campaign: str | PathLike[str],
-    method: Methods = None,
-    *,
-    terms: Terms = None,
-    out: str | PathLike[str] | None = None,
-) -> Fit:
-    """Identifies a campaign.toml, as ``seaplant identify`` does.
-
-    Parameters
-    ----------
-    campaign
-        The campaign file.
-    method
-        A method, several of which the first is recommended, or ``"all"``; those of the file
-        if not given.
-    terms
-        The terms to fit, in place of the campaign's.
-    out
-        The folder to write the report to; none is written if not given.
-
-    Returns
-    -------
-    Fit
-        What was found.
-
-    Raises
-    ------
-    FileError
-        If a file cannot be read.
-    InputError
-        If a file is wrong, or nothing could be identified.
-    """
-    path, methods = Path(campaign), _methods(method)
-    chosen = None if terms is None else ",".join(_terms(terms))
-    opened = _native.Campaign.open(path, methods, chosen)
-    words = ["seaplant identify", str(path), *(f"--method {name}" for name in methods)]
-    words += [] if chosen is None else [f"--terms {chosen}"]
-    words += [] if out is None else [f"--out {out}"]
-    native = opened.identify(" ".join(words))
-    native.check()
-    fit = Fit(native, map(Trial._of, opened.trials()))
-    if out is not None:
-        fit.save(out)
-    return fit
-
-
-def steady_drag(
-    trials: Trial | Sequence[Trial],
-    dof: str | None = None,
-    *,
-    window_s: float = 20.0,
-    slope_m_s2: float = 1.5e-3,
-    thrust_part: float = 0.02,
-) -> SteadyResult:
-    """Finds quadratic drag from the steady stretches of trials, whatever these are for.
-
-    Each stretch by itself, ``d_Q = τ / v|v|``; all together, ``τ = d_Q v|v| + b``.
-
-    Parameters
-    ----------
-    trials
-        The trials.
-    dof
-        The degree of freedom, if the first trial exercises several.
-    window_s
-        Length of the window that must be steady, s.
-    slope_m_s2
-        The greatest drift of velocity in it, m/s² or rad/s².
-    thrust_part
-        The greatest standard deviation of thrust in it, as a part of the trial's maximum.
-
-    Returns
-    -------
-    SteadyResult
-        Every stretch, and the drag and bias force that they share.
-
-    Raises
-    ------
-    InputError
-        If a trial has no steady stretch.
-    """
-    given = [trials] if isinstance(trials, Trial) else list(trials)
-    dof = only(given[0].dofs if given else [], dof, "the first trial")
-    natives = [of._native for of in given]
-    found = _native.steady_drag(natives, dof, window_s, slope_m_s2, thrust_part)
-    return SteadyResult.from_dict(json.loads(found))
-
-
-def _methods(method: Methods) -> list[str]:
-    if method is None:
-        return []
-    return [method] if isinstance(method, str) else list(method)
-
-
-def _terms(terms: str | Sequence[str]) -> list[str]:
-    listed = terms.split(",") if isinstance(terms, str) else terms
-    return [term.strip() for term in listed]
-
-
-def write_files(folder: str | PathLike[str], files: Mapping[str, bytes]) -> Path:
-    """Writes files below a folder: all are made aside before one is moved into place."""
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    aside = Path(tempfile.mkdtemp(prefix=".seaplant-", dir=target))
-    try:
-        for path, content in files.items():
-            made = aside / path
-            made.parent.mkdir(parents=True, exist_ok=True)
-            made.write_bytes(content)
-        for path in files:
-            (target / path).parent.mkdir(parents=True, exist_ok=True)
-            (aside / path).replace(target / path)
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
-    return target

@@ -7,14 +7,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
-
-import numpy as np
-from numpy.typing import ArrayLike
+from typing import TYPE_CHECKING, Any, Literal
 
 from seaplant import _native
 from seaplant._record import Floats
 from seaplant._results import Inspection
+from seaplant._tables import TIME_FACTORS, Data, tables_of
 from seaplant.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,12 +20,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["Channel", "Log"]
-
-Data: TypeAlias = Any
-"""A mapping of arrays, a pandas or polars frame, or an xarray dataset."""
-
-_TIME_NAMES = ("time", "time_s", "t", "timestamp")
-_TIME_FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +159,8 @@ class Log:
         ----------
         *tables
             Each a mapping of names to arrays of shape (n,), a pandas or polars frame, or an
-            xarray dataset; several for instruments with their own times.
+            xarray dataset, whose series may run along several clocks; several tables for
+            instruments with their own times.
         units
             The unit of each column that does not state it in its name (``"u [m/s]"``) or, in
             a dataset, in its attribute ``units``.
@@ -196,18 +189,17 @@ class Log:
         >>> sp.Log.of({"time": [0.0, 1.0], "depth": [5.0, 5.5]}, units={"depth": "m"})["depth"]
         <Channel 'depth' [m], 2 samples, 0 to 1 s>
         """
-        if time_unit not in _TIME_FACTORS:
-            raise InputError(
-                f"{time_unit!r} is no unit of time; use {', '.join(_TIME_FACTORS)}"
-            )
+        if time_unit not in TIME_FACTORS:
+            raise InputError(f"{time_unit!r} is no unit of time; use {', '.join(TIME_FACTORS)}")
         stated = dict(units or {})
+        factor = TIME_FACTORS[time_unit]
+        read = [of for data in tables for of in tables_of(data, time, factor)]
         made = []
-        for number, data in enumerate(tables, start=1):
-            time_s, columns = _table(data, time, _TIME_FACTORS[time_unit])
+        for number, (time_s, columns) in enumerate(read, start=1):
             listed = [
                 (header, stated.get(header, unit), values) for header, unit, values in columns
             ]
-            made.append((f"{name} {number}" if len(tables) > 1 else name, time_s, listed))
+            made.append((f"{name} {number}" if len(read) > 1 else name, time_s, listed))
         known = {header for _, _, listed in made for header, _, _ in listed}
         if stray := set(stated) - known:
             found = ", ".join(sorted(known))
@@ -339,67 +331,3 @@ def _remade(channels: Iterable[Channel]) -> Log:
         table = tables.setdefault(channel.time_s.tobytes(), (name, channel.time_s, []))
         table[2].append((channel.column, channel.unit, channel.values))
     return Log(_native.Log.of_tables(name, list(tables.values())))
-
-
-_Column: TypeAlias = tuple[str, str | None, Floats]
-
-
-def _table(data: Data, time: str | None, factor: float) -> tuple[Floats, list[_Column]]:
-    """Times in s and the columns of one table, whatever holds it."""
-    columns = dict(_columns(data, time))
-    names = [time] if time is not None else [of for of in _TIME_NAMES if of in columns]
-    if not names or names[0] not in columns:
-        found = ", ".join(map(str, columns))
-        raise InputError(f"no time among {found}; name the column with time=")
-    time_s = _seconds(columns.pop(names[0])[1], factor)
-    return time_s, [
-        (header, unit, _floats(header, of)) for header, (unit, of) in columns.items()
-    ]
-
-
-def _columns(
-    data: Data, time: str | None
-) -> Iterator[tuple[str, tuple[str | None, ArrayLike]]]:
-    if hasattr(data, "data_vars"):
-        for name in [*data.coords, *data.data_vars]:
-            of = data[name]
-            if of.ndim == 1:
-                yield str(name), (of.attrs.get("units"), of.to_numpy())
-    elif hasattr(data, "index") and hasattr(data, "columns"):
-        has_time = time in data.columns or any(of in data.columns for of in _TIME_NAMES)
-        if not has_time:
-            yield time or "time", (None, data.index.to_numpy())
-        for name in data.columns:
-            yield str(name), (None, data[name].to_numpy())
-    elif hasattr(data, "get_columns"):
-        for of in data.get_columns():
-            yield of.name, (None, of.to_numpy())
-    elif isinstance(data, Mapping):
-        for name, values in data.items():
-            yield str(name), (None, values)
-    else:
-        kind = type(data).__name__
-        raise InputError(
-            f"a {kind} is no table; give a mapping of arrays, a frame or a dataset"
-        )
-
-
-def _seconds(values: ArrayLike, factor: float) -> Floats:
-    array = np.asarray(values)
-    if array.dtype.kind == "M":
-        # Whole nanoseconds first: seconds since 1970 in one float keep but a quarter of a µs.
-        whole = array.astype("datetime64[ns]").astype(np.int64)
-        return np.asarray(whole / 1e9, dtype=np.float64)
-    if array.dtype.kind == "m":
-        return np.asarray(array / np.timedelta64(1, "ns") / 1e9, dtype=np.float64)
-    return _floats("time", array) * factor
-
-
-def _floats(name: str, values: ArrayLike) -> Floats:
-    try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"column {name!r} holds no numbers: {error}") from error
-    if array.ndim != 1:
-        raise InputError(f"column {name!r} has {array.ndim} dimensions; give one value a row")
-    return array

@@ -8,9 +8,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from seaplant import _native
+from seaplant._choices import Settings, Terms, terms_of
 from seaplant._results import AccumulatedPlant
 from seaplant.errors import InputError
-from seaplant.fits import Settings, Terms, _terms
 from seaplant.trials import Trial, only
 
 __all__ = ["ShardClock", "Shards", "accumulate"]
@@ -139,7 +139,7 @@ class Shards:
             If the shard lacks its margin.
         """
         dof = only(trial.dofs, dof, "the trial")
-        chosen = None if terms is None else ",".join(_terms(terms))
+        chosen = None if terms is None else ",".join(terms_of(terms))
         settings = json.dumps(equation_error or {})
         made_of = json.dumps(asdict(clock))
         native = _native.Shards.of(trial._native, dof, made_of, chosen, settings, from_s, to_s)

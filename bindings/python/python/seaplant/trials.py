@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from seaplant import _native
 from seaplant._record import Floats
+from seaplant._tables import Data
 from seaplant.errors import InputError
-from seaplant.logs import Data, Log
+from seaplant.logs import Log
 from seaplant.vehicles import Vehicle
 
 if TYPE_CHECKING:

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from seaplant import _native
+from seaplant._choices import Methods, methods_of
+from seaplant._files import write_files
 from seaplant._record import Floats
 from seaplant._results import MonteCarloTable, Truth
 from seaplant.errors import InputError
-from seaplant.fits import Methods, _methods, write_files
 from seaplant.logs import Log
 from seaplant.trials import Trial
 from seaplant.vehicles import Vehicle
@@ -185,7 +186,7 @@ def monte_carlo(
     if runs < 1:
         raise InputError(f"runs is {runs} and must be at least 1")
     made_of = _spec(spec, changes)
-    table = _native.monte_carlo(made_of, _methods(method), runs, threads, on_run)
+    table = _native.monte_carlo(made_of, methods_of(method), runs, threads, on_run)
     return MonteCarloTable.from_dict(json.loads(table))
 
 

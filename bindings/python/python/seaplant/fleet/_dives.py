@@ -16,9 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from seaplant import _native
+from seaplant._choices import Methods, Terms
 from seaplant._results import PlantResult, Results
 from seaplant.errors import InputError
-from seaplant.fits import Methods, Terms, identify_campaign
+from seaplant.identification import identify_campaign
 
 Row = dict[str, Any]
 """One plant, or one failure, by the names of `COLUMNS`."""

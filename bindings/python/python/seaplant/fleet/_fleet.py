@@ -10,8 +10,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from seaplant._choices import Methods, Terms
 from seaplant.errors import InputError, MissingFileError
-from seaplant.fits import Methods, Terms
 from seaplant.fleet._dives import (
     COLUMNS,
     Dive,

@@ -1,0 +1,28 @@
+"""What a user may choose of an identification, and how the library has it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+Methods = str | Sequence[str] | None
+"""A method, several, "all", or those that are usual."""
+
+Terms = str | Sequence[str] | None
+"""Terms in a list, or parted by commas; or those that are usual."""
+
+Settings = Mapping[str, Any] | None
+"""The keys of a table of campaign.toml."""
+
+
+def methods_of(method: Methods) -> list[str]:
+    """Gives the methods as a list; empty for those that are usual."""
+    if method is None:
+        return []
+    return [method] if isinstance(method, str) else list(method)
+
+
+def terms_of(terms: str | Sequence[str]) -> list[str]:
+    """Gives the terms as a list."""
+    listed = terms.split(",") if isinstance(terms, str) else terms
+    return [term.strip() for term in listed]
