@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use seaplant::estimate::steady::SteadyOptions;
 use seaplant::results::{BollardPullResult, FileOffset, Identification, InputFile, Parameter};
 use seaplant::{
-    BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Term, Terms, ThrusterInput, Trial,
-    Vehicle, fit_bollard_pull, identify,
+    BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Stage, Term, Terms, ThrusterInput,
+    Trial, Vehicle, fit_bollard_pull, identify_watched,
 };
 use seaplant_log::Log;
 
@@ -105,7 +105,12 @@ impl Campaign {
     ///
     /// `command` is what repeats it.
     pub fn identify(&self, command: &str) -> Identification {
-        let mut found = identify(&self.vehicle, &self.trials, &self.options);
+        self.identify_watched(command, &mut |_| {})
+    }
+
+    /// [`Self::identify`], that tells of each fit before it is made.
+    pub fn identify_watched(&self, command: &str, watch: &mut dyn FnMut(Stage)) -> Identification {
+        let mut found = identify_watched(&self.vehicle, &self.trials, &self.options, watch);
         let results = &mut found.results;
         results.provenance.command = command.to_owned();
         results.provenance.inputs.clone_from(&self.inputs);

@@ -83,11 +83,40 @@ impl IdentifyOptions {
 /// What cannot be done in one degree of freedom or by one method is listed among the
 /// results' failures; it does not stop the others.
 pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) -> Identification {
+    identify_watched(vehicle, trials, options, &mut |_| {})
+}
+
+/// A fit that is about to be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stage {
+    /// Of which degree of freedom.
+    pub dof: Dof,
+    /// By which method.
+    pub method: Method,
+    /// How many were made before it.
+    pub done: usize,
+    /// How many there are in all.
+    pub of: usize,
+}
+
+/// [`identify`], that tells of each fit before it is made, for those who wait.
+pub fn identify_watched(
+    vehicle: &Vehicle,
+    trials: &[Trial],
+    options: &IdentifyOptions,
+    watch: &mut dyn FnMut(Stage),
+) -> Identification {
     let mut found =
         Identification { results: empty_results(vehicle, trials, options), models: Vec::new() };
+    let with_fits = |dof: &&Dof| !TrialsOf::new(**dof, trials).fit.is_empty();
+    let of = Dof::ALL.iter().filter(with_fits).count() * options.methods.len();
+    let mut done = 0;
     for dof in Dof::ALL {
         let work = Work { dof, vehicle, options, trials: &TrialsOf::new(dof, trials) };
-        let recommended = work.unsteady(&mut found);
+        let recommended = work.unsteady(&mut found, &mut |method| {
+            watch(Stage { dof, method, done, of });
+            done += 1;
+        });
         work.steady(recommended.as_ref(), &mut found);
     }
     reverse_elsewhere(&mut found.results.plants, &mut found.results.steady);
@@ -166,12 +195,13 @@ struct Work<'a> {
 
 impl Work<'_> {
     /// Every method's plant; with the recommended fit.
-    fn unsteady(&self, found: &mut Identification) -> Option<Fit> {
+    fn unsteady(&self, found: &mut Identification, watch: &mut dyn FnMut(Method)) -> Option<Fit> {
         if self.trials.fit.is_empty() {
             return None;
         }
         let mut fits = Vec::new();
         for &method in &self.options.methods {
+            watch(method);
             match self.fit(method, self.options.terms_for(self.dof)) {
                 Ok(fit) => fits.push(fit),
                 Err(error) => found.results.failures.push(self.failure(method.name(), &error)),

@@ -91,7 +91,9 @@ pub use dof::{Dof, Units};
 pub use error::Error;
 pub use estimate::{Estimate, Fit, Method};
 pub use evaluate::{Agreement, Comparison, PositionComparison, evaluate};
-pub use identify::{IdentifyOptions, accumulated_plant, identify, score_plant, steady_drag};
+pub use identify::{
+    IdentifyOptions, Stage, accumulated_plant, identify, identify_watched, score_plant, steady_drag,
+};
 pub use model::{Model, ThrustModel};
 pub use navigation::{Motion, Navigated, Recording};
 pub use plant::{LumpedParameters, PhysicalParameters, Stability};

@@ -9,6 +9,7 @@ use seaplant_campaign::Campaign;
 use super::identify::{exit_code, finish, quoted};
 use crate::args::Demo;
 use crate::output::Output;
+use crate::progress::fitting;
 
 pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
     let spec = TwinSpec {
@@ -19,7 +20,8 @@ pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
     let twin = make(&spec)?;
     super::twin::write(&twin, &arguments.out)?;
     let campaign = Campaign::open(&arguments.out.join("campaign.toml"))?;
-    let mut found = campaign.identify(&command_line(arguments));
+    let mut found =
+        fitting(output, |watch| campaign.identify_watched(&command_line(arguments), watch));
     found.results.provenance.seed = Some(spec.seed);
     found.results.truth = Some(truth(&spec));
     finish(&found, &campaign.trials, &arguments.out, output)?;

@@ -9,7 +9,7 @@ use seaplant_report::render;
 
 use crate::args::{Identify, MethodChoice};
 use crate::output::{Output, fill_folder};
-use crate::progress::watched;
+use crate::progress::{fitting, watched};
 use crate::sketch::Sketches;
 use crate::summary;
 
@@ -29,7 +29,7 @@ pub fn identified(arguments: &Identify, output: Output) -> Result<Identification
         campaign.options.terms_of.clear();
     }
     let folder = arguments.out.clone().unwrap_or_else(|| beside(&arguments.campaign));
-    let found = campaign.identify(&command_line(arguments));
+    let found = fitting(output, |watch| campaign.identify_watched(&command_line(arguments), watch));
     finish(&found, &campaign.trials, &folder, output)?;
     Ok(found)
 }
