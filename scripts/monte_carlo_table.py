@@ -1,4 +1,4 @@
-"""Turns the JSON of `seaplant monte-carlo` into docs/monte-carlo.md; see scripts/monte-carlo."""
+"""Turns the JSON of `seaplant monte-carlo` into docs/src/monte-carlo.md; see scripts/monte-carlo."""
 
 import json
 import pathlib

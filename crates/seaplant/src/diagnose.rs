@@ -113,10 +113,15 @@ fn signs(fit: &Fit) -> Vec<Caveat> {
         .collect();
     let stability = fit.lumped.stability();
     if stability != Stability::Stable {
+        let unit = match stability {
+            Stability::StableBelow { .. } | Stability::UnstableAtRest { .. } => {
+                format!(" {}", fit.dof.units().velocity)
+            }
+            _ => String::new(),
+        };
         let message = format!(
-            "the {} plant is not stable ({stability} {}): do not simulate it outside of its trials",
-            fit.dof,
-            fit.dof.units().velocity
+            "the {} plant is not stable ({stability}{unit}): do not simulate it outside of its trials",
+            fit.dof
         );
         caveats.push(Caveat::warning(CaveatCode::Unstable, message));
     }

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! or, in physical terms, mass 1/α, quadratic drag −β/α, linear drag −μ/α and bias force −bias/α.
-//! It starts from \[Jason2\] and mends it; sources are keys of `docs/references.md`. Numbers are SI
+//! It starts from \[Jason2\] and mends it; sources are keys of `docs/src/references.md`. Numbers are SI
 //! and radians. The crate reads no files, keeps no clock, prints nothing and starts no threads.
 //!
 //! # The whole story

@@ -1,8 +1,8 @@
 //! The filter error method on the twin, one disturbance at a time.
 
 use seaplant::monte_carlo::{ParameterName, Row, sample, summarise};
-use seaplant::twin::{Disturbance, TwinSpec};
-use seaplant::{Dof, IdentifyOptions, Method};
+use seaplant::twin::{Disturbance, DisturbanceStrength, TwinSpec, make};
+use seaplant::{Dof, IdentifyOptions, Method, Role, Trial, TrialSetup, identify};
 
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=3;
 
@@ -46,4 +46,42 @@ fn each_disturbance_alone_leaves_mass_and_drag_right() {
 fn all_disturbances_together_leave_mass_right() {
     let mass = error(&surge("all"), ParameterName::Mass);
     assert!(mass < MASS_PERCENT, "mass {mass:.2} %");
+}
+
+/// Surge in a current that comes from ahead or, on the other heading, from astern.
+fn dive(seed: u64, current_m_s: f64) -> Vec<Trial> {
+    let spec = TwinSpec {
+        seed,
+        dofs: [Dof::Surge].into(),
+        duration_s: 240.0,
+        hold_out_s: 120.0,
+        disturbances: Disturbance::parse_list("tether,current").expect("known"),
+        strength: DisturbanceStrength { current_m_s, ..TwinSpec::jason2().strength },
+        ..TwinSpec::jason2()
+    };
+    let dive = make(&spec).expect("a valid twin");
+    let trial = |log: &seaplant::twin::TwinTrial| {
+        let name = format!("{} in {current_m_s}", log.name);
+        let setup = TrialSetup { name, role: log.role, dofs: vec![log.dof], ..Default::default() };
+        Trial::new(setup, &log.recording, &dive.vehicle).expect("a valid trial")
+    };
+    dive.trials.iter().map(trial).collect()
+}
+
+#[test]
+fn a_held_out_trial_in_a_current_does_not_speak_against_both_headings() {
+    let spec = TwinSpec::jason2();
+    let vehicle = make(&TwinSpec { dofs: [Dof::Surge].into(), ..spec }).expect("a twin").vehicle;
+    let options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
+    for seed in SEEDS {
+        let mut trials = dive(seed, 0.1);
+        let back = dive(seed + 100, -0.1);
+        trials.extend(back.into_iter().filter(|trial| trial.role() == Role::Fit));
+        let found = identify(&vehicle, &trials, &options).results;
+        let plant = &found.plants[&Dof::Surge];
+        let drag = plant.parameters.quadratic_drag.as_ref().expect("fitted").value;
+        let truth = 2230.9;
+        assert!((drag / truth - 1.0).abs() < 0.1, "seed {seed}: drag {drag:.0}");
+        assert!(plant.nuisances.keys().any(|name| name.starts_with("current")), "seed {seed}");
+    }
 }

@@ -109,8 +109,11 @@ fn dof_question(trial: &ProposedTrial) -> String {
     };
     let near = others.iter().filter(|other| other.1 > NEAR * best.1);
     let near: Vec<String> = near.map(|(dof, _)| dof.to_string()).collect();
-    let also =
-        if near.is_empty() { String::new() } else { format!("; so do {}", near.join(" and ")) };
+    let also = match &near[..] {
+        [] => String::new(),
+        [one] => format!("; so does {one}"),
+        several => format!("; so do {}", several.join(" and ")),
+    };
     format!("was {} meant? it moves most with the inputs{also}", best.0)
 }
 

@@ -103,7 +103,7 @@ fn questions(mapping: &Mapping, preset: Option<VehiclePreset>) -> Vec<String> {
         ));
     } else if !names.is_empty() {
         found.push(format!(
-            "give position_m, direction and curve of each thruster ({}), or delete those that no trial uses",
+            "give position_m, direction and curve of each thruster ({}), or delete those that no trial uses, here and under [channels] of campaign.toml",
             names.join(", ")
         ));
     } else if !mapping.has(|quantity| matches!(quantity, Quantity::Wrench(_))) {
@@ -169,7 +169,10 @@ fn seen(log: &Log, mapping: &Mapping, mapped: &Mapped) -> String {
     let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), fold);
     let column = quoted(&mapped.address);
     if low == high {
-        return format!("{column}, always {}: delete it if no trial uses it", short(low));
+        return format!(
+            "{column}, always {}: delete it, here and in campaign.toml, if no trial uses it",
+            short(low)
+        );
     }
     format!("{column}, {} to {}", short(low), short(high))
 }

@@ -3,6 +3,7 @@
 
 mod bad_files;
 mod bad_results;
+mod book;
 mod clocks;
 mod compare;
 mod dataflash;

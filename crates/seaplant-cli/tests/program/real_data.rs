@@ -10,12 +10,13 @@ use serde_json::Value;
 
 use crate::workshop::{Workshop, caveats, number};
 
-fn workspace() -> PathBuf {
+/// The folder of all crates.
+pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 /// A folder of the data, if it is there.
-fn data(folder: &str) -> Option<PathBuf> {
+pub fn data(folder: &str) -> Option<PathBuf> {
     let named = std::env::var_os("SEAPLANT_DATA").map(PathBuf::from);
     let all = workspace().join(named.unwrap_or_else(|| "../shared/data".into()));
     let path = all.join(folder);

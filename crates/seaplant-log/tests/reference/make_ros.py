@@ -3,7 +3,7 @@
     python3 make_ros.py FOLDER
 
 Messages are filled at random after the types that rosbags knows or parses; what a reader must find
-in them follows from those types, by the rules of docs/files.md.
+in them follows from those types, by the rules of docs/src/files.md.
 """
 
 import math

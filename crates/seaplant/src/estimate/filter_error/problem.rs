@@ -232,17 +232,12 @@ impl<'a> Problem<'a> {
         likelihood(measurements, drive, &self.active, values, *start, wanted)
     }
 
-    /// Cost of trials that were not fitted, at the values of those that were; what each
-    /// trial has by itself is the mean of theirs.
-    pub(crate) fn cost_of_others(&self, theta: &DVector<f64>, others: &[Record]) -> f64 {
-        let mut values = self.values(theta, 0);
-        for unknown in self.active.unknowns.iter().filter(|unknown| unknown.is_of_trial()) {
-            let each = theta.iter().zip(&self.numbers).filter(|(_, number)| *number == unknown);
-            let (sum, count) = each.fold((0.0, 0.0), |(sum, n), (x, _)| (sum + x, n + 1.0));
-            values.set(*unknown, sum / count);
-        }
-        let cost = |record: &Record| self.likelihood_of(record, &values, Wanted::Cost).cost;
-        others.iter().map(cost).sum()
+    /// A trial that was not fitted, at the values of those that were; what each trial has by
+    /// itself is left to be found.
+    pub(crate) fn of_another<'b>(&'b self, theta: &DVector<f64>, other: &'b Record) -> Problem<'b> {
+        let own = self.active.unknowns.iter().copied().filter(|unknown| unknown.is_of_trial());
+        let own: Vec<Unknown> = own.collect();
+        Problem::new(std::slice::from_ref(other), &own, self.priors, self.values(theta, 0))
     }
 
     fn prior_cost(&self, theta: &DVector<f64>) -> f64 {

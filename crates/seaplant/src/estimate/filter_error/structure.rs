@@ -126,7 +126,7 @@ pub struct Decision {
     /// of the usual thrust.
     pub size: Option<f64>,
     /// Twice the gain in log-likelihood on held-out trials, with everything held that was
-    /// fitted; absent without such trials, or if it was not asked for.
+    /// fitted but what each trial has by itself; absent without such trials, or if it was not asked for.
     pub hold_out_ratio: Option<f64>,
     /// Whether it is part of the model.
     pub admitted: bool,
@@ -149,6 +149,20 @@ const SLIGHT_BIAS: f64 = 0.02;
 
 /// A candidate that spoils prediction goes before one that is merely not needed.
 const SEVERE: f64 = 1e3;
+
+/// Cost of held-out trials, at the numbers that were fitted to the others. A current is of a
+/// place and a heading, so that each is given the one that suits it best: by that of another
+/// heading it would speak against the very model that two headings need.
+fn cost_of_others(fit: &Fitted<'_>, others: &[Record]) -> f64 {
+    let cost = |record| {
+        let problem = fit.problem.of_another(&fit.optimum.theta, record);
+        match problem.len() {
+            0 => problem.cost(&DVector::zeros(0)),
+            n => minimise(&problem, DVector::zeros(n)).cost,
+        }
+    };
+    others.iter().map(cost).sum()
+}
 
 /// The search for a model's structure.
 pub(crate) struct Search<'a> {
@@ -332,8 +346,7 @@ impl<'a> Search<'a> {
     /// Whether a candidate is worth its place, by a fit with it and one without.
     fn decide(&self, candidate: Candidate, with: &Fitted<'_>, without: &Fitted<'_>) -> Decision {
         let ratio = 2.0 * (without.optimum.cost - with.optimum.cost);
-        let others =
-            |fit: &Fitted<'_>| fit.problem.cost_of_others(&fit.optimum.theta, self.hold_out);
+        let others = |fit: &Fitted<'_>| cost_of_others(fit, self.hold_out);
         let hold_out = (!self.hold_out.is_empty()).then(|| 2.0 * (others(without) - others(with)));
         self.decision(candidate, ratio, self.size(candidate, with), hold_out)
     }
