@@ -16,19 +16,25 @@ __all__ = [
     "Caveat",
     "CaveatCode",
     "ChannelSummary",
+    "ClockOffset",
     "Decision",
     "Disturbance",
     "Dof",
     "Failure",
+    "FileOffset",
     "Filters",
+    "Innovations",
     "InputFile",
+    "InspectedEpoch",
     "InspectedFile",
+    "InspectedOffset",
     "Inspection",
     "LowPass",
     "LumpedParameters",
     "Method",
     "MonteCarloTable",
     "NoiseLevel",
+    "OffsetPair",
     "PairResult",
     "Parameter",
     "ParameterName",
@@ -105,10 +111,12 @@ CaveatCode: TypeAlias = Literal[
     "sampled-slowly",
     "thrust-between-samples",
     "lag-or-delay",
+    "not-comparable",
     "residuals-not-white",
     "more-than-noise",
     "thrust-scale",
     "preset-geometry",
+    "clock-offset",
     "log",
 ]
 """What gives reason to doubt."""
@@ -134,6 +142,14 @@ Dof: TypeAlias = Literal[
     "yaw",
 ]
 """A degree of freedom of a marine vehicle, in SNAME order."""
+
+InspectedEpoch: TypeAlias = Literal[
+    "unix",
+    "midnight",
+    "start",
+    "unstated",
+]
+"""What the times of a file count from."""
 
 Method: TypeAlias = Literal[
     "paper",
@@ -337,8 +353,11 @@ class ChannelSummary(Record):
     count: int
     """How many samples it has."""
 
+    read: int
+    """How many of them were read."""
+
     missing: int
-    """Rows without a value."""
+    """Rows without a value, of those that were read."""
 
     first_s: float
     """The time of the first sample, s, in the file's clock."""
@@ -346,17 +365,21 @@ class ChannelSummary(Record):
     last_s: float
     """The time of the last sample, s, in the file's clock."""
 
-    gaps: int
-    """Intervals longer than five median ones and half a second."""
-
     min: float
-    """The smallest value, in the channel's unit."""
+    """The smallest value that was read, in the channel's unit."""
 
     max: float
-    """The largest value, in the channel's unit."""
+    """The largest value that was read, in the channel's unit."""
 
     remarks: tuple[str, ...]
-    """What is odd about the values, in plain words."""
+    """What is odd about the values that were read, in plain words."""
+
+    estimated: tuple[str, ...]
+    """Which of ``count``, ``rate_hz``, ``first_s`` and ``last_s`` are estimates."""
+
+    gaps: int | None
+    """Intervals longer than five median ones and half a second; absent where only parts were
+    read."""
 
     longest_gap_s: float | None
     """The longest of them, s."""
@@ -366,6 +389,21 @@ class ChannelSummary(Record):
 
     unit: str | None
     """The unit that the header states."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ClockOffset(Record):
+    """How far the clock of a recording is behind another, as the data say."""
+
+    offset_s: float
+    """Seconds to add to its clock."""
+
+    std_s: float
+    """The standard error of that, s."""
+
+    pairs: tuple[OffsetPair, ...]
+    """The pairs of signals that were compared: those that tell the offset, then the
+    others."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -387,7 +425,8 @@ class Decision(Record):
 
     hold_out_ratio: float | None
     """Twice the gain in log-likelihood on held-out trials, with everything held that was
-    fitted; absent without such trials, or if it was not asked for."""
+    fitted but what each trial has by itself; absent without such trials, or if it was not
+    asked for."""
 
     size: float | None
     """How much it does, for a term: linear drag as a part of quadratic drag at the usual
@@ -410,6 +449,17 @@ class Failure(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class FileOffset(Record):
+    """A file whose clock was moved to those of its trial's other files."""
+
+    file: str
+    """Which, as the campaign names it."""
+
+    clock: ClockOffset
+    """By how much, and how that was found."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Filters(Record):
     """The filters of a regression."""
 
@@ -418,6 +468,22 @@ class Filters(Record):
 
     velocity: LowPass | None
     """On velocity, before v|v| is formed and v differentiated."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Innovations(Record):
+    """How the errors of one-step predictions follow each other: white noise, if the model of
+    the plant, the disturbance and the noise is right."""
+
+    trial: str
+    """Which trial."""
+
+    samples: int
+    """How many errors."""
+
+    autocorrelation: Floats
+    """Their autocorrelation at lags of 0, 1, 2 … samples; of white noise it stays within
+    ±1.96/√samples in 95 of 100 lags."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -444,11 +510,57 @@ class InspectedFile(Record):
     bytes: int
     """Its size."""
 
-    sha256: str
-    """SHA-256 of its content, hexadecimal."""
-
     format: str
     """What it is, such as "comma-separated text"."""
+
+    surveyed: bool
+    """Whether only parts of it were read: what its channels have under ``estimated`` is
+    estimated from these, and smallest and largest values and remarks are of these alone."""
+
+    parts: int
+    """How many parts were read; 1 of a file that was read whole."""
+
+    bytes_read: int
+    """How many bytes were read."""
+
+    epoch: InspectedEpoch
+    """What its times count from."""
+
+    sha256: str | None
+    """SHA-256 of its content, hexadecimal; absent of a file that was read in part."""
+
+    span_s: Floats | None
+    """The first and the last time of any of its channels, s, in the file's clock."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InspectedOffset(Record):
+    """How the clock of a file lies to that of the first."""
+
+    file: str
+    """Which file."""
+
+    against: str
+    """The first file."""
+
+    overlap_s: float
+    """The time that both share as their clocks stand, s; below zero the time between them."""
+
+    same_epoch: bool
+    """Whether both count from the same instant, as far as they state it."""
+
+    by_satellite_s: float | None
+    """Seconds to add to the clock of the file, by the satellite time that an autopilot
+    logged; good to a second."""
+
+    campaign_line: str | None
+    """What to write in campaign.toml under ``[[trial]]``; absent where the clocks agree."""
+
+    clock: ClockOffset | None
+    """How far the clock of the file is behind, as the data tell."""
+
+    refused: str | None
+    """Why the data do not tell; absent where the files hold nothing to compare, either."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -463,6 +575,9 @@ class Inspection(Record):
 
     notes: tuple[str, ...]
     """What the reader decided or dropped."""
+
+    offsets: tuple[InspectedOffset, ...]
+    """How the clocks of the other files lie to the first's."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -511,6 +626,36 @@ class MonteCarloTable(Record):
 
     admissions: tuple[Admission, ...]
     """How often parts were taken into the model."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OffsetPair(Record):
+    """Two signals that must agree in time, and what they say."""
+
+    reference: str
+    """The one whose clock is kept."""
+
+    other: str
+    """The one whose clock is moved."""
+
+    of_thrust: bool
+    """Whether one of them is force: whatever thrusters lag behind then counts as offset."""
+
+    correlation: float | None
+    """The correlation of the two at that offset, −1 to 1; of force and velocity that of force
+    and acceleration, both rid of drag."""
+
+    offset_s: float | None
+    """Seconds to add to its clock; absent if it was refused."""
+
+    refused: str | None
+    """Why it was not believed."""
+
+    second_peak: float | None
+    """How much of the evidence for that offset the next best one has, 0 to 1."""
+
+    std_s: float | None
+    """The standard error of that, s."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -606,6 +751,10 @@ class PlantResult(Record):
 
     hold_out: Score | None
     """Its error on trials that it had not seen."""
+
+    innovations: tuple[Innovations, ...]
+    """How the errors of one-step predictions follow each other, by fitted trial; empty of
+    methods that make none."""
 
     steady_test: SteadyTestResult | None
     """Whether steady runs agree with it; absent where there were none to fit."""
@@ -950,6 +1099,9 @@ class TrialResult(Record):
 
     axes: dict[str, AxisResult]
     """Each degree of freedom that it exercises."""
+
+    offsets: tuple[FileOffset, ...]
+    """The files whose clocks were moved by what the data tell."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
