@@ -433,7 +433,7 @@ pub struct TrialResult {
     /// The files that it was read from.
     pub files: Vec<String>,
     /// The files whose clocks were moved by what the data tell.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub offsets: Vec<FileOffset>,
     /// Each degree of freedom that it exercises.
     pub axes: BTreeMap<Dof, AxisResult>,

@@ -126,7 +126,8 @@ pub struct Decision {
     /// of the usual thrust.
     pub size: Option<f64>,
     /// Twice the gain in log-likelihood on held-out trials, with everything held that was
-    /// fitted but what each trial has by itself; absent without such trials, or if it was not asked for.
+    /// fitted but what each trial has by itself; absent without such trials, or if it was not
+    /// asked for.
     pub hold_out_ratio: Option<f64>,
     /// Whether it is part of the model.
     pub admitted: bool,
