@@ -341,7 +341,7 @@
         },
         axes: [
           { ...text, ...lines, label: last && !this.counts() ? `${x.label}${unit}` : undefined, labelFont: text.font, labelSize: 14, gap: 3, ...names },
-          { ...text, ...lines, size: 56, space: 26, values: (u, at) => at.map(tick) },
+          { ...text, ...lines, size: 56, space: panel.height < 150 ? 16 : 26, values: (u, at) => at.map(tick) },
         ],
         series: [
           { label: x.label, value: (u, v) => `${short(v)} ${x.unit}` },
