@@ -20,7 +20,7 @@ use crate::Error;
 pub(crate) use comparison::description as comparison_description;
 pub(crate) use ink::{Ink, hex, style_sheet};
 pub(crate) use scene::Scene;
-pub(crate) use spectrum::view as spectrum_view;
+pub(crate) use spectrum::{Amplitude, view as spectrum_view};
 pub(crate) use steady::{description as steady_description, segments as steady_segments};
 pub(crate) use svg_writer::inline as inline_svg;
 pub(crate) use thrust::scene as thrust;

@@ -4,7 +4,7 @@ use seaplant::results::{Results, SpectrumFigure};
 
 use super::motion::file;
 use super::{Chart, Horizontal, Line, Panel, Subject, Values};
-use crate::figure::{Ink, spectrum_view};
+use crate::figure::{Amplitude, Ink, spectrum_view};
 use crate::number::significant;
 
 /// Frequencies that are told apart: more than there are pixels across the page.
@@ -12,7 +12,7 @@ const MOST_POINTS: usize = 1500;
 
 pub(super) fn chart(figure: &SpectrumFigure, results: &Results, id: String, stem: &str) -> Chart {
     let view = spectrum_view(figure, results);
-    let bins = Bins::of(&view.frequency_hz);
+    let bins = Bins::of(view.frequency_hz);
     let mut lines = vec![
         Line::new("force", Ink::Force, bins.greatest(&view.force)),
         Line::new("velocity", Ink::Velocity, bins.greatest(&view.velocity)),
@@ -76,9 +76,13 @@ impl Bins {
     }
 
     /// A peak of one frequency survives.
-    fn greatest(&self, amplitude: &[f64]) -> Values {
-        let greatest = |part: &[f64]| part.iter().copied().fold(0.0, f64::max);
-        Values::of(&self.parts(amplitude).map(greatest).collect::<Vec<_>>())
+    fn greatest(&self, amplitude: &Amplitude<'_>) -> Values {
+        if amplitude.values.len() != self.count {
+            // Of a trial too short for a spectrum.
+            return Values::of(&vec![f64::NAN; self.middle.len()]);
+        }
+        let greatest = |part: &[f64]| amplitude.part(part.iter().copied().fold(0.0, f64::max));
+        Values::of(&self.parts(amplitude.values).map(greatest).collect::<Vec<_>>())
     }
 }
 
@@ -98,7 +102,7 @@ mod tests {
         let k = bins.parts(&amplitude).position(|part| part.contains(&1.0)).expect("the peak");
         assert!((bins.middle[k] / frequency_hz[314_159] - 1.0).abs() < 0.01);
         assert!(
-            matches!(bins.greatest(&amplitude), Values::Packed { count, .. } if count == bins.middle.len())
+            matches!(bins.greatest(&Amplitude { values: &amplitude, greatest: 1.0 }), Values::Packed { count, .. } if count == bins.middle.len())
         );
     }
 
@@ -106,6 +110,8 @@ mod tests {
     fn few_frequencies_stay_whole() {
         let bins = Bins::of(&[0.1, 0.2, 0.3]);
         assert_eq!(bins.middle, [0.1, 0.2, 0.3]);
-        assert_eq!(Bins::of(&[]).greatest(&[]), Values::List(Vec::new()));
+        let nothing = Amplitude { values: &[], greatest: 0.0 };
+        assert_eq!(Bins::of(&[]).greatest(&nothing), Values::List(Vec::new()));
+        assert_eq!(bins.greatest(&nothing), Values::List(vec![None; 3]));
     }
 }

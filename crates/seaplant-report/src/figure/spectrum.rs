@@ -32,27 +32,54 @@ pub(crate) struct Gain {
 }
 
 /// What a figure of spectra shows.
-pub(crate) struct View {
+pub(crate) struct View<'a> {
     /// Over the span that is shown.
-    pub(crate) frequency_hz: Vec<f64>,
-    /// Amplitudes as parts of the greatest.
-    pub(crate) force: Vec<f64>,
-    /// The same of velocity.
-    pub(crate) velocity: Vec<f64>,
+    pub(crate) frequency_hz: &'a [f64],
+    pub(crate) force: Amplitude<'a>,
+    pub(crate) velocity: Amplitude<'a>,
     pub(crate) gains: Vec<Gain>,
     pub(crate) excited_hz: Option<f64>,
     /// What it says, in words and numbers.
     pub(crate) description: String,
 }
 
+/// Amplitudes over the span that is shown; spectra of long records are too large to be copied.
+pub(crate) struct Amplitude<'a> {
+    pub(crate) values: &'a [f64],
+    /// The greatest of all; 0 of what stands still.
+    pub(crate) greatest: f64,
+}
+
+impl<'a> Amplitude<'a> {
+    fn of(spectrum: &'a Spectrum, ends: &Range<f64>) -> Self {
+        let values = &spectrum.amplitude[shown(&spectrum.frequency_hz, ends)];
+        Self { values, greatest: greatest(&spectrum.amplitude) }
+    }
+
+    /// An amplitude as a part of the greatest.
+    pub(crate) fn part(&self, amplitude: f64) -> f64 {
+        if self.greatest > 0.0 { amplitude / self.greatest } else { 0.0 }
+    }
+}
+
+/// Where ascending frequencies lie within a span.
+fn shown(frequency_hz: &[f64], ends: &Range<f64>) -> Range<usize> {
+    let from = frequency_hz.partition_point(|f| *f < ends.start);
+    from..frequency_hz.partition_point(|f| *f < ends.end)
+}
+
 /// What a figure shows, as numbers.
-pub(crate) fn view(figure: &SpectrumFigure, results: &Results) -> View {
+pub(crate) fn view<'a>(figure: &'a SpectrumFigure, results: &Results) -> View<'a> {
     let (excited_hz, gains) = (excited_hz(figure, results), gains(figure, results));
     let ends = frequency_axis(figure).ends();
-    let (frequency_hz, force) = parts(&figure.force, &ends);
-    let (_, velocity) = parts(&figure.velocity, &ends);
-    let description = description(figure, excited_hz, &gains);
-    View { frequency_hz, force, velocity, gains, excited_hz, description }
+    View {
+        frequency_hz: &figure.force.frequency_hz[shown(&figure.force.frequency_hz, &ends)],
+        force: Amplitude::of(&figure.force, &ends),
+        velocity: Amplitude::of(&figure.velocity, &ends),
+        description: description(figure, excited_hz, &gains),
+        gains,
+        excited_hz,
+    }
 }
 
 /// # Source
@@ -97,10 +124,9 @@ fn key(gains: &[Gain], excited: Option<f64>) -> Vec<(Ink, &str)> {
 
 /// Amplitudes as parts of the greatest, over a span of frequencies.
 fn parts(spectrum: &Spectrum, ends: &Range<f64>) -> (Vec<f64>, Vec<f64>) {
-    let greatest = greatest(&spectrum.amplitude);
-    let part = |amplitude: f64| if greatest > 0.0 { amplitude / greatest } else { 0.0 };
-    let all = spectrum.frequency_hz.iter().zip(&spectrum.amplitude);
-    all.filter(|(f, _)| ends.contains(f)).map(|(f, amplitude)| (*f, part(*amplitude))).unzip()
+    let amplitude = Amplitude::of(spectrum, ends);
+    let parts = amplitude.values.iter().map(|value| amplitude.part(*value)).collect();
+    (spectrum.frequency_hz[shown(&spectrum.frequency_hz, ends)].to_vec(), parts)
 }
 
 impl Gain {
