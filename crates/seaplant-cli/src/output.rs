@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use anstyle::{AnsiColor, Style};
 use anyhow::{Context, Result, bail};
@@ -148,10 +149,18 @@ impl Drop for Hidden {
 pub fn leave_nothing_behind() {
     /// Of a program that an interrupt ended, as shells know it.
     const INTERRUPTED: i32 = 130;
+    /// What is written meanwhile keeps a folder from being removed, but not for long.
+    const TRIES: usize = 1000;
     let end = || {
-        for folder in unfinished().iter() {
-            // Most are gone already, with all that was in them.
-            let _ = fs::remove_dir_all(folder);
+        // Held to the end: nothing new is begun.
+        let folders = unfinished();
+        for folder in folders.iter() {
+            for _ in 0..TRIES {
+                if fs::remove_dir_all(folder).is_ok() || !folder.exists() {
+                    break;
+                }
+                std::thread::sleep(Duration::from_millis(1));
+            }
         }
         std::process::exit(INTERRUPTED);
     };

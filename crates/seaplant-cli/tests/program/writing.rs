@@ -158,3 +158,32 @@ fn a_full_standard_output_is_an_error() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.starts_with("error: cannot print: No space left on device"), "{said}");
 }
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_nothing_half_written() {
+    let workshop = Workshop::new();
+    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("seaplant"))
+        .current_dir(workshop.path())
+        .args(["demo", "--out", "out", "--quiet"])
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("it starts");
+    // The folders of what is not complete: first that of the logs, then that of the report.
+    let unfinished = || {
+        let entries = std::fs::read_dir(workshop.join("out")).into_iter().flatten().flatten();
+        entries
+            .filter(|entry| entry.file_name().to_string_lossy().starts_with(".seaplant-"))
+            .count()
+    };
+    let is_reporting = || workshop.join("out/campaign.toml").exists() && unfinished() > 0;
+    while !is_reporting() {
+        assert!(child.try_wait().expect("a child").is_none(), "it ended before it wrote");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let interrupt = ["-INT", &child.id().to_string()];
+    assert!(std::process::Command::new("kill").args(interrupt).status().expect("kill").success());
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    assert_eq!(unfinished(), 0);
+    assert!(!workshop.join("out/report.html").exists());
+}
