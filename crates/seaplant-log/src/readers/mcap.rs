@@ -13,7 +13,7 @@ use self::index::Index;
 use self::resync::{chunk_is_plausible, head, is_plausible, resync};
 use crate::content::Content;
 use crate::readers::bytes::Bytes;
-use crate::readers::ros::{Choice, Connection, Encoding, Packing, Recording, Window};
+use crate::readers::ros::{Connection, Encoding, Packing, Recording, Window};
 use crate::survey::{Glance, Thoroughness};
 use crate::{Error, Log, ReadOptions};
 
@@ -54,7 +54,7 @@ pub(crate) fn glance(
     options: &ReadOptions,
     how: Thoroughness,
 ) -> Result<Option<Glance>, Error> {
-    let (mut origin, file) = content.seekable()?;
+    let (origin, file) = content.seekable()?;
     let read = Window::new(file).and_then(|mut window| {
         let length = window.left();
         let mut reader = Reader::new(length, options);
@@ -69,17 +69,12 @@ pub(crate) fn glance(
             let chunk = &window.look(RECORD + length)?[RECORD as usize..];
             reader.chunk(chunk, true, 0);
         }
-        Ok(Some((reader, choice, length)))
+        Ok(reader.count().then_some((reader.recording, choice)))
     });
-    let read = read.map_err(|error| origin.failed(error))?;
-    let Some((mut reader, choice, length)) = read else { return Ok(None) };
-    if reader.recording.is_damaged() || !reader.count() || !reader.recording.is_held() {
-        return Ok(None);
+    match read.map_err(|error| origin.failed(error))? {
+        Some((recording, choice)) => recording.glance(origin, options, FORMAT, "MCAP", &choice),
+        None => Ok(None),
     }
-    origin.reads_in_part(length);
-    let log = reader.recording.log(origin, options, FORMAT, "MCAP")?;
-    let Choice { places, bytes, pause_s } = choice;
-    Ok(Some(Glance { log, parts: places.len(), bytes, pause_s, has_ends: true }))
 }
 
 /// Reads an MCAP file.

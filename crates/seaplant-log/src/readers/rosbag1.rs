@@ -8,7 +8,7 @@ use std::io;
 use self::index::Index;
 use crate::content::Content;
 use crate::readers::bytes::Bytes;
-use crate::readers::ros::{Choice, Connection, Encoding, Packing, Recording, Window};
+use crate::readers::ros::{Connection, Encoding, Packing, Recording, Window};
 use crate::survey::{Glance, Thoroughness};
 use crate::{Error, Log, ReadOptions};
 
@@ -47,10 +47,9 @@ pub(crate) fn glance(
     if !content.head().starts_with(MAGIC) {
         return Ok(None);
     }
-    let (mut origin, file) = content.seekable()?;
+    let (origin, file) = content.seekable()?;
     let read = Window::new(file).and_then(|mut window| {
-        let length = window.left();
-        let mut reader = Reader::new(length, options);
+        let mut reader = Reader::new(window.left(), options);
         reader.index(&mut window)?;
         let Some(choice) = reader.index.choose(how) else { return Ok(None) };
         for &place in &choice.places {
@@ -61,17 +60,14 @@ pub(crate) fn glance(
                 return Ok(None);
             }
         }
-        Ok(Some((reader, choice, length)))
+        Ok(reader.count().then_some((reader.recording, choice)))
     });
-    let read = read.map_err(|error| origin.failed(error))?;
-    let Some((mut reader, choice, length)) = read else { return Ok(None) };
-    if reader.recording.is_damaged() || !reader.count() || !reader.recording.is_held() {
-        return Ok(None);
+    match read.map_err(|error| origin.failed(error))? {
+        Some((recording, choice)) => {
+            recording.glance(origin, options, FORMAT, "ROS 1 bag", &choice)
+        }
+        None => Ok(None),
     }
-    origin.reads_in_part(length);
-    let log = reader.recording.log(origin, options, FORMAT, "ROS 1 bag")?;
-    let Choice { places, bytes, pause_s } = choice;
-    Ok(Some(Glance { log, parts: places.len(), bytes, pause_s, has_ends: true }))
 }
 
 /// Reads a ROS 1 bag.

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::bundled;
+use super::chunks::Choice;
 use super::decode::Encoding;
 use super::definition::{Definitions, plain};
 use super::layout::Layout;
@@ -13,7 +14,7 @@ use crate::assemble::Assembly;
 use crate::content::Origin;
 use crate::lookup::list;
 use crate::note::Note;
-use crate::survey::Figure;
+use crate::survey::{Figure, Glance};
 use crate::unpack;
 use crate::{Error, Log, ReadOptions, Stamp};
 
@@ -188,6 +189,28 @@ impl Recording {
         let mut assembly = Assembly::new(origin, options);
         self.finish(&path, format, &mut assembly)?;
         assembly.log(name)
+    }
+
+    /// The log of some chunks, which an index chose; `None` if they do not tell of the whole.
+    ///
+    /// # Errors
+    /// As [`Self::log`].
+    pub(crate) fn glance(
+        self,
+        mut origin: Origin,
+        options: &ReadOptions,
+        format: &'static str,
+        name: &str,
+        choice: &Choice,
+    ) -> Result<Option<Glance>, Error> {
+        if self.is_damaged() || !self.is_held() {
+            return Ok(None);
+        }
+        origin.reads_in_part(self.length);
+        let log = self.log(origin, options, format, name)?;
+        let Choice { places, bytes, pause_s } = choice;
+        let (parts, bytes, pause_s) = (places.len(), *bytes, *pause_s);
+        Ok(Some(Glance { log, parts, bytes, pause_s, has_ends: true }))
     }
 
     fn finish(
