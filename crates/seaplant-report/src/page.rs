@@ -34,6 +34,9 @@ const TEMPLATES: [(&str, &str); 6] = [
 const SCRIPTS: [&str; 2] =
     [include_str!("../vendor/uplot/uPlot.iife.min.js"), include_str!("../templates/report.js")];
 
+/// What goes with every copy of the library.
+const CHART_LICENCE: &str = include_str!("../vendor/uplot/LICENSE");
+
 /// What the library's drawings need.
 const CHART_STYLE: &str = include_str!("../vendor/uplot/uPlot.min.css");
 
@@ -98,6 +101,7 @@ struct Page<'a> {
     style: &'static str,
     figure_style: String,
     chart_style: &'static str,
+    chart_licence: &'static str,
     scripts: [&'static str; 2],
     /// What the browser may run: nothing else does.
     script_hashes: [String; 2],
@@ -121,6 +125,7 @@ impl<'a> Page<'a> {
             style: STYLE,
             figure_style: style_sheet(),
             chart_style: CHART_STYLE,
+            chart_licence: CHART_LICENCE,
             scripts: SCRIPTS,
             script_hashes: SCRIPTS.map(|script| STANDARD.encode(Sha256::digest(script))),
             // Within an element, nothing but its end may begin with this.

@@ -103,6 +103,16 @@ fn the_browser_runs_the_page_s_own_scripts_and_no_other() {
 }
 
 #[test]
+fn the_library_of_charts_is_named_with_its_version_and_licence() {
+    let all = artifacts(&fixture::identification());
+    let html = text(&all, "report.html");
+    let banner = html.split("uPlot (v").nth(1).expect("the library's own head");
+    let version = banner.split(')').next().expect("its end");
+    assert!(html.contains(&format!("drawn by uPlot {version},")), "{version}");
+    assert!(html.contains(include_str!("../vendor/uplot/LICENSE")));
+}
+
+#[test]
 fn every_file_that_the_page_names_is_written() {
     let all = artifacts(&fixture::identification());
     let html = unescaped(text(&all, "report.html"));
