@@ -101,7 +101,8 @@ fn filter_error_of_a_trial(c: &mut Criterion) {
         [("6 parameters", none), ("10 parameters", ten), ("its whole structure search", search)];
     for (name, options) in cases {
         c.bench_function(&format!("filter error of a 480 s trial, {name}"), |b| {
-            let records = Records { fit: black_box(&record), hold_out: &[], steady: &[] };
+            let records =
+                Records { fit: black_box(&record), hold_out: &[], steady: &[], dry_mass_kg: None };
             b.iter(|| {
                 fit_filter_error(Dof::Surge, records, None, &start, &options).expect("an optimum")
             });

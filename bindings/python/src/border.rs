@@ -29,7 +29,7 @@ impl Failure {
         use seaplant_log::Error as E;
         match error {
             E::Io { source, .. } => Self::of_io(message, source),
-            E::Directory { .. } => Self::File { message, missing: false },
+            E::Directory { .. } | E::NotAFile { .. } => Self::File { message, missing: false },
             _ => Self::Input(message),
         }
     }
@@ -57,6 +57,7 @@ impl From<seaplant_campaign::Error> for Failure {
         let message = error.to_string();
         match &error {
             E::Io { source, .. } => Self::of_io(message, source),
+            E::NotAFile { .. } | E::TooLarge { .. } => Self::File { message, missing: false },
             E::Log { source, .. } | E::Channel { source, .. } | E::Table(source) => {
                 Self::of_log(message, source)
             }

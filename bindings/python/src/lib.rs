@@ -26,7 +26,7 @@ mod _native {
     #[pymodule_export]
     use crate::campaign::{Campaign, method_names};
     #[pymodule_export]
-    use crate::log::{Log, is_quantity};
+    use crate::log::{Log, calendar_second, is_quantity, time_column};
     #[pymodule_export]
     use crate::results::{Results, rounded, steady_drag};
     #[pymodule_export]

@@ -43,7 +43,8 @@ impl Log {
         receive: bool,
     ) -> PyResult<Self> {
         let options = ReadOptions {
-            time: time.map(|column| TimeColumn { column, unit: time_unit }),
+            time: (time.is_some() || time_unit.is_some())
+                .then_some(TimeColumn { column: time, unit: time_unit }),
             equal_sampling_hz,
             sheet,
             stamp: if receive { Stamp::Receive } else { Stamp::Header },
@@ -111,4 +112,24 @@ impl Log {
 #[pyfunction]
 pub fn is_quantity(name: &str) -> bool {
     name.parse::<seaplant::Quantity>().is_ok()
+}
+
+/// Which of some columns is time, as of a file, and the seconds in its unit, if one is stated.
+#[pyfunction]
+pub fn time_column(
+    headers: Vec<(String, Option<String>)>,
+    time: Option<String>,
+    time_unit: Option<String>,
+) -> PyResult<Option<(usize, Option<f64>)>> {
+    let wanted = TimeColumn { column: time, unit: time_unit };
+    match seaplant_log::time_column(&headers, &wanted) {
+        Err(seaplant_log::Error::NoTime { .. }) => Ok(None),
+        found => Ok(Some(found.map_err(Failure::from)?)),
+    }
+}
+
+/// The seconds in the unit of times that state none.
+#[pyfunction]
+pub fn calendar_second(times: PyReadonlyArray1<'_, f64>) -> f64 {
+    seaplant_log::calendar_second(&numbers(&times))
 }

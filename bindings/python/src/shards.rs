@@ -27,7 +27,7 @@ impl Shards {
         to_s: Option<f64>,
     ) -> PyResult<Self> {
         let clock: ShardClock = parse("clock", clock)?;
-        let options: EquationErrorOptions = parse("equation_error", options)?;
+        let options = equation_error(options)?;
         let terms =
             terms.map_or_else(|| Ok(Terms::default()), |t| t.parse()).map_err(Failure::from)?;
         let (axis, offset_s) = axis(&trial, dof)?;
@@ -87,6 +87,12 @@ pub fn shard_clock(trial: PyRef<'_, Trial>, dof: &str) -> PyResult<String> {
 #[pyfunction]
 pub fn shard_margin_s(clock: &str, options: &str) -> PyResult<f64> {
     let clock: ShardClock = parse("clock", clock)?;
-    let options: EquationErrorOptions = parse("equation_error", options)?;
+    let options = equation_error(options)?;
     Ok(clock.margin_s(&options).map_err(Failure::from)?)
+}
+
+fn equation_error(options: &str) -> Result<EquationErrorOptions, Failure> {
+    let options: EquationErrorOptions = parse("equation_error", options)?;
+    options.check()?;
+    Ok(options)
 }

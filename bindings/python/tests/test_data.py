@@ -1,6 +1,7 @@
 """Data go in as arrays, frames, datasets and files, with units; the numbers stay the same."""
 
 import pickle
+from decimal import Decimal
 
 import numpy as np
 import pandas as pd
@@ -140,6 +141,108 @@ def test_wrong_tables_are_refused_with_advice():
             sp.Log.of(table)
     with pytest.raises(sp.InputError, match="units names"):
         sp.Log.of({"time": [0.0], "depth": [1.0]}, units={"deph": "m"})
+
+
+@pytest.mark.parametrize(
+    ("name", "second"),
+    [("time [s]", 1.0), ("Time", 1.0), ("t [s]", 1.0), ("time_ms", 1e-3), ("TimeUS", 1e-6)],
+)
+def test_time_is_recognised_as_in_files(columns, name, second):
+    expected = plant(columns).mass.value
+    of = {name: columns["time"] / second, "speed": columns["speed"], "wrench": columns["wrench"]}
+    frame = pd.DataFrame(of)
+    for table in (of, frame, frame.set_index(name), pl.DataFrame(of)):
+        # Dividing and multiplying by the unit rounds the last digit of a double.
+        assert plant(table).mass.value == pytest.approx(expected, rel=1e-9), type(table)
+
+
+def test_a_unit_of_time_goes_before_that_of_the_name(columns):
+    late = {**columns, "time": columns["time"] * 1e3}
+    assert sp.Log.of(late, time_unit="ms")["speed"].time_s[-1] == pytest.approx(
+        columns["time"][-1], rel=1e-12
+    )
+    since = {**columns, "time": 1.7e18 + columns["time"] * 1e9}
+    # Nanoseconds since 1970 keep a quarter of a microsecond in a double.
+    assert sp.Log.of(since)["speed"].time_s[1] == pytest.approx(1.7e9 + 0.1, abs=1e-6)
+    dataset = xr.Dataset(
+        {"speed": ("time", columns["speed"], {"units": "m/s"})},
+        coords={"time": ("time", columns["time"] * 1e3, {"units": "ms"})},
+    )
+    assert sp.Log.of(dataset)["speed"].time_s[-1] == pytest.approx(columns["time"][-1], rel=1e-12)
+    for unit in ("fortnight", "m"):
+        with pytest.raises(sp.InputError, match=f'the unit "{unit}", which is not one of time'):
+            sp.Log.of(columns, time_unit=unit)
+
+
+def test_an_index_that_may_count_rows_is_no_time(columns):
+    frame = pd.DataFrame({name: columns[name] for name in ("speed", "wrench")})
+    for table, words in [
+        (frame, "the frame's index has no name and may count rows"),
+        (frame[frame["speed"] > 0], "may count rows"),
+        (frame.rename_axis("sample"), "the index 'sample' is not called as time is"),
+        (frame.set_index([frame.index, frame.index]), "several levels"),
+    ]:
+        with pytest.raises(sp.InputError, match=words):
+            sp.Log.of(table)
+    with pytest.raises(sp.InputError, match="no column 'tiem' among"):
+        sp.Log.of(frame, time="tiem")
+    with pytest.raises(sp.InputError, match="has no coordinate that says when"):
+        sp.Log.of(xr.Dataset({"speed": ("time", columns["speed"])}))
+    timed = frame.set_index(pd.Index(columns["time"]))
+    assert sp.Log.of(timed)["speed"].time_s[1] == columns["time"][1]
+    named = frame.rename_axis("sample")
+    assert sp.Log.of(named, time="sample", time_unit="ms")["speed"].time_s[1] == 1e-3
+
+
+def test_what_is_masked_or_absent_is_missing():
+    time = np.arange(4.0)
+    masked = np.ma.masked_array([5.0, 99.0, 5.2, 5.3], mask=[False, True, False, False])
+    absent = pd.array([5.0, None, 5.2, 5.3], dtype="Float64")
+    objects = np.array([5.0, None, Decimal("5.2"), 5.3], dtype=object)
+    for values in (masked, objects, pd.array([5.0, None, 5.2, 5.3]).to_numpy(dtype=object)):
+        depth = sp.Log.of({"time": time, "depth [m]": values})["depth"]
+        assert (depth.time_s.tolist(), depth.missing) == ([0.0, 2.0, 3.0], 1), type(values)
+    frame = pd.DataFrame({"time": time, "depth [m]": absent})
+    assert sp.Log.of(frame)["depth"].values.tolist() == [5.0, 5.2, 5.3]
+    late = sp.Log.of({"time": np.ma.masked_array(time, [0, 1, 0, 0]), "depth [m]": time})
+    assert late["depth"].values.tolist() == [0.0, 2.0, 3.0]
+
+
+def test_an_instant_that_is_none_is_no_time():
+    stamps = pd.to_datetime(["2026-05-01 10:00:00", None, "2026-05-01 10:00:02"])
+    for time in (stamps, stamps - stamps[0], stamps.tz_localize("Europe/Oslo")):
+        frame = pd.DataFrame({"depth [m]": [5.0, 5.1, 5.2]}, index=time)
+        log = sp.Log.of(frame)
+        assert np.diff(log["depth"].time_s).tolist() == [2.0]
+        assert "no readable time" in log.notes[0]
+    oslo = sp.Log.of(pd.DataFrame({"depth [m]": [5.0] * 3}, index=stamps.tz_localize("Europe/Oslo")))
+    utc = sp.Log.of(pd.DataFrame({"depth [m]": [5.0] * 3}, index=stamps.tz_localize("UTC")))
+    assert utc["depth"].time_s[0] - oslo["depth"].time_s[0] == 7200.0
+
+
+def test_what_is_no_real_number_is_refused():
+    for values, words in [
+        ([1.0 + 2.0j, 2.0], "holds complex numbers; give their real part or their modulus"),
+        (["1.5", "2.5"], "holds no numbers but text"),
+        (np.array([1.0, "2"], dtype=object), "in row 1 it has a str"),
+        (np.array([1.0, 2.0j], dtype=object), "in row 1 it has a complex"),
+        (np.array(["2026-05-01"] * 2, dtype="datetime64[s]"), "no numbers but instants"),
+    ]:
+        with pytest.raises(sp.InputError, match=words):
+            sp.Log.of({"time": [0.0, 1.0], "depth": values})
+        if "instants" not in words:
+            with pytest.raises(sp.InputError, match=words):
+                sp.Log.of({"time": values, "depth": [0.0, 1.0]})
+
+
+def test_bench_points_without_both_are_left_out():
+    speeds = np.ma.masked_array([-20.0, -10.0, 0.0, 10.0, 20.0, 30.0], mask=[0, 0, 0, 0, 0, 1])
+    found = sp.thruster.fit(
+        speeds, [-4.0, -1.0, 0.0, 1.0, 4.0, -99.0], input_unit="rad/s", force_unit="N"
+    )
+    assert len(found.points) == 5
+    with pytest.raises(sp.InputError, match="complex"):
+        sp.thruster.fit([1.0j, 2.0], [1.0, 2.0], input_unit="rad/s", force_unit="N")
 
 
 def test_logs_vehicles_trials_and_fits_travel_between_processes(columns):

@@ -98,3 +98,15 @@ def test_ctrl_c_ends_the_wait_at_once():
         waited = float(process.stdout.readline())
         process.wait(timeout=60)
     assert waited < 3.0
+
+
+def test_settings_are_checked_before_anything_is_fitted(dive):
+    filters = {"term_filter": {"cutoff_hz": -1.0, "order": 2}}
+    words = r"equation-error.term_filter.cutoff_hz: is -1; it must be above 0"
+    with pytest.raises(sp.InputError, match=words):
+        sp.identify(dive.trials, dive.vehicle, equation_error=filters)
+    clock = sp.ShardClock.of(dive.trials[0])
+    with pytest.raises(sp.InputError, match="term_filter.cutoff_hz is -1"):
+        sp.Shards.of(dive.trials[0], clock, equation_error=filters)
+    with pytest.raises(sp.InputError, match="resamples: is 10; it must be from 100"):
+        sp.identify(dive.trials, dive.vehicle, equation_error={"bootstrap": {"resamples": 10}})

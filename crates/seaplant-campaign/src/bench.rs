@@ -77,11 +77,11 @@ impl Bench {
             let reason = "is no speed (rad/s, rpm, (rad/s)^2), pulse width (us) or command (1)";
             refuse("input_unit", format!("`{input_unit}` {reason}"))
         })?;
-        let pairs = inputs.iter().zip(forces);
-        let points = pairs.map(|(x, f)| (reading.convert(*x), force.to_si(*f)));
+        let pairs = inputs.iter().zip(forces).filter(|(x, f)| x.is_finite() && f.is_finite());
+        let points: Vec<_> = pairs.map(|(x, f)| (reading.convert(*x), force.to_si(*f))).collect();
         let source = InputFile { path: MEMORY.to_owned(), bytes: 0, sha256: String::new() };
         let (input_column, force_column) = (input_unit.to_owned(), force_unit.to_owned());
-        let (input, points, missing) = (reading.input(), points.collect(), 0);
+        let (input, missing) = (reading.input(), inputs.len() - points.len());
         Ok(Self { input, input_column, force_column, points, missing, source })
     }
 }

@@ -3,16 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use seaplant::estimate::steady::SteadyOptions;
 use seaplant::results::{BollardPullResult, FileOffset, Identification, InputFile, Parameter};
 use seaplant::{
     BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Stage, Term, Terms, ThrusterInput,
     Trial, Vehicle, fit_bollard_pull, identify_watched,
 };
-use seaplant_log::Log;
+use seaplant_log::{Dimension, Log, Unit};
 
 use crate::bench::{Bench, read_bench};
 use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, LogEntry, TrialEntry};
+use crate::plant_file::{coupled_axes, plans};
 use crate::recording::{ChannelMap, SourcedTrial, read_trial, trial_of};
 use crate::vehicle_file::{SourcedVehicle, read_vehicle};
 use crate::{Error, toml_file};
@@ -57,6 +57,7 @@ impl Campaign {
         let (file, input): (CampaignFile, _) = toml_file::read(path)?;
         let vehicle = SourcedVehicle::open(&toml_file::resolve(path, &file.vehicle)?)?;
         let options = file.options(path)?;
+        file.check_time(path)?;
         check_trials(path, &file.trial)?;
         let mut campaign = Self::without_trials(path, vehicle, options);
         campaign.inputs.insert(0, input);
@@ -146,7 +147,8 @@ impl Campaign {
         let channels = channel_map(&self.path, channels, &self.vehicle)?;
         let logs = entry.log.files().iter().map(|log| toml_file::resolve(&self.path, log));
         let logs = logs.collect::<Result<Vec<_>, _>>()?;
-        read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle)
+        let coupled = coupled_axes(&self.options.coupled);
+        read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle, &coupled)
     }
 
     fn add(&mut self, SourcedTrial { trial, inputs, offsets, start_s }: SourcedTrial) {
@@ -199,6 +201,7 @@ pub fn campaign_files(campaign: &Path) -> Vec<PathBuf> {
 /// As [`Campaign::open`].
 pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, Error> {
     let (file, _): (CampaignFile, _) = toml_file::read(campaign)?;
+    file.check_time(campaign)?;
     let (vehicle, _) = read_vehicle(&toml_file::resolve(campaign, &file.vehicle)?)?;
     let names: Vec<String> = logs.iter().map(|log| log.display().to_string()).collect();
     let entry = TrialEntry {
@@ -214,7 +217,7 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, E
         channels: BTreeMap::new(),
     };
     let channels = channel_map(campaign, all_channels(&file, &entry), &vehicle)?;
-    Ok(read_trial(campaign, logs, &file, &entry, &channels, &vehicle)?.trial)
+    Ok(read_trial(campaign, logs, &file, &entry, &channels, &vehicle, &[])?.trial)
 }
 
 /// Makes a trial of a log that was read already; the entry's files are not looked at.
@@ -231,7 +234,7 @@ pub fn trial_of_log(
 ) -> Result<SourcedTrial, Error> {
     check_trial(path, entry)?;
     let channels = channel_map(path, entry.channels.iter(), vehicle)?;
-    trial_of(path, log, entry, &channels, vehicle)
+    trial_of(path, log, entry, &channels, vehicle, &[])
 }
 
 /// The pulse width that stops a hobby speed controller, us.
@@ -274,17 +277,15 @@ impl CampaignFile {
         let terms = |key: &str, terms: &[Term]| {
             Terms::new(terms).map_err(|error| Error::value(path, key, error.to_string()))
         };
+        self.check_settings(path)?;
         let mut options = IdentifyOptions {
             velocity: self.velocity,
             paper: self.paper,
             equation_error: self.equation_error,
             output_error: self.output_error,
             filter_error: self.filter_error.clone(),
-            steady: SteadyOptions {
-                window_s: self.steady.window_s,
-                slope: self.steady.slope_m_s2,
-                thrust_part: self.steady.thrust_part,
-            },
+            coupled: plans(path, &self.plant)?,
+            steady: self.steady.options(),
             ..Default::default()
         };
         if let Some(methods) = &self.methods {
@@ -302,6 +303,58 @@ impl CampaignFile {
             }
         }
         Ok(options)
+    }
+
+    /// Refuses what no fit could use before any is made.
+    fn check_settings(&self, path: &Path) -> Result<(), Error> {
+        let steady = self.steady.options().check().map_err(|error| match error {
+            seaplant::Error::Setting { name, found, expected } if name == "slope" => {
+                seaplant::Error::Setting { name: "slope_m_s2".to_owned(), found, expected }
+            }
+            other => other,
+        });
+        let checked = [
+            ("paper", self.paper.check()),
+            ("equation-error", self.equation_error.check()),
+            ("output-error", self.output_error.check()),
+            ("steady", steady),
+        ];
+        for (table, checked) in checked {
+            checked.map_err(|error| match error {
+                seaplant::Error::Setting { name, found, expected } => {
+                    let reason = format!("is {found}; it must be {expected}");
+                    Error::value(path, format!("{table}.{name}"), reason)
+                }
+                other => Error::value(path, table, other.to_string()),
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Refuses a clock that says two things, or nothing that can be read.
+    fn check_time(&self, path: &Path) -> Result<(), Error> {
+        let Some(time) = &self.time else { return Ok(()) };
+        let refuse = |key: &str, reason: String| Err(Error::value(path, key, reason));
+        if let Some(unit) = &time.unit {
+            if time.equal_sampling_hz.is_some() {
+                let reason = "is the unit of a time column; leave it out beside equal_sampling_hz";
+                return refuse("time.unit", reason.to_owned());
+            }
+            if let Err(error) = Unit::parse_as(unit, Dimension::Time) {
+                return refuse("time.unit", error.to_string());
+            }
+        }
+        match time.equal_sampling_hz {
+            Some(rate) if !(rate > 0.0 && rate.is_finite()) => {
+                let reason = format!("is {rate}; it must be a positive number of hertz");
+                refuse("time.equal_sampling_hz", reason)
+            }
+            Some(_) if time.column.is_some() => {
+                let reason = "is for logs without a time column; leave out one of the two";
+                refuse("time.equal_sampling_hz", reason.to_owned())
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -324,6 +377,10 @@ fn check_names<'a>(path: &Path, names: impl Iterator<Item = &'a str>) -> Result<
             let reason = "stands twice; give each trial its own name";
             return Err(Error::value(path, format!("trial `{name}`"), reason));
         }
+        if name.chars().any(char::is_control) {
+            let reason = "its name holds a line break or another control character; leave it out";
+            return Err(Error::value(path, format!("trial `{name}`"), reason));
+        }
     }
     if known.is_empty() {
         return Err(Error::value(path, "trial", "there is none; add a [[trial]] with a log"));
@@ -336,14 +393,48 @@ fn check_trial(path: &Path, trial: &TrialEntry) -> Result<(), Error> {
     if trial.dof.is_empty() {
         return refuse("names no degree of freedom; add dof = [\"surge\"], say");
     }
-    if trial.from_s.zip(trial.to_s).is_some_and(|(from, to)| from >= to) {
-        return refuse("ends before it starts; from_s must be less than to_s");
-    }
+    check_window(path, trial)?;
     let mut twice: Vec<Dof> = trial.dof.clone();
     twice.sort();
     twice.dedup();
     if twice.len() < trial.dof.len() {
         return refuse("names a degree of freedom twice");
+    }
+    Ok(())
+}
+
+fn check_window(path: &Path, trial: &TrialEntry) -> Result<(), Error> {
+    let refuse = |key: &str, reason: String| {
+        Err(Error::value(path, format!("trial `{}`{key}", trial.name), reason))
+    };
+    for (key, bound) in [(", from_s", trial.from_s), (", to_s", trial.to_s)] {
+        if let Some(bound) = bound.filter(|bound| !bound.is_finite()) {
+            return refuse(key, format!("is {bound}; it must be a number of seconds"));
+        }
+    }
+    if trial.from_s.zip(trial.to_s).is_some_and(|(from, to)| from >= to) {
+        return refuse("", "ends before it starts; from_s must be less than to_s".to_owned());
+    }
+    if !trial.segments_s.is_empty() && trial.role != Role::Steady {
+        let reason = "are read of role = \"steady\" alone; add that, or leave them out";
+        return refuse(", segments_s", reason.to_owned());
+    }
+    let is_forward = |[from, to]: [f64; 2]| from.is_finite() && to.is_finite() && from < to;
+    if let Some([from, to]) = trial.segments_s.iter().find(|segment| !is_forward(**segment)) {
+        let reason = format!(
+            "hold [{from}, {to}], which does not run forward; write [start, end] in seconds"
+        );
+        return refuse(", segments_s", reason);
+    }
+    let mut sorted = trial.segments_s.clone();
+    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    if let Some(pair) = sorted.windows(2).find(|pair| pair[1][0] < pair[0][1]) {
+        let ([from, to], [next, end]) = (pair[0], pair[1]);
+        let reason = format!(
+            "[{from}, {to}] and [{next}, {end}] overlap, so that samples would count twice; \
+             part or join them"
+        );
+        return refuse(", segments_s", reason);
     }
     Ok(())
 }

@@ -8,11 +8,12 @@ use seaplant::estimate::steady::SteadyOptions;
 use seaplant::estimate::{
     EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, PaperOptions,
 };
-use seaplant::{Dof, Method, Role, Term, VelocitySource};
+use seaplant::{Dof, Method, Role, Term, VelocitySource, exact};
 use seaplant_log::Stamp;
 use serde::{Deserialize, Serialize};
 
 use crate::bench::BenchColumns;
+use crate::plant_file::PlantEntry;
 
 /// What a campaign.toml says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -41,6 +42,9 @@ pub struct CampaignFile {
     /// The terms to fit, everywhere or by degree of freedom.
     #[serde(default, skip_serializing_if = "FitEntry::is_default")]
     pub fit: FitEntry,
+    /// Plants of several axes; without any, each axis has its own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub plant: Vec<PlantEntry>,
     /// Settings of the paper's method.
     #[serde(default, skip_serializing_if = "is_default")]
     pub paper: PaperOptions,
@@ -122,7 +126,11 @@ pub struct TrialEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to_s: Option<f64>,
     /// Steady stretches `[from, to]`, likewise; found by themselves if not given.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(
+        default,
+        deserialize_with = "exact::rows_of_numbers",
+        skip_serializing_if = "Vec::is_empty"
+    )]
     pub segments_s: Vec<[f64; 2]>,
     /// Seconds to add to the clock of a file, by its path as in `log` or the end of it; or
     /// `"estimate"`, to find them where its motion agrees with the others'.
@@ -263,6 +271,13 @@ pub struct SteadyEntry {
     pub slope_m_s2: f64,
     /// The greatest standard deviation of thrust in it, as a part of the trial's maximum.
     pub thrust_part: f64,
+}
+
+impl SteadyEntry {
+    pub(crate) fn options(&self) -> SteadyOptions {
+        let Self { window_s, slope_m_s2, thrust_part } = *self;
+        SteadyOptions { window_s, slope: slope_m_s2, thrust_part }
+    }
 }
 
 impl Default for SteadyEntry {

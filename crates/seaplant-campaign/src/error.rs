@@ -14,6 +14,20 @@ pub enum Error {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// A pipe, a socket or a device where a file is needed.
+    #[error("{} is no regular file but a pipe or a device; save what it gives to a file and name that", path.display())]
+    NotAFile {
+        /// What was named.
+        path: PathBuf,
+    },
+    /// A file that is far larger than any of its kind.
+    #[error("{} is larger than {} MB, which no such file is; name another", path.display(), most >> 20)]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// The most that is read, bytes.
+        most: u64,
+    },
     /// A file is not the TOML that it should be.
     #[error("{}: {message}{advice}", path.display())]
     Toml {
@@ -59,6 +73,22 @@ pub enum Error {
         column: String,
         /// A unit that would do.
         example: String,
+    },
+    /// A number that no instrument measures.
+    #[error(
+        "trial `{trial}`, {quantity}: column `{column}` holds {found} at {time_s} s, which no vehicle has; check the unit, and drop faulty samples"
+    )]
+    Implausible {
+        /// Which trial.
+        trial: String,
+        /// The quantity that was mapped.
+        quantity: String,
+        /// The column.
+        column: String,
+        /// The number, with its SI unit.
+        found: String,
+        /// When, s in the log's clock.
+        time_s: f64,
     },
     /// A log could not be read.
     #[error("trial `{trial}`: {source}")]

@@ -6,11 +6,13 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::toml_file;
+
 /// The line that holds `key`, as an error shows it; empty if it cannot be told.
 ///
 /// A key is what an error calls the place: ``trial `dive 1`, from_s``, `channels."depth".unit`.
 pub(crate) fn excerpt(path: &Path, key: &str) -> String {
-    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let text = toml_file::text_of(path);
     find(&text, key).map(|span| marked(&text, span)).unwrap_or_default()
 }
 
@@ -84,6 +86,26 @@ fn literally(text: &str, key: &str) -> Option<Range<usize>> {
     let end = start + 1 + key[start + 1..].find('"')? + 1;
     let found = text.find(&key[start..end])?;
     Some(found..found + end - start)
+}
+
+/// The first number of a TOML text that is NaN or infinite, as it is written, and its line with a
+/// mark; nothing for a text that is no TOML.
+pub(crate) fn not_finite(text: &str) -> Option<(String, String)> {
+    let document = DeTable::parse(text).ok()?;
+    let span = document.get_ref().values().find_map(not_finite_in)?;
+    Some((text.get(span.clone())?.to_owned(), marked(text, span)))
+}
+
+fn not_finite_in(value: &Spanned<DeValue<'_>>) -> Option<Range<usize>> {
+    match value.get_ref() {
+        DeValue::Float(number) => {
+            let parsed = number.as_str().parse::<f64>();
+            parsed.is_ok_and(|number| !number.is_finite()).then(|| value.span())
+        }
+        DeValue::Array(elements) => elements.iter().find_map(not_finite_in),
+        DeValue::Table(table) => table.values().find_map(not_finite_in),
+        _ => None,
+    }
 }
 
 fn marked(text: &str, span: Range<usize>) -> String {

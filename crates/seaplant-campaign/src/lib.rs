@@ -11,6 +11,7 @@ mod error;
 mod excerpt;
 mod inspect;
 mod monte_carlo;
+mod plant_file;
 mod preset;
 mod propose;
 mod recording;
@@ -33,10 +34,11 @@ pub use inspect::{
     inspect_survey,
 };
 pub use monte_carlo::{MonteCarloTable, monte_carlo};
+pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use propose::{Proposal, propose};
 pub use recording::SourcedTrial;
-pub use toml_file::{of_json, read_toml};
+pub use toml_file::{of_json, read_bounded, read_toml};
 pub use twin_files::{TextFile, twin_files};
 pub use validate::{Simulation, Validation, validate};
 pub use vehicle_file::{

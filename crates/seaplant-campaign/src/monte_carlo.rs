@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use schemars::JsonSchema;
-use seaplant::monte_carlo::{Admission, Row, Sample, admissions, sample, summarise};
+use seaplant::monte_carlo::{
+    Admission, Assurance, Row, Sample, admissions, assurance, sample, summarise,
+};
 use seaplant::twin::TwinSpec;
 use seaplant::{Error, IdentifyOptions};
 use serde::{Deserialize, Serialize};
@@ -23,10 +25,16 @@ pub struct MonteCarloTable {
     pub rows: Vec<Row>,
     /// How often parts were taken into the model.
     pub admissions: Vec<Admission>,
+    /// How often recommended plants were presented as what they are not.
+    #[serde(default)]
+    pub assurance: Vec<Assurance>,
 }
 
 /// The number of a run, and what came of it.
 type RunOf = (u64, Result<Vec<Sample>, Error>);
+
+/// More threads than this help nowhere, and some systems make no more.
+const MOST_THREADS: usize = 1024;
 
 /// Makes `runs` twins, with seeds from that of `spec` upwards, fits each with every method,
 /// and says how far off they are.
@@ -43,6 +51,7 @@ pub fn monte_carlo(
     threads: usize,
     go_on: impl Fn(u64) -> bool + Sync,
 ) -> Result<Option<MonteCarloTable>, Error> {
+    let threads = threads.clamp(1, MOST_THREADS).min(usize::try_from(runs).unwrap_or(MOST_THREADS));
     let next = AtomicU64::new(0);
     let done: Mutex<Vec<RunOf>> = Mutex::default();
     let work = || {
@@ -51,14 +60,15 @@ pub fn monte_carlo(
             if run >= runs || !go_on(run) {
                 break;
             }
-            let samples = sample(&TwinSpec { seed: spec.seed + run, ..spec.clone() }, options);
+            let samples =
+                sample(&TwinSpec { seed: spec.seed.wrapping_add(run), ..spec.clone() }, options);
             // A poisoned lock means that another thread panicked; the scope tells.
             if let Ok(mut done) = done.lock() {
                 done.push((run, samples));
             }
         }
     };
-    thread::scope(|scope| (0..threads.max(1)).for_each(|_| _ = scope.spawn(work)));
+    thread::scope(|scope| (0..threads).for_each(|_| _ = scope.spawn(work)));
     let mut done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     if (done.len() as u64) < runs {
         return Ok(None);
@@ -74,6 +84,7 @@ pub fn monte_carlo(
         spec: spec.clone(),
         rows: summarise(&samples),
         admissions: admissions(&samples),
+        assurance: assurance(&samples),
     }))
 }
 
@@ -95,6 +106,11 @@ mod tests {
         let table = study(1, |_| true).expect("not stopped");
         assert_eq!(table.rows[0].answers, 4);
         assert_eq!(Some(table), study(3, |_| true));
+    }
+
+    #[test]
+    fn a_thousand_million_threads_are_as_many_as_there_are_runs() {
+        assert_eq!(study(1_000_000_000, |_| true), study(1, |_| true));
     }
 
     #[test]

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use seaplant::results::{FileOffset, InputFile};
 use seaplant::{
-    Caveat, CaveatCode, ClockOffset, Quantity, Recording, Timed, Trial, TrialSetup, Vehicle,
+    Caveat, CaveatCode, ClockOffset, Dof, Quantity, Recording, Timed, Trial, TrialSetup, Vehicle,
 };
-use seaplant_log::{Channel, Log, ReadOptions, Stamp, TimeColumn, Unit};
+use seaplant_log::{Channel, Log, Note, ReadOptions, Stamp, TimeColumn, Unit};
 
 use crate::Error;
 use crate::campaign_file::{Between, CampaignFile, ChannelEntry, OffsetEntry, TrialEntry};
@@ -39,11 +39,12 @@ pub(crate) fn read_trial(
     entry: &TrialEntry,
     channels: &ChannelMap,
     vehicle: &Vehicle,
+    coupled: &[Vec<Dof>],
 ) -> Result<SourcedTrial, Error> {
     let files = read_options(path, logs, file, entry)?;
     let log = Log::open(&files)
         .map_err(|source| Error::Log { trial: entry.name.clone(), source: Box::new(source) })?;
-    trial_of(path, log, entry, channels, vehicle)
+    trial_of(path, log, entry, channels, vehicle, coupled)
 }
 
 /// Makes a trial of a log: its mapped columns brought to SI units, on a clock that starts
@@ -54,12 +55,9 @@ pub(crate) fn trial_of(
     entry: &TrialEntry,
     channels: &ChannelMap,
     vehicle: &Vehicle,
+    coupled: &[Vec<Dof>],
 ) -> Result<SourcedTrial, Error> {
-    let mut caveats: Vec<Caveat> = log
-        .notes()
-        .iter()
-        .map(|note| Caveat::note(CaveatCode::Log, format!("trial `{}`: {note}", entry.name)))
-        .collect();
+    let mut caveats: Vec<Caveat> = log.notes().iter().map(|note| doubt_of(entry, note)).collect();
     let offsets = align(&mut log, path, entry, channels, vehicle)?;
     caveats.extend(offsets.iter().map(|offset| told(entry, offset)));
     let start_s = log
@@ -81,6 +79,7 @@ pub(crate) fn trial_of(
         return Err(Error::value(path, key, reason));
     }
     let recording = recording(log, entry, channels, start_s, &mut caveats)?;
+    check_gaps(path, entry, &recording)?;
     let setup = TrialSetup {
         name: entry.name.clone(),
         role: entry.role,
@@ -88,9 +87,41 @@ pub(crate) fn trial_of(
         from_s: entry.from_s,
         to_s: entry.to_s,
         segments_s: entry.segments_s.clone(),
+        coupled: coupled.to_vec(),
     };
     let trial = Trial::using_up(setup, recording, vehicle).map_err(Error::model(path))?;
     Ok(SourcedTrial { trial: trial.with_caveats(caveats), inputs, offsets, start_s })
+}
+
+/// The filter error method steps through a gap as it does through a log: after a day without a
+/// measurement nothing is left of what it knew, s.
+const LONGEST_GAP_S: f64 = 86_400.0;
+
+/// Refuses a trial that holds two dives.
+fn check_gaps(path: &Path, entry: &TrialEntry, recording: &Recording) -> Result<(), Error> {
+    let [from, to] =
+        [entry.from_s.unwrap_or(f64::NEG_INFINITY), entry.to_s.unwrap_or(f64::INFINITY)];
+    for (quantity, series) in recording.iter().filter(|(quantity, _)| !quantity.is_of_thrust()) {
+        let times = series.time_s();
+        let is_long = |pair: &&[f64]| pair[1].min(to) - pair[0].max(from) > LONGEST_GAP_S;
+        if let Some([before, after]) = times.windows(2).find(is_long) {
+            let reason = format!(
+                "{quantity} has no sample from {before:.1} to {after:.1} s, which is more than a \
+                 day; make a trial of each part by from_s and to_s"
+            );
+            return Err(Error::value(path, format!("trial `{}`", entry.name), reason));
+        }
+    }
+    Ok(())
+}
+
+/// What a reader's note makes a doubt of; a unit of time that is wrong moves mass by its square.
+fn doubt_of(entry: &TrialEntry, note: &Note) -> Caveat {
+    let message = format!("trial `{}`: {note}", entry.name);
+    match note {
+        Note::TimeUnitReplaced { .. } => Caveat::warning(CaveatCode::SuspiciousUnit, message),
+        _ => Caveat::note(CaveatCode::Log, message),
+    }
 }
 
 /// Estimates the offsets that the campaign asks for, and moves these clocks.
@@ -249,10 +280,9 @@ fn read_options(
     let options = |file: &PathBuf| {
         let offset_s = entry.offset_s.iter().find(|(name, _)| is_named(entry, file, name));
         ReadOptions {
-            time: time.and_then(|time| {
-                let column = time.column.clone()?;
-                Some(TimeColumn { column, unit: time.unit.clone() })
-            }),
+            time: time
+                .filter(|time| time.column.is_some() || time.unit.is_some())
+                .map(|time| TimeColumn { column: time.column.clone(), unit: time.unit.clone() }),
             offset_s: match offset_s {
                 Some((_, OffsetEntry::Stated(offset_s))) => *offset_s,
                 Some((_, OffsetEntry::Told(_))) | None => 0.0,
@@ -264,6 +294,10 @@ fn read_options(
     };
     Ok(logs.iter().cloned().zip(files.iter().map(options)).collect())
 }
+
+/// No vehicle is so fast, strong or far away, in SI units; the squares of squares of larger numbers
+/// would soon be none.
+const LARGEST: f64 = 1e12;
 
 fn to_si(
     entry: &TrialEntry,
@@ -277,6 +311,17 @@ fn to_si(
     let sign = if mapped.negate { -1.0 } else { 1.0 };
     let (time_s, mut values) = channel.into_samples();
     values.iter_mut().for_each(|x| *x = sign * unit.to_si(*x));
+    // Of measured velocity, samples far off their neighbours are left out later, with a caveat.
+    let is_cleaned = matches!(quantity, Quantity::DvlVelocity(_) | Quantity::Velocity(_));
+    if let Some(row) = values.iter().position(|x| x.abs() > LARGEST).filter(|_| !is_cleaned) {
+        return Err(Error::Implausible {
+            trial: entry.name.clone(),
+            quantity: quantity.to_string(),
+            column: mapped.column.clone(),
+            found: format!("{:e} {}", values[row], quantity.kind().unit()),
+            time_s: time_s[row],
+        });
+    }
     let series = Timed::new(&quantity.to_string(), clock.times(time_s), values)
         .map_err(Error::model(Path::new(&mapped.column)))?;
     Ok(match mapped.between {

@@ -1,12 +1,13 @@
 //! TOML files, read strictly: an unknown key is an error, with the near one.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use seaplant::results::InputFile;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
-use crate::Error;
+use crate::{Error, excerpt};
 
 /// Reads a TOML file strictly: unknown keys are errors, with the near one.
 ///
@@ -28,10 +29,39 @@ pub fn of_json<T: DeserializeOwned>(path: &Path, value: serde_json::Value) -> Re
     })
 }
 
+/// Ten thousand trials take a few of these.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// The bytes of a file, if it is one and no longer than that: a pipe may never end, and a device
+/// such as `/dev/zero` does not.
+///
+/// # Errors
+/// [`Error::Io`], [`Error::NotAFile`], [`Error::TooLarge`].
+pub fn read_bounded(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
+    let failed = |source| Error::Io { path: path.to_owned(), source };
+    let data = std::fs::metadata(path).map_err(failed)?;
+    // A folder is told by the system, in its own words.
+    if !data.is_file() && !data.is_dir() {
+        return Err(Error::NotAFile { path: path.to_owned() });
+    }
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(failed)?;
+    file.take(most + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > most {
+        return Err(Error::TooLarge { path: path.to_owned(), most });
+    }
+    Ok(bytes)
+}
+
+/// The text of a TOML file for an excerpt or advice; empty if it cannot be had.
+pub(crate) fn text_of(path: &Path) -> String {
+    let bytes = read_bounded(path, MOST_BYTES).unwrap_or_default();
+    String::from_utf8(bytes).unwrap_or_default()
+}
+
 /// Reads a TOML file, and what provenance says of it.
 pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<(T, InputFile), Error> {
-    let bytes =
-        std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    let bytes = read_bounded(path, MOST_BYTES)?;
     let input = InputFile {
         path: path.display().to_string(),
         bytes: bytes.len() as u64,
@@ -46,6 +76,11 @@ pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<(T, InputFile), E
 }
 
 pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
+    if let Some((found, place)) = excerpt::not_finite(text) {
+        let message = format!("holds `{found}`, which is no number of any setting{place}");
+        let advice = "\nwrite a number, or leave the key out".to_owned();
+        return Err(Error::Toml { path: path.to_owned(), message, advice });
+    }
     toml::from_str(text).map_err(|error| Error::Toml {
         path: path.to_owned(),
         message: error.to_string().trim_end().to_owned(),
@@ -56,7 +91,7 @@ pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, E
 /// What is wrong where a key is missing that the file's form does not ask for, and what to do.
 pub(crate) fn missing(path: &Path, key: &str) -> String {
     // A file that was read before and is gone now holds no comment to fill in.
-    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let text = text_of(path);
     let message = format!("missing field `{key}`");
     let advice = suggestion(&message, &text);
     message + &advice
@@ -77,7 +112,7 @@ pub(crate) fn resolve(file: &Path, named: &Path) -> Result<PathBuf, Error> {
 }
 
 /// Keys that stand in double brackets.
-const LISTS: [&str; 2] = ["trial", "thruster"];
+const LISTS: [&str; 3] = ["trial", "thruster", "plant"];
 
 /// What to do, read off a message such as
 /// ``unknown field `postion_m`, expected one of `name`, `position_m` ``.

@@ -57,6 +57,7 @@ pub fn twin_files(twin: &TwinCampaign) -> Result<Vec<TextFile>, Box<dyn std::err
         methods: None,
         velocity: None,
         fit: FitEntry::default(),
+        plant: Vec::new(),
         paper: Default::default(),
         equation_error: Default::default(),
         output_error: Default::default(),
@@ -188,6 +189,8 @@ fn vehicle_file(vehicle: &Vehicle) -> VehicleFile {
         name: Some(vehicle.name.clone()),
         dry_mass_kg: vehicle.dry_mass_kg,
         size_m: vehicle.size_m,
+        rigid_body: None,
+        buoyancy: None,
         thruster_curve: None,
         thruster: vehicle.thrusters.iter().map(thruster_entry).collect(),
         sensor: SensorEntries {

@@ -7,11 +7,12 @@ use schemars::JsonSchema;
 use seaplant::results::InputFile;
 use seaplant::{
     Caveat, CaveatCode, QuadraticThrust, Sensor, Sensors, ThrustCurve, ThrustTable,
-    ThrustUncertainty, Thruster, ThrusterInput, Vehicle,
+    ThrustUncertainty, Thruster, ThrusterInput, Vehicle, exact,
 };
 use serde::{Deserialize, Serialize};
 
 use crate::bench::{BenchColumns, read_bench};
+use crate::plant_file::{BuoyancyEntry, RigidBodyEntry};
 use crate::preset::{CurvePreset, PRESET_STD, VehiclePreset};
 use crate::{Error, toml_file};
 
@@ -30,8 +31,19 @@ pub struct VehicleFile {
     pub dry_mass_kg: Option<f64>,
     /// Length, width and height of the hull, m: to judge drag and added mass by, and to say
     /// how far the vehicle goes for its size.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "exact::some_numbers",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub size_m: Option<[f64; 3]>,
+    /// Mass, centre of gravity and inertia in air, for plants of several axes: what the water adds
+    /// is then told apart, and is never below zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rigid_body: Option<RigidBodyEntry>,
+    /// Displaced water and centre of buoyancy, to check restoring forces by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub buoyancy: Option<BuoyancyEntry>,
     /// The curve of every thruster that states none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thruster_curve: Option<CurveEntry>,
@@ -50,10 +62,18 @@ pub struct ThrusterEntry {
     /// How channels call it: `thruster.NAME.speed`.
     pub name: String,
     /// Where it pushes, m: x forward, y starboard, z down.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "exact::some_numbers",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub position_m: Option<[f64; 3]>,
     /// The way that positive thrust pushes the vehicle; any length but zero.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "exact::some_numbers",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub direction: Option<[f64; 3]>,
     /// Whether positive input pushes against `direction`, as of motors that ArduPilot reverses
     /// (`MOT_1_DIRECTION` is -1).
@@ -131,7 +151,7 @@ pub struct TableEntry {
     /// What is logged: speed (rad/s), pwm (us) or command (−1 to 1).
     pub input: Option<ThrusterInput>,
     /// Points `[input, force in N]`, input in rad/s, us or as a ratio.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "exact::rows_of_numbers", skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<[f64; 2]>,
     /// A table with a column of inputs and one of forces.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -177,8 +197,10 @@ pub struct SensorEntries {
 #[serde(deny_unknown_fields, default)]
 pub struct DvlEntry {
     /// Where it sits, m, body frame.
+    #[serde(deserialize_with = "exact::numbers")]
     pub position_m: [f64; 3],
     /// Roll, pitch, yaw that turn the vehicle's axes into the instrument's, deg.
+    #[serde(deserialize_with = "exact::numbers")]
     pub rotation_deg: [f64; 3],
     /// Standard deviation of one sample, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -190,6 +212,7 @@ pub struct DvlEntry {
 #[serde(deny_unknown_fields, default)]
 pub struct PositionEntry {
     /// Where it sits, m, body frame.
+    #[serde(deserialize_with = "exact::numbers")]
     pub position_m: [f64; 3],
     /// Standard deviation of one sample, m.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -201,6 +224,7 @@ pub struct PositionEntry {
 #[serde(deny_unknown_fields, default)]
 pub struct AttitudeEntry {
     /// Roll, pitch, yaw that turn the vehicle's axes into the instrument's, deg.
+    #[serde(deserialize_with = "exact::numbers")]
     pub rotation_deg: [f64; 3],
     /// Standard deviation of one sample, deg.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -258,6 +282,15 @@ impl VehicleFile {
             let reason = "stands twice; give each thruster its own name";
             return Err(Error::value(path, format!("thruster `{}`", twice.name), reason));
         }
+        let of_vehicle = self.name.iter().map(|name| ("name".to_owned(), name));
+        let of_thrusters =
+            self.thruster.iter().map(|entry| (format!("thruster `{}`", entry.name), &entry.name));
+        if let Some((key, _)) =
+            of_vehicle.chain(of_thrusters).find(|(_, name)| name.chars().any(char::is_control))
+        {
+            let reason = "holds a line break or another control character; leave it out";
+            return Err(Error::value(path, key, reason));
+        }
         if self.dry_mass_kg.is_some_and(|mass| !(mass > 0.0 && mass.is_finite())) {
             return Err(Error::value(path, "dry_mass_kg", "must be a positive number of kg"));
         }
@@ -275,9 +308,13 @@ impl VehicleFile {
         let entries = self.entries();
         let thrusters = entries.iter().map(|entry| self.thruster(entry, path, inputs));
         let thrusters = thrusters.collect::<Result<_, _>>()?;
+        self.sensor.check(path)?;
         let sensors = self.sensor.clone().into_sensors();
         let Self { dry_mass_kg, size_m, .. } = self;
-        Ok(Vehicle { name, dry_mass_kg, size_m, thrusters, sensors })
+        let rigid_body = self.rigid_body.as_ref().map(|entry| entry.body(path, dry_mass_kg));
+        let buoyancy = self.buoyancy.as_ref().map(|entry| entry.buoyancy(path));
+        let (rigid_body, buoyancy) = (rigid_body.transpose()?, buoyancy.transpose()?);
+        Ok(Vehicle { name, dry_mass_kg, size_m, rigid_body, buoyancy, thrusters, sensors })
     }
 
     /// The thrusters of a known vehicle, as far as the file does not say otherwise, and then
@@ -362,6 +399,23 @@ impl ThrusterEntry {
 }
 
 impl SensorEntries {
+    /// A standard deviation of zero or less would give an instrument any weight.
+    fn check(&self, path: &Path) -> Result<(), Error> {
+        let stated = [
+            ("dvl.std_m_s", self.dvl.as_ref().and_then(|dvl| dvl.std_m_s)),
+            ("depth.std_m", self.depth.as_ref().and_then(|depth| depth.std_m)),
+            ("attitude.std_deg", self.attitude.as_ref().and_then(|attitude| attitude.std_deg)),
+            ("position.std_m", self.position.as_ref().and_then(|position| position.std_m)),
+        ];
+        for (key, std) in stated {
+            if std.is_some_and(|std| !(std > 0.0 && std.is_finite())) {
+                let reason = "must be a positive number; leave it out if it is not known";
+                return Err(Error::value(path, format!("sensor.{key}"), reason));
+            }
+        }
+        Ok(())
+    }
+
     fn into_sensors(self) -> Sensors {
         let sensor = |position_m: [f64; 3], rotation_deg: [f64; 3], std| Sensor {
             position_body: position_m.into(),
@@ -412,6 +466,9 @@ impl CurveEntry {
     }
 }
 
+/// No thruster gives so much thrust for its input, in SI units.
+const LARGEST: f64 = 1e9;
+
 /// The pulse width that stops a hobby speed controller, us.
 const STOPPED_US: f64 = 1500.0;
 
@@ -424,6 +481,10 @@ impl QuadraticEntry {
         let numbers = [self.forward, self.reverse, self.deadband];
         if numbers.iter().any(|x| !(x.is_finite() && *x >= 0.0)) || self.forward == 0.0 {
             let reason = "forward must be positive, reverse and deadband not negative; the sign of reverse thrust comes from the input";
+            return Err(Error::value(path, key, reason));
+        }
+        if numbers.iter().any(|x| *x > LARGEST) {
+            let reason = format!("holds a number above {LARGEST:e}; check its unit");
             return Err(Error::value(path, key, reason));
         }
         let neutral = match self.input {
@@ -441,6 +502,21 @@ impl QuadraticEntry {
 }
 
 impl TableEntry {
+    /// A measured table may repeat an input; of points that are written down one is wrong.
+    fn check_points(&self, path: &Path, key: &str) -> Result<(), Error> {
+        if self.points.iter().flatten().any(|x| x.abs() > LARGEST) {
+            let reason = format!("holds a number above {LARGEST:e}; check its unit");
+            return Err(Error::value(path, key, reason));
+        }
+        let mut inputs: Vec<f64> = self.points.iter().map(|[input, _]| *input).collect();
+        inputs.sort_by(f64::total_cmp);
+        if let Some(twice) = inputs.windows(2).find(|pair| pair[0] == pair[1]) {
+            let reason = format!("points hold input {} twice; give each input one force", twice[0]);
+            return Err(Error::value(path, key, reason));
+        }
+        Ok(())
+    }
+
     fn curve(
         &self,
         path: &Path,
@@ -464,6 +540,7 @@ impl TableEntry {
         let tables = if let Some(file) = &self.file {
             vec![from_file(file, None)?]
         } else if self.voltages.is_empty() {
+            self.check_points(path, key)?;
             let points = self.points.iter().map(|[x, force]| (*x, *force)).collect();
             vec![ThrustTable::new(None, points).map_err(bad)?]
         } else {

@@ -103,10 +103,13 @@ pub struct Demo {
     /// Where every random number starts.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// What disturbs the twin: none, all, or some of tether, current, lag, delay, thrcoef,
-    /// lever, swell, inflow, separated by commas.
+    /// What disturbs the twin: none, all (tether, current, lag, delay, thrcoef and lever), or
+    /// names separated by commas; a name that is none is answered with the list.
     #[arg(long, value_name = "LIST", default_value = "none", value_parser = disturbances)]
     pub disturbances: String,
+    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Help, completion and the hint at a near name need the names.
@@ -255,6 +258,9 @@ pub struct Identify {
     /// The folder to write to; `results` beside the campaign file if not given.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
+    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Drive a fitted plant with another log's thrust.
@@ -281,6 +287,9 @@ pub struct Simulate {
     /// The CSV file to write; printed if not given.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
+    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Score a fitted plant on the trials of a campaign.
@@ -366,6 +375,9 @@ pub struct Thruster {
     /// Draw the curve to this .svg or .png file.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub plot: Option<PathBuf>,
+    /// Write over a file that this command did not draw, too; never over what is read.
+    #[arg(long)]
+    pub overwrite: bool,
 }
 
 /// Make the logs of a vehicle whose truth is known.
@@ -380,6 +392,9 @@ pub struct Twin {
     /// The folder to write to.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
+    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Tell how well methods do on a twin: errors and coverage over many seeds.
@@ -401,14 +416,17 @@ pub struct MonteCarlo {
     #[arg(long = "method", value_name = "METHOD", value_parser = methods())]
     pub methods: Vec<MethodChoice>,
     /// How many twins to make, with seeds from that of the file upwards.
-    #[arg(long, value_name = "N", default_value_t = 15)]
+    #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u64).range(..=1_000_000))]
     pub runs: u64,
     /// How many to work on side by side; as many as there are processors if not given.
-    #[arg(long, value_name = "N")]
-    pub threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
     /// The JSON file to write the table to.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
+    /// Write over a file that this command did not write, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// A kind of file.

@@ -22,7 +22,7 @@ pub mod watch;
 /// How a user wants logs read.
 fn read_options(reading: &Reading) -> ReadOptions {
     ReadOptions {
-        time: reading.time.clone().map(|column| TimeColumn { column, unit: None }),
+        time: reading.time.clone().map(|column| TimeColumn { column: Some(column), unit: None }),
         equal_sampling_hz: reading.equal_sampling_hz,
         sheet: reading.sheet.clone(),
         stamp: match reading.stamp {

@@ -6,6 +6,7 @@ mod output;
 mod progress;
 mod sketch;
 mod summary;
+mod writing;
 
 use std::process::ExitCode;
 
@@ -16,7 +17,7 @@ use output::Output;
 
 fn main() -> ExitCode {
     keep_readers_quiet();
-    output::leave_nothing_behind();
+    writing::leave_nothing_behind();
     let arguments = Arguments::parse();
     arguments.color.write_global();
     let output = Output { json: arguments.json, quiet: arguments.quiet };

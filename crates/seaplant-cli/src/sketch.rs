@@ -76,7 +76,8 @@ fn window(time_s: &[f64], measured: &[f64], excited_hz: Option<f64>) -> Range<us
     let fastest = (0..measured.len())
         .max_by(|a, b| measured[*a].abs().total_cmp(&measured[*b].abs()))
         .unwrap_or_default();
-    let from_s = (time_s[fastest] - 0.5 * span_s).clamp(*first, last - span_s);
+    // Rounding may put the latest start before the first sample, which `clamp` would refuse.
+    let from_s = (time_s[fastest] - 0.5 * span_s).min(last - span_s).max(*first);
     let start = time_s.partition_point(|t| *t < from_s);
     start..time_s.partition_point(|t| *t <= from_s + span_s)
 }
@@ -119,6 +120,22 @@ mod tests {
         measured[4799] = 2.0;
         assert_eq!(window(&time_s, &measured, Some(0.125)).end, 4800);
         assert_eq!(window(&[], &[], None), 0..0);
+    }
+
+    /// Spans that are the whole record, at starts that decimals cannot hold.
+    #[test]
+    fn the_window_of_a_record_that_starts_anywhere_is_within_it() {
+        for k in 0..2000 {
+            let start_s = 0.0137 * f64::from(k) + 1e-7 * f64::from(k * k);
+            let jitter = |n: i32| 0.003 * f64::from((n * 7919 + k) % 31) / 31.0;
+            let time_s: Vec<f64> =
+                (0..40).map(|n| start_s + 0.1 * f64::from(n) + jitter(n)).collect();
+            let measured: Vec<f64> = (0..40).map(|n| f64::from((n + k) % 17)).collect();
+            for excited_hz in [None, Some(1e-3), Some(2.0), Some(1e9), Some(0.0)] {
+                let shown = window(&time_s, &measured, excited_hz);
+                assert!(shown.start < shown.end && shown.end <= 40, "{k} {excited_hz:?} {shown:?}");
+            }
+        }
     }
 
     #[test]

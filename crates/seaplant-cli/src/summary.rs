@@ -1,14 +1,17 @@
 //! What `identify` says in the terminal.
 
+mod coupled;
+
 use std::fmt::Write;
 use std::path::Path;
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
-use seaplant::results::{Parameter, PlantResult, Results, Score, SteadyResult, TruePlant};
+use seaplant::results::{
+    NullModel, Parameter, PlantResult, Results, Score, SteadyResult, TruePlant, Trust,
+};
 use seaplant::{Caveat, Dof, Severity};
 use seaplant_report::number::{Rounded, signed_percent, significant};
-use seaplant_report::{Trust, verdict};
 
 use crate::output::{FAINT, SEVERE, STRONG, WARNING};
 use crate::sketch::Sketches;
@@ -16,6 +19,9 @@ use crate::sketch::Sketches;
 /// The whole summary.
 pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     let mut text = String::new();
+    for plant in results.coupled.values() {
+        text.push_str(&coupled::block(plant));
+    }
     for (dof, plant) in &results.plants {
         let truth = results.truth.as_ref().and_then(|truth| truth.get(dof));
         text.push_str(&plant_block(*dof, plant, truth, sketches));
@@ -46,6 +52,7 @@ fn count_notes(results: &Results) -> usize {
         caveats.iter().filter(|caveat| caveat.severity == Severity::Note).count()
     };
     results.plants.values().map(|plant| notes(&plant.caveats)).sum::<usize>()
+        + results.coupled.values().map(|plant| notes(&plant.caveats)).sum::<usize>()
         + results.steady.values().map(|steady| notes(&steady.caveats)).sum::<usize>()
         + notes(&results.caveats)
 }
@@ -57,7 +64,7 @@ fn plant_block(
     sketches: &Sketches,
 ) -> String {
     let mut text = String::new();
-    let verdict = verdict(dof, plant);
+    let verdict = &plant.verdict;
     let style = match verdict.trust {
         Trust::DoNotUse => SEVERE,
         Trust::Doubtful | Trust::UsableWithCare => WARNING,
@@ -103,14 +110,23 @@ fn plant_block(
         if !positions.is_empty() {
             r2 += &format!("; of position, by trial: R² {}", positions.join(", "));
         }
+        let best = score.best_null.filter(|null| null.model != NullModel::NeverMoves);
+        let best = best.map_or_else(String::new, |null| {
+            format!(", {} for {}", significant(null.mean_abs_error, 3), null.model.description())
+        });
         format!(
-            "  {name}: {error}, {} {unit} for a model that never moves{r2}",
+            "  {name}: {error}, {} {unit} for a model that never moves{best}{r2}",
             significant(score.null_error, 3)
         )
     };
     match &plant.hold_out {
         Some(hold_out) => _ = writeln!(text, "{}", score("held out", hold_out)),
-        None => _ = writeln!(text, "{}", score("on its own trial", &plant.fit)),
+        None => {
+            if let Some(left_out) = &plant.left_out {
+                _ = writeln!(text, "{}", score("left out in turn", left_out));
+            }
+            _ = writeln!(text, "{}", score("on its own trial", &plant.fit));
+        }
     }
     text.push_str(&sketches.of(dof));
     push_caveats(&mut text, &plant.caveats);

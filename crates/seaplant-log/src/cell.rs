@@ -44,6 +44,7 @@ impl Decimal {
             Ok(_) => Cell::Text,
             Err(_) if is_absent(text) => Cell::Missing,
             Err(_) if unquoted(text) != text => self.read(unquoted(text).as_bytes()),
+            Err(_) if text.contains(MINUS) => self.read(text.replace(MINUS, "-").as_bytes()),
             Err(_) if *self == Self::Point => Cell::Text,
             Err(_) => match comma_number(text) {
                 Some(number) => {
@@ -56,9 +57,16 @@ impl Decimal {
     }
 }
 
-/// The text within quotation marks, which the CSV reader leaves alone behind a blank.
+/// The minus of typography, which word processors, spreadsheets and plotting programs write.
+const MINUS: char = '\u{2212}';
+
+/// The text within quotation marks, which the CSV reader leaves alone behind a blank; within all of
+/// them at once, for a damaged file may hold nothing else.
 fn unquoted(text: &str) -> &str {
-    text.strip_prefix('"').and_then(|t| t.strip_suffix('"')).unwrap_or(text)
+    let before = text.len() - text.trim_start_matches('"').len();
+    let after = text.len() - text.trim_end_matches('"').len();
+    let pairs = before.min(after).min(text.len() / 2);
+    &text[pairs..text.len() - pairs]
 }
 
 /// `1,5`, `-,5e-3`: one comma, digits after it, no point.
@@ -143,6 +151,7 @@ mod tests {
         let mut decimal = Decimal::Undecided;
         assert_eq!(decimal.read(b"7"), Cell::Number(7.0));
         assert_eq!(decimal.read(b"-1,5e1"), Cell::Number(-15.0));
+        assert_eq!(decimal.read("\u{2212}1,5".as_bytes()), Cell::Number(-1.5));
         assert_eq!(decimal, Decimal::Comma);
         assert_eq!(decimal.read(b"1.5"), Cell::Text);
 
@@ -165,6 +174,13 @@ mod tests {
         let read = |cell: &[u8]| Decimal::Point.read(cell);
         assert_eq!(read(b" +1.5e3 "), Cell::Number(1500.0));
         assert_eq!(read(b" \"1.5\" "), Cell::Number(1.5));
+        assert_eq!(read("\u{2212}1.5e\u{2212}3".as_bytes()), Cell::Number(-1.5e-3));
+        assert_eq!(read("\u{2212}".as_bytes()), Cell::Missing);
+        assert_eq!(read("5 \u{2212} 3".as_bytes()), Cell::Text);
+        assert_eq!(read(b" \"\"\"1.5\"\"\""), Cell::Number(1.5));
+        assert_eq!(read(b"\"1.5"), Cell::Text);
+        assert_eq!(read("\"".repeat(10_000_001).as_bytes()), Cell::Text);
+        assert_eq!(read("\"".repeat(10_000_000).as_bytes()), Cell::Missing);
         assert_eq!(read(b"1e999"), Cell::Missing);
         assert_eq!(read(b"\"\""), Cell::Missing);
         assert_eq!(read(b"12 m"), Cell::Text);

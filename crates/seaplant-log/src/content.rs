@@ -38,16 +38,19 @@ impl Content {
     /// Opens a file.
     ///
     /// # Errors
-    /// [`Error::Io`], [`Error::Directory`].
+    /// [`Error::Io`], [`Error::Directory`], [`Error::NotAFile`].
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
         let failed = |source| Error::io(path, source);
         let metadata = std::fs::metadata(path).map_err(failed)?;
         if metadata.is_dir() {
             return Err(Error::Directory { path: path.to_owned() });
         }
-        let file = metadata.is_file().then_some(metadata.len());
-        progress::add_opened(file.unwrap_or(0));
-        Self::new(path, Box::new(File::open(path).map_err(failed)?), file)
+        // A pipe waits for a writer, and a device such as `/dev/zero` never ends.
+        if !metadata.is_file() {
+            return Err(Error::NotAFile { path: path.to_owned() });
+        }
+        progress::add_opened(metadata.len());
+        Self::new(path, Box::new(File::open(path).map_err(failed)?), Some(metadata.len()))
     }
 
     /// Bytes in place of a file; `path` is what messages call them.

@@ -27,6 +27,16 @@ pub enum Error {
         path: PathBuf,
     },
 
+    /// The path is a pipe, a socket or a device.
+    #[error(
+        "{} is no regular file but a pipe or a device; save what it gives to a file and name that",
+        path.display()
+    )]
+    NotAFile {
+        /// The path.
+        path: PathBuf,
+    },
+
     /// No file was named.
     #[error("no log file was given; name at least one")]
     NoFiles,

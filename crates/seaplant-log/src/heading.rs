@@ -19,7 +19,8 @@ pub(crate) struct Heading {
 impl Heading {
     /// Takes `u_velo [m/s]` apart. Brackets that hold no unit stay part of the name.
     pub(crate) fn parse(text: &str) -> Self {
-        let column = text.trim().to_owned();
+        // A header may be broken into lines; a name in a message or a table may not.
+        let column = text.trim().replace("\r\n", " ").replace(['\r', '\n', '\t'], " ");
         let split = bracketed(&column).and_then(|(name, inside)| {
             // "thruster (1)" counts thrusters; "command [1]" is a ratio.
             let counts = inside == "1" && column.ends_with(')');
@@ -68,6 +69,7 @@ mod tests {
         assert_eq!(parts(" u_velo [m/s] "), some("u_velo", "m/s"));
         assert_eq!(parts("rate(deg/s)"), some("rate", "deg/s"));
         assert_eq!(parts("force {N}"), some("force", "N"));
+        assert_eq!(parts("force\r\nport\n[N]"), some("force port", "N"));
         assert_eq!(parts("force (port) [N]"), some("force (port)", "N"));
         for text in ["depth, m", "u (raw)", "[m]", "u [m/s", "u m/s]", "thruster (1)", ""] {
             assert_eq!(parts(text), (text.to_owned(), None));

@@ -56,7 +56,7 @@ pub use epoch::Epoch;
 pub use error::Error;
 pub use guard::is_guarded;
 pub use log::{Channel, Gap, Log, Source};
-pub use memory::{MemoryColumn, MemoryTable};
+pub use memory::{MemoryColumn, MemoryTable, calendar_second, time_column};
 pub use note::Note;
 pub use progress::{Progress, progress};
 pub use read::{ReadOptions, Stamp, TimeColumn, read, read_bytes};

@@ -9,7 +9,7 @@ use crate::column::Column;
 use crate::content::Content;
 use crate::heading::Heading;
 use crate::log::Source;
-use crate::{Epoch, Error, Log, ReadOptions, Unit};
+use crate::{Epoch, Error, Log, ReadOptions, TimeColumn, Unit, epoch, time};
 
 /// Columns that share their times.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +69,46 @@ impl Log {
         log.sources = vec![numbers.source(path.to_owned(), epoch)];
         Ok(log)
     }
+}
+
+/// Which of some columns is time, as [`read`](crate::read()) finds it in a file, and the seconds in
+/// its unit, if one is stated. Each comes with its header and a unit in place of the header's.
+///
+/// # Errors
+/// [`Error::NoTime`]; of what was wanted: [`Error::NoChannel`], [`Error::Ambiguous`],
+/// [`Error::TimeUnit`].
+///
+/// ```
+/// use seaplant_log::{TimeColumn, time_column};
+/// let headers = ["u [m/s]", "Time [ms]"].map(|header| (header.to_owned(), None));
+/// let wanted = TimeColumn { column: None, unit: None };
+/// assert_eq!(time_column(&headers, &wanted)?, (1, Some(1e-3)));
+/// # Ok::<(), seaplant_log::Error>(())
+/// ```
+pub fn time_column(
+    headers: &[(String, Option<String>)],
+    wanted: &TimeColumn,
+) -> Result<(usize, Option<f64>), Error> {
+    let heading = |(header, unit): &(String, Option<String>)| {
+        let mut heading = Heading::parse(header);
+        heading.unit = unit.as_deref().and_then(Unit::find).or(heading.unit);
+        heading
+    };
+    let headings: Vec<Heading> = headers.iter().map(heading).collect();
+    let chosen = time::choose(Some(wanted), &headings, Path::new("the table"))?;
+    Ok((chosen.index, chosen.seconds))
+}
+
+/// The seconds in the unit of times that state none: what counts since 1970 tells it by its size,
+/// all else is in seconds.
+///
+/// ```
+/// assert_eq!(seaplant_log::calendar_second(&[1.7e12, 1.7e12 + 100.0]), 1e-3);
+/// assert_eq!(seaplant_log::calendar_second(&[0.0, 0.1]), 1.0);
+/// ```
+pub fn calendar_second(times: &[f64]) -> f64 {
+    let known: Vec<f64> = times.iter().copied().filter(|time| time.is_finite()).collect();
+    epoch::unit_since_1970(&known).map_or(1.0, |(second, _)| second)
 }
 
 /// What such a log is, where a file's format would stand.

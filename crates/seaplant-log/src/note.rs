@@ -160,6 +160,17 @@ pub enum Note {
         /// The median time between rows that follows, s.
         period_s: f64,
     },
+    /// The header of the time column states another unit than the one that was asked for.
+    TimeUnitReplaced {
+        /// The file.
+        path: PathBuf,
+        /// The time column.
+        column: String,
+        /// The unit in its header.
+        header: String,
+        /// The unit that counts.
+        stated: String,
+    },
     /// Numbers are written with a decimal comma.
     DecimalComma {
         /// The file.
@@ -323,6 +334,7 @@ impl Note {
             | Self::TimeChosen { path, .. }
             | Self::SheetChosen { path, .. }
             | Self::TimeUnitAssumed { path, .. }
+            | Self::TimeUnitReplaced { path, .. }
             | Self::DecimalComma { path, .. }
             | Self::Encoding { path, .. }
             | Self::Truncated { path, .. }
@@ -451,6 +463,11 @@ impl Note {
                 f,
                 "the time column {column:?} states no unit; seconds assumed, so a row every \
                  {period_s:.6} s"
+            ),
+            Self::TimeUnitReplaced { column, header, stated, .. } => write!(
+                f,
+                "the header of the time column {column:?} states {header}, but {stated} was asked \
+                 for and is used"
             ),
             Self::DecimalComma { text, .. } => {
                 write!(f, "numbers have a decimal comma (here {text:?}); read as a decimal point")

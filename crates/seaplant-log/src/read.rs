@@ -8,7 +8,7 @@ use crate::{Error, Log, format};
 /// How to read a log.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
-    /// The time column; `None` to recognise it by its name.
+    /// The time column and its unit; `None` to recognise both by name and header.
     pub time: Option<TimeColumn>,
     /// Added to every time, s, to bring several files to one clock.
     pub offset_s: f64,
@@ -33,8 +33,8 @@ pub enum Stamp {
 /// Where a log's time is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TimeColumn {
-    /// The column, found as [`Log::channel`] finds channels.
-    pub column: String,
+    /// The column, found as [`Log::channel`] finds channels; `None` to recognise it by its name.
+    pub column: Option<String>,
     /// Its unit, in place of the one that the header states.
     pub unit: Option<String>,
 }
@@ -55,7 +55,7 @@ pub struct TimeColumn {
 /// channel has no sample there. [`Log::notes`] tells whatever else was decided or dropped.
 ///
 /// # Errors
-/// Of the file: [`Error::Io`], [`Error::Directory`], [`Error::Binary`], [`Error::Empty`],
+/// Of the file: [`Error::Io`], [`Error::Directory`], [`Error::NotAFile`], [`Error::Binary`], [`Error::Empty`],
 /// [`Error::Archive`], [`Error::TooMuch`], [`Error::Damaged`], [`Error::Unsupported`],
 /// [`Error::NoSheet`].
 /// Of the table: [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`],

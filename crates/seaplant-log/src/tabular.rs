@@ -75,6 +75,10 @@ fn row_times(
         let (path, column, others) = (path.clone(), column.clone(), chosen.others);
         grid.notes.push(Note::TimeChosen { path, column, others });
     }
+    if let Some([header, stated]) = chosen.replaced.filter(|_| !clock.stamped) {
+        let (path, column) = (path.clone(), column.clone());
+        grid.notes.push(Note::TimeUnitReplaced { path, column, header, stated });
+    }
     if clock.seconds.is_none() && !clock.stamped && epoch.is_none() {
         grid.notes.push(Note::TimeUnitAssumed { path, column, period_s });
     }

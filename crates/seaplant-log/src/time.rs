@@ -28,6 +28,8 @@ pub(crate) struct Chosen {
     pub(crate) seconds: Option<f64>,
     /// Others that could have been taken.
     pub(crate) others: Vec<String>,
+    /// The header's unit and the one that was stated in its place, where they differ.
+    pub(crate) replaced: Option<[String; 2]>,
 }
 
 /// The time column: the one `wanted`, else one with a name of time.
@@ -40,26 +42,39 @@ pub(crate) fn choose(
     path: &Path,
 ) -> Result<Chosen, Error> {
     let Some(wanted) = wanted else { return recognise(headings, path) };
-    let candidates: Vec<Candidate<'_>> = headings
-        .iter()
-        .map(|h| Candidate { column: &h.column, name: &h.name, path, empty: h.nameless })
-        .collect();
-    let index = lookup::find(&wanted.column, &candidates)?;
-    let heading = &headings[index];
-    let column = heading.column.clone();
-    let stated = wanted.unit.as_deref().or(heading.unit.as_ref().map(Unit::symbol));
-    let seconds = match stated {
-        None => suffix_unit(&heading.name),
-        Some(symbol) => match Unit::find_as(symbol, Dimension::Time) {
-            Some(unit) => Some(unit.factor()),
-            None => {
-                let accepted = symbols_of(Dimension::Time).collect();
-                let (path, unit) = (path.to_owned(), symbol.to_owned());
-                return Err(Error::TimeUnit { path, column, unit, accepted });
-            }
-        },
+    let mut chosen = match &wanted.column {
+        None => recognise(headings, path)?,
+        Some(column) => {
+            let candidates: Vec<Candidate<'_>> = headings
+                .iter()
+                .map(|h| Candidate { column: &h.column, name: &h.name, path, empty: h.nameless })
+                .collect();
+            let index = lookup::find(column, &candidates)?;
+            let (column, others) = (headings[index].column.clone(), Vec::new());
+            Chosen { index, column, seconds: None, others, replaced: None }
+        }
     };
-    Ok(Chosen { index, column, seconds, others: Vec::new() })
+    let heading = &headings[chosen.index];
+    let of_header = heading.unit.as_ref().map(Unit::symbol);
+    chosen.seconds = match wanted.unit.as_deref().or(of_header) {
+        None => suffix_unit(&heading.name),
+        Some(symbol) => Some(stated_unit(symbol, &chosen.column, path)?),
+    };
+    if let (Some(stated), Some(of_header)) = (&wanted.unit, of_header)
+        && heading.unit.as_ref().and_then(seconds) != chosen.seconds
+    {
+        chosen.replaced = Some([of_header.to_owned(), stated.clone()]);
+    }
+    Ok(chosen)
+}
+
+/// The seconds in a unit that somebody wrote down as one of time.
+fn stated_unit(symbol: &str, column: &str, path: &Path) -> Result<f64, Error> {
+    Unit::find_as(symbol, Dimension::Time).map(|unit| unit.factor()).ok_or_else(|| {
+        let accepted = symbols_of(Dimension::Time).collect();
+        let (path, unit, column) = (path.to_owned(), symbol.to_owned(), column.to_owned());
+        Error::TimeUnit { path, column, unit, accepted }
+    })
 }
 
 fn recognise(headings: &[Heading], path: &Path) -> Result<Chosen, Error> {
@@ -81,6 +96,7 @@ fn recognise(headings: &[Heading], path: &Path) -> Result<Chosen, Error> {
         column: heading.column.clone(),
         seconds: heading.unit.as_ref().and_then(seconds).or_else(|| suffix_unit(&heading.name)),
         others: ranked[1..].iter().map(|&(_, k)| headings[k].column.clone()).collect(),
+        replaced: None,
     })
 }
 

@@ -121,6 +121,15 @@ fn parameter_cells(parameter: Option<&Parameter>) -> [String; 5] {
     })
 }
 
+/// A name as a cell that no spreadsheet takes for a formula.
+fn text_cell(text: &str) -> String {
+    if text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']) {
+        format!("'{text}")
+    } else {
+        text.to_owned()
+    }
+}
+
 fn or_empty(value: Option<f64>) -> String {
     value.map_or_else(String::new, |value| value.to_string())
 }
@@ -146,7 +155,7 @@ fn table_6(results: &Results) -> Result<Writer, Error> {
     ])?;
     for (dof, steady) in &results.steady {
         for segment in &steady.segments {
-            let mut row = vec![dof.name().to_owned(), segment.trial.clone()];
+            let mut row = vec![dof.name().to_owned(), text_cell(&segment.trial)];
             row.extend(
                 [
                     segment.from_s,
@@ -164,4 +173,19 @@ fn table_6(results: &Results) -> Result<Writer, Error> {
         }
     }
     Ok(writer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_no_formula() {
+        for name in ["=1+1", "+1", "-1", "@SUM(A1)", "\tx", "\r=1"] {
+            assert_eq!(text_cell(name), format!("'{name}"));
+        }
+        for name in ["surge 1", "a=b", "", "1-2", "ü"] {
+            assert_eq!(text_cell(name), name);
+        }
+    }
 }

@@ -27,7 +27,15 @@ fn score(trial: &str, e: Option<f64>) -> Score {
         position_mean_abs_error: None,
         samples: 4800,
     };
-    Score { mean_abs_error: e, null_error: 0.11, r_squared: one.r_squared, trials: vec![one] }
+    Score {
+        mean_abs_error: e,
+        null_error: 0.11,
+        best_null: Some(NullScore { model: NullModel::SteadySpeed, mean_abs_error: 0.07 }),
+        offset_free_error: e.map(|e| 0.9 * e),
+        change: None,
+        r_squared: one.r_squared,
+        trials: vec![one],
+    }
 }
 
 pub(crate) fn plant() -> PlantResult {
@@ -80,6 +88,13 @@ pub(crate) fn plant() -> PlantResult {
         },
         fit: score(HOSTILE, Some(0.0185)),
         hold_out: Some(score("held & out", Some(0.021))),
+        left_out: None,
+        whiteness: Some(1.4),
+        verdict: Verdict {
+            trust: Trust::DoNotUse,
+            reason: "severe caveat: mass below dry mass".to_owned(),
+            codes: vec![CaveatCode::MassBelowDryMass],
+        },
         caveats: vec![Caveat::note(CaveatCode::ThrustScale, "the scale of thrust <is> unseen")],
     }
 }
@@ -197,6 +212,70 @@ pub(crate) struct Found {
     pub(crate) series: Vec<Series>,
 }
 
+/// A plant of two axes, one of whose damping is at its limit.
+pub(crate) fn coupled_plant() -> CoupledPlant {
+    let coefficient = |value: f64, std: f64, unit: &str, on: &[Dof]| Coefficient {
+        value,
+        std,
+        low95: value - 1.96 * std,
+        high95: value + 1.96 * std,
+        unit: unit.to_owned(),
+        on: on.to_vec(),
+        told_by: if value == 0.0 { ToldBy::Limit } else { ToldBy::Data },
+    };
+    let matrix = |value: [[f64; 2]; 2]| MatrixResult {
+        value: value.map(Vec::from).into(),
+        std: value.map(|row| row.map(|x| 0.1 * x).to_vec()).into(),
+    };
+    let score = |e: Option<f64>| {
+        let axis =
+            AxisScore { mean_abs_error: e, null_error: 0.3, r2: e.map(|e| 1.0 - e), samples: 900 };
+        let by_axis = BTreeMap::from([(Dof::Sway, axis), (Dof::Yaw, axis)]);
+        CoupledScore { trials: BTreeMap::from([(HOSTILE.to_owned(), by_axis.clone())]), by_axis }
+    };
+    CoupledPlant {
+        axes: vec![Dof::Sway, Dof::Yaw],
+        method: Method::FilterError,
+        symmetry: seaplant::plant::Symmetry::PortStarboard,
+        parameters: BTreeMap::from([
+            ("mass.sway".to_owned(), coefficient(180.0, 2.0, "kg", &[Dof::Sway])),
+            ("sway: v".to_owned(), coefficient(0.0, 1.5, "N/(m/s)", &[Dof::Sway])),
+            ("yaw: |v|r".to_owned(), coefficient(3.0, 0.4, "N m/((m/s)(rad/s))", &[Dof::Yaw])),
+        ]),
+        mass_matrix: matrix([[180.0, 12.0], [12.0, 40.0]]),
+        rigid_body_mass_matrix: Some(vec![vec![100.0, 0.0], vec![0.0, 20.0]]),
+        added_mass: Some(vec![vec![80.0, 12.0], vec![12.0, 20.0]]),
+        linear_damping: matrix([[0.0, 0.0], [0.0, 2.0]]),
+        quadratic_damping: matrix([[250.0, 0.0], [0.0, 4.0]]),
+        correlation: Correlation {
+            names: vec!["mass.sway".to_owned(), "sway: v".to_owned()],
+            value: vec![vec![1.0, -0.9], vec![-0.9, 1.0]],
+        },
+        nuisances: BTreeMap::from([(
+            format!("current north: {HOSTILE}"),
+            parameter(0.1, 0.01, "m/s"),
+        )]),
+        identifiability: Identifiability {
+            coefficients: 8,
+            rank: 7,
+            variance_inflation: BTreeMap::from([("mass.sway".to_owned(), 3.0)]),
+            not_told: Vec::new(),
+        },
+        structure: vec![TermDecision {
+            terms: vec!["sway: r".to_owned()],
+            admitted: false,
+            likelihood_ratio: 1.2,
+            p_value: 0.27,
+        }],
+        samples: 1800,
+        log_likelihood: 5432.1,
+        fit: score(Some(0.01)),
+        hold_out: Some(score(None)),
+        single_axes: BTreeMap::from([(Dof::Sway, AxisScore::default())]),
+        caveats: vec![Caveat::note(CaveatCode::UndrivenAxis, "no moment acts on yaw")],
+    }
+}
+
 /// Everything that results can hold, under names that want to break out.
 pub(crate) fn identification() -> Found {
     let surge = BTreeMap::from([(Method::RECOMMENDED, plant()), (Method::Paper, paper_plant())]);
@@ -217,6 +296,7 @@ pub(crate) fn identification() -> Found {
             settings: BTreeMap::from([("paper.cutoff_hz".to_owned(), "0.125".to_owned())]),
         },
         plants: BTreeMap::from([(Dof::Surge, plant())]),
+        coupled: BTreeMap::from([("sway-yaw".to_owned(), coupled_plant())]),
         methods: BTreeMap::from([(Dof::Surge, surge)]),
         subsets: BTreeMap::from([(
             Dof::Surge,
@@ -291,6 +371,7 @@ pub(crate) fn empty() -> Found {
         size_m: None,
         provenance: Provenance::default(),
         plants: BTreeMap::new(),
+        coupled: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
         steady: BTreeMap::new(),

@@ -12,7 +12,6 @@ mod json;
 pub mod number;
 mod page;
 mod paths;
-mod verdict;
 mod words;
 
 #[cfg(test)]
@@ -28,7 +27,6 @@ use seaplant::{Comparison, Dof, PositionComparison};
 pub use error::Error;
 pub use figure::Figure;
 pub use json::{parse_results, results_schema};
-pub use verdict::{Trust, Verdict, verdict};
 
 /// A file to write.
 #[derive(Debug)]

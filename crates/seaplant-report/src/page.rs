@@ -2,6 +2,7 @@
 
 mod axis_section;
 mod card;
+mod coupled_section;
 mod doubts;
 mod paper_section;
 mod provenance;
@@ -21,10 +22,11 @@ use crate::figure::{Plate, Subject, style_sheet};
 use crate::{Error, words};
 
 /// Templates by the names by which they include each other.
-const TEMPLATES: [(&str, &str); 6] = [
+const TEMPLATES: [(&str, &str); 7] = [
     ("report.html", include_str!("../templates/report.html")),
     ("macros.html", include_str!("../templates/macros.html")),
     ("summary.html", include_str!("../templates/summary.html")),
+    ("coupled.html", include_str!("../templates/coupled.html")),
     ("axis.html", include_str!("../templates/axis.html")),
     ("paper.html", include_str!("../templates/paper.html")),
     ("provenance.html", include_str!("../templates/provenance.html")),
@@ -112,6 +114,7 @@ struct Page<'a> {
     cards: Vec<card::Card>,
     has_truth: bool,
     doubts: doubts::Doubts,
+    coupled: Vec<coupled_section::CoupledSection>,
     axes: Vec<axis_section::AxisSection>,
     paper: paper_section::PaperSection,
     thrust: Vec<FigureView>,
@@ -136,6 +139,11 @@ impl<'a> Page<'a> {
             cards: card::all(results),
             has_truth: results.truth.is_some(),
             doubts: doubts::of_campaign(results),
+            coupled: results
+                .coupled
+                .iter()
+                .map(|(name, plant)| coupled_section::view(name, plant))
+                .collect(),
             axes: axes
                 .map(|(&dof, plant)| axis_section::view(dof, plant, results, pictures))
                 .collect(),

@@ -281,6 +281,7 @@ fn a_campaign_of_steady_trials_alone_points_to_table_6() {
     let mut identification = fixture::identification();
     identification.results.plants.clear();
     identification.results.methods.clear();
+    identification.results.coupled.clear();
     identification.series.retain(|series| matches!(series, Series::Steady(_)));
     let all = artifacts(&identification);
     let html = text(&all, "report.html");

@@ -1,7 +1,6 @@
 //! What methods, caveats and filters are called in prose.
 
 use seaplant::estimate::Filters;
-use seaplant::results::Score;
 use seaplant::{CaveatCode, Dof, LowPass, Method, Role, Severity, Term};
 
 use crate::number::chosen;
@@ -97,12 +96,4 @@ pub(crate) fn filters(filters: &Filters) -> String {
         .flatten()
         .collect();
     if all.is_empty() { "none".to_owned() } else { all.join("; ") }
-}
-
-/// "the held-out trial" or "the 3 held-out trials".
-pub(crate) fn held_out(score: &Score) -> String {
-    match score.trials.len() {
-        0 | 1 => "the held-out trial".to_owned(),
-        n => format!("the {n} held-out trials"),
-    }
 }

@@ -35,10 +35,22 @@ pub enum CaveatCode {
     FewEffectiveSamples,
     /// Terms that can hardly be told apart.
     Collinear,
+    /// An axis of a coupled plant on which nothing pushes.
+    UndrivenAxis,
+    /// Damping that gives power to the vehicle.
+    NotDissipative,
+    /// Restoring forces that are not those of the stated weight and buoyancy.
+    RestoringContradicts,
     /// Thrust takes two values only.
     TwoLevelThrust,
     /// Thrust never changes sign.
     OneSignedThrust,
+    /// Thrust pushes the other way than its log says.
+    ThrustReversed,
+    /// Thrust answers velocity, as under a controller.
+    ThrustFollowsVelocity,
+    /// The vehicle keeps one speed nearly always.
+    OneSpeed,
     /// Drag is a small part of thrust.
     WeakDrag,
     /// Identified mass is below the mass in air.
@@ -55,6 +67,18 @@ pub enum CaveatCode {
     NoBetterThanNull,
     /// Another method predicts held-out trials clearly better.
     AnotherPredictsBetter,
+    /// Another method's plant is recommended than that of the first method.
+    RecommendedByPrediction,
+    /// Simulated trials ask for another mass or drag.
+    AnotherPlantFits,
+    /// The plant changes from one third of the record to another.
+    PlantDrifts,
+    /// Other axes move this one, and its plant with it.
+    CoupledAxes,
+    /// Mass or drag could be nearly anything.
+    NotDetermined,
+    /// Mass or drag is known less well than a user takes a usable plant for.
+    WideInterval,
     /// Reverse thrust is off its curve, which this degree of freedom cannot see.
     ReverseThrust,
     /// Less than a minute of motion.
@@ -83,6 +107,8 @@ pub enum CaveatCode {
     ThrustBetweenSamples,
     /// Thrust acts later than it was logged.
     LagOrDelay,
+    /// The lags of propeller and vehicle exchange: another mass explains the logs as well.
+    LagOrMass,
     /// Fits that a test of their difference does not suit.
     NotComparable,
     /// What the model fails to predict is correlated in time.
@@ -97,6 +123,20 @@ pub enum CaveatCode {
     ClockOffset,
     /// The log reader dropped or mended something.
     Log,
+}
+
+impl CaveatCode {
+    /// Its name as words: "wrong sign".
+    pub(crate) fn words(self) -> String {
+        let mut words = String::new();
+        for letter in format!("{self:?}").chars() {
+            if letter.is_uppercase() && !words.is_empty() {
+                words.push(' ');
+            }
+            words.extend(letter.to_lowercase());
+        }
+        words
+    }
 }
 
 /// A reason to doubt a result, and what to do about it.
@@ -141,7 +181,12 @@ pub(crate) fn spoken(x: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::spoken;
+    use super::{CaveatCode, spoken};
+
+    #[test]
+    fn a_code_is_read_as_words() {
+        assert_eq!(CaveatCode::MassBelowDryMass.words(), "mass below dry mass");
+    }
 
     #[test]
     fn numbers_are_spoken_to_three_digits() {

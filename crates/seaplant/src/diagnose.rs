@@ -4,8 +4,8 @@ mod comparison;
 mod plausible;
 
 pub(crate) use comparison::{
-    Strokes, better_elsewhere, disagreement, reverse_elsewhere, scoring, steady_against_unsteady,
-    worse_trials,
+    Strokes, better_elsewhere, disagreement, disputed, outdone, reverse_elsewhere, scoring,
+    steady_against_unsteady, worse_trials,
 };
 
 pub(crate) use plausible::implausible;
@@ -170,11 +170,7 @@ fn conditioning(fit: &Fit) -> Vec<Caveat> {
 const SHORT_S: f64 = 60.0;
 
 fn short(evidence: &Evidence<'_>) -> Option<Caveat> {
-    let span = |axis: &AxisRecord| {
-        let motion = axis.motion.series();
-        motion.last_s() - motion.first_s()
-    };
-    let total_s: f64 = evidence.axes.iter().map(span).sum();
+    let total_s: f64 = evidence.axes.iter().map(AxisRecord::seconds).sum();
     (total_s < SHORT_S).then(|| {
         let message = format!(
             "the {} fit rests on {} s of motion: its intervals are likely too narrow; use minutes",

@@ -16,6 +16,30 @@ pub enum Error {
         /// What was written.
         found: String,
     },
+    /// A term of a coupled plant that cannot be read.
+    #[error("the term \"{text}\" {reason} (at character {at})")]
+    PlantTerm {
+        /// What was written.
+        text: String,
+        /// Where it is wrong, in characters from 1.
+        at: usize,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+    /// A coupled plant that cannot be.
+    #[error("the plant of {axes}: {reason}")]
+    Plant {
+        /// Its axes.
+        axes: String,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+    /// A rigid body that cannot be.
+    #[error("the rigid body {reason}")]
+    RigidBody {
+        /// What is wrong, and what to do.
+        reason: String,
+    },
     /// A choice of terms that is no plant model.
     #[error(
         "the terms [{found}] make no plant model; keep `force` and at least one of quadratic and linear"
@@ -81,6 +105,16 @@ pub enum Error {
         from_s: f64,
         /// The time there, s.
         to_s: f64,
+    },
+    /// A setting that is outside of its range.
+    #[error("{name} is {found}; it must be {expected}")]
+    Setting {
+        /// Which setting, by the names of the fields that lead to it.
+        name: String,
+        /// What it is.
+        found: String,
+        /// What it must be.
+        expected: String,
     },
     /// A filter that cannot be made.
     #[error(
@@ -206,6 +240,14 @@ pub enum Error {
         /// How many were requested.
         needed: usize,
     },
+    /// Numbers whose products a double cannot hold.
+    #[error(
+        "the {dof} trial holds numbers so large that their squares are not finite; check the units of thrust and motion, and drop faulty samples"
+    )]
+    TooLarge {
+        /// For which degree of freedom.
+        dof: Dof,
+    },
     /// A simulation that left all bounds.
     #[error(
         "the simulated {dof} velocity runs away after {after_s:.1} s; the plant is unstable at this thrust"
@@ -256,4 +298,21 @@ pub enum Error {
         /// What it must be.
         expected: String,
     },
+}
+
+impl Error {
+    pub(crate) fn setting(name: &str, found: impl ToString, expected: impl Into<String>) -> Self {
+        let (name, found, expected) = (name.to_owned(), found.to_string(), expected.into());
+        Self::Setting { name, found, expected }
+    }
+
+    /// The same error of a setting that lies within another.
+    pub(crate) fn within(self, outer: &str) -> Self {
+        match self {
+            Self::Setting { name, found, expected } => {
+                Self::Setting { name: format!("{outer}.{name}"), found, expected }
+            }
+            other => other,
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! The estimators: trials in, a fitted plant out.
 
+mod coupled;
 mod equation_error;
 mod filter_error;
 mod filtered;
@@ -19,6 +20,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+pub use coupled::{AxisNoise, CoupledFit, Tried, fit_coupled};
+pub(crate) use coupled::{NEGLIGIBLE_POWER, damping_power};
 pub use equation_error::{
     DelayedFit, EquationErrorOptions, EquationErrorStatistics, Shard, ShardClock, fit_best_delay,
     fit_equation_error,
@@ -209,6 +212,30 @@ pub struct Nuisances {
     pub reverse_ratio: Option<Estimate>,
     /// Thrust lost to inflow: `k_in |n| v` for each thruster.
     pub inflow: Option<Estimate>,
+    /// Lag of a propeller that slows down over that of one that speeds up.
+    pub lag_ratio: Option<Estimate>,
+    /// Time that a propeller needs from rest to [`Nuisances::full_speed`] at its greatest rate,
+    /// s.
+    pub slew_s: Option<Estimate>,
+    /// Thrust lost to inflow only by propellers that push the way the vehicle goes: `k |n| v`.
+    pub inflow_ahead: Option<Estimate>,
+    /// Exponent of thrust over propeller speed, 2 by its curve, and the same thrust at
+    /// [`Nuisances::full_speed`].
+    pub exponent: Option<Estimate>,
+    /// The greatest propeller speed of the fitted trials: rad/s, or √N where thrust is logged.
+    pub full_speed: f64,
+    /// Whether propeller speeds move linearly from one logged sample to the next.
+    pub linear_thrust: bool,
+    /// Measured over true velocity, as position tells.
+    pub velocity_scale: Option<Estimate>,
+    /// First-order lag of the velocity sensor, s.
+    pub sensor_lag_s: Option<Estimate>,
+    /// Time over which the velocity sensor averages, s.
+    pub sensor_window_s: Option<Estimate>,
+    /// Waves that push the vehicle.
+    pub swell: Option<Waves>,
+    /// Standard deviation of what the current varies by in a trial, m/s.
+    pub current_drift: Option<Estimate>,
     /// Current along the degree of freedom, m/s, by trial.
     pub current: BTreeMap<String, Estimate>,
     /// What turning does to body velocity, as a part of what it does to a rigid body: with
@@ -229,6 +256,20 @@ pub struct Nuisances {
     pub position_noise: Option<Estimate>,
 }
 
+/// Waves: a force in a narrow band of frequencies.
+///
+/// # Source
+/// [Fossen2021, ch. 10]: linear wave response model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waves {
+    /// Standard deviation of the acceleration, m/s² or rad/s².
+    pub strength: Estimate,
+    /// Period of the greatest waves, s.
+    pub period_s: Estimate,
+    /// Relative damping: the smaller, the narrower the band.
+    pub damping: Estimate,
+}
+
 /// A number with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
@@ -247,6 +288,12 @@ impl Estimate {
     pub fn new(value: f64, std: f64, t_freedom: f64) -> Self {
         let half = t_quantile_975(t_freedom) * std;
         Self { value, std, low95: value - half, high95: value + half }
+    }
+
+    /// The same with a number added.
+    pub(crate) fn moved(self, by: f64) -> Self {
+        let Self { value, std, low95, high95 } = self;
+        Self { value: value + by, std, low95: low95 + by, high95: high95 + by }
     }
 
     /// Whether the interval holds a number.
@@ -332,6 +379,12 @@ impl Fit {
                 delay_s: value(&nuisances.delay_s).unwrap_or(0.0),
                 reverse_ratio: value(&nuisances.reverse_ratio).unwrap_or(1.0),
                 inflow: value(&nuisances.inflow).unwrap_or(0.0),
+                lag_ratio: value(&nuisances.lag_ratio).unwrap_or(1.0),
+                slew_s: value(&nuisances.slew_s).unwrap_or(0.0),
+                inflow_ahead: value(&nuisances.inflow_ahead).unwrap_or(0.0),
+                exponent: value(&nuisances.exponent).unwrap_or(2.0),
+                full_speed: nuisances.full_speed,
+                linear: nuisances.linear_thrust,
                 turning: value(&nuisances.turning).unwrap_or(0.0),
                 current: current.map(|(trial, u)| (trial.clone(), u.value)).collect(),
             },

@@ -2,7 +2,7 @@
 
 use crate::navigation::Motion;
 use crate::signal::LowPass;
-use crate::{AxisRecord, Dof, Error, Grid, Model, Response, State, Timed, Trial, VelocitySource};
+use crate::{AxisRecord, Dof, Error, Grid, Model, State, Timed, Trial, VelocitySource};
 
 /// Simulated against measured motion of one trial.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,7 +15,7 @@ pub struct Comparison {
     pub time_s: Vec<f64>,
     /// Force in effect at each, N or N m.
     pub force: Vec<f64>,
-    /// Velocity as measured, unfiltered.
+    /// Velocity as measured, unfiltered, or the slope of position.
     pub measured: Vec<f64>,
     /// Velocity as simulated from the logged force.
     pub simulated: Vec<f64>,
@@ -85,8 +85,10 @@ impl Agreement {
 /// Simulates a model with the logged thrust of a trial and compares it with the raw,
 /// unfiltered measurement: `e = mean |v_model − v|`.
 ///
-/// The simulation starts from the measured velocity, and anew after each gap in force.
-/// Where the trial measured position (depth, heading), positions are compared too.
+/// Where position was measured and not velocity, v is the slope of position over half a second
+/// to either side, and v_model that of the simulated position. The simulation starts from the
+/// measured velocity, and anew after each gap in force, each half minute without motion, and
+/// each gap of heading in which turns were lost. Where the trial measured position (depth, heading), positions are compared too.
 ///
 /// # Errors
 /// [`Error::Diverged`] if the plant runs away, and those of [`Trial::axis`].
@@ -99,21 +101,30 @@ pub fn evaluate(dof: Dof, model: &Model, trial: &Trial) -> Result<Comparison, Er
 
 /// [`evaluate`], of one record.
 pub(crate) fn compare_record(model: &Model, axis: &AxisRecord) -> Result<Comparison, Error> {
-    let velocity = axis.velocity()?;
-    let position = axis.position.as_ref();
     let mut all = Parts::default();
-    for (from_s, to_s) in between_gaps(axis, &velocity) {
-        let Some(part) = velocity.window(from_s, to_s) else { continue };
-        let start_velocity = starting_velocity(axis, &part)?;
-        let start = State { position: 0.0, velocity: start_velocity };
-        let Response { position: path, velocity: simulated } =
-            model.respond(axis, start, part.time_s())?;
-        if let Some(seen) =
-            position.and_then(|position| position.window(part.first_s(), part.last_s()))
-        {
-            all.add_position(&seen, &part.with_values("the simulated position", path)?);
+    for (from_s, to_s) in axis.parts() {
+        let Some(samples) = axis.motion.series().window(from_s, to_s) else { continue };
+        let is_position = matches!(axis.motion, Motion::Position(_));
+        if is_position && samples.len() < 2 {
+            continue;
         }
-        all.add_velocity(&part, simulated, &axis.force);
+        let measured = axis.velocity_of(&samples)?;
+        let start = State { position: 0.0, velocity: starting_velocity(axis, &measured)? };
+        let response = model.respond(axis, start, samples.time_s())?;
+        let seen = axis.position.as_ref();
+        let seen = seen.and_then(|path| path.window(samples.first_s(), samples.last_s()));
+        let mut simulated = response.velocity;
+        if is_position || seen.is_some() {
+            let path = samples.with_values("the simulated position", response.position)?;
+            if let Some(seen) = seen {
+                all.add_position(&seen, &path);
+            }
+            // What is derived from positions is derived alike from both.
+            if is_position {
+                simulated = axis.velocity_of(&path)?.values().to_vec();
+            }
+        }
+        all.add_velocity(&measured, simulated, &axis.force);
     }
     Ok(all.into_comparison(axis.dof, &axis.trial))
 }
@@ -172,22 +183,12 @@ impl Parts {
     }
 }
 
-/// The spans of a record's motion in which force was logged, s.
-pub(crate) fn between_gaps(axis: &AxisRecord, motion: &Timed) -> Vec<(f64, f64)> {
-    let mut parts = Vec::new();
-    let mut from_s = motion.first_s();
-    for gap in axis.force_gaps() {
-        parts.push((from_s, gap.from_s));
-        from_s = gap.to_s;
-    }
-    parts.push((from_s, motion.last_s()));
-    parts
-}
-
 /// The first velocity of a record, smoothed; or as it is where it is too short for that.
 pub(crate) fn starting_velocity(axis: &AxisRecord, part: &Timed) -> Result<f64, Error> {
     let raw = part.values()[0];
-    let period = part.period_s();
+    // Samples that come in bursts have a shorter period than there are samples for.
+    let mean_s = (part.last_s() - part.first_s()) / part.len() as f64;
+    let period = part.period_s().max(mean_s / MOST_FINER);
     if part.len() < LEAST_TO_SMOOTH || 2.5 * START_FILTER.cutoff_hz * period > 1.0 {
         return Ok(raw);
     }
@@ -204,6 +205,9 @@ pub(crate) fn starting_velocity(axis: &AxisRecord, part: &Timed) -> Result<f64, 
     }
     Ok(START_FILTER.zero_phase(&values, 1.0 / period)?[0])
 }
+
+/// A grid has so many instants for each sample at most.
+const MOST_FINER: f64 = 4.0;
 
 /// The edge extension of [`START_FILTER`], and one.
 const LEAST_TO_SMOOTH: usize = 10;

@@ -1,16 +1,20 @@
 //! The whole identification: trials in, every plant with its doubts out.
 
 mod convert;
+mod coupled;
 mod figures;
+mod unsteady;
 
 use std::collections::BTreeMap;
 
-use convert::{accumulated, empty_results, plant_result, steady_result};
+pub use coupled::{CoupledPlan, plant_of_result};
+pub(crate) use unsteady::Judged;
+
+use convert::{accumulated, empty_results, steady_result};
 
 use crate::diagnose::{
-    Evidence, Strokes, better_elsewhere, caveats, disagreement, implausible, lateness,
-    lateness_caveat, reverse_elsewhere, scoring, steady_against_unsteady, thrust_scale,
-    worse_trials,
+    Strokes, implausible, lateness, lateness_caveat, reverse_elsewhere, steady_against_unsteady,
+    thrust_scale,
 };
 use crate::estimate::steady::{SteadyOptions, fit_steady};
 use crate::estimate::{
@@ -19,20 +23,21 @@ use crate::estimate::{
     fit_filter_error, fit_output_error, fit_paper, fit_sriv, fit_total_least_squares,
     fit_weighted_least_squares,
 };
+use crate::judge::{score_plant, verdict};
 use crate::results::{
-    AccumulatedPlant, Failure, FittedModel, Identification, PlantResult, Score, SteadyResult,
-    SubsetResult, TrialScore,
+    AccumulatedPlant, Failure, Identification, Results, SteadyResult, SubsetResult,
 };
 use crate::trial::ThrustError;
 use crate::{
-    Agreement, AxisRecord, Caveat, Comparison, Dof, Error, LumpedParameters, Model, Role, Terms,
-    Trial, Vehicle, VelocitySource, evaluate,
+    AxisRecord, Caveat, Dof, Error, LumpedParameters, Model, Role, Terms, Trial, Vehicle,
+    VelocitySource,
 };
 
 /// What to identify, and how.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdentifyOptions {
-    /// The methods, each once; the recommended plant is the first's.
+    /// The methods, each once; the recommended plant is the first's, unless that is none of a
+    /// vehicle or another's predicts unseen trials better by more than chance.
     pub methods: Vec<Method>,
     /// The terms to fit where `terms_of` does not say otherwise; if not given, the default
     /// ones, and linear drag where the filter error method finds it.
@@ -42,6 +47,8 @@ pub struct IdentifyOptions {
     /// Where velocity comes from, if every method shall take it from the same; else the
     /// paper's method derives it from position and the others take what was measured.
     pub velocity: Option<VelocitySource>,
+    /// Whether to fit the recommended method with every choice of terms, too.
+    pub subsets: bool,
     /// Settings of the paper's method.
     pub paper: PaperOptions,
     /// Settings of equation error.
@@ -52,6 +59,8 @@ pub struct IdentifyOptions {
     pub filter_error: FilterErrorOptions,
     /// What counts as steady.
     pub steady: SteadyOptions,
+    /// Plants of several axes, beside those of each by itself.
+    pub coupled: Vec<CoupledPlan>,
 }
 
 impl Default for IdentifyOptions {
@@ -61,11 +70,13 @@ impl Default for IdentifyOptions {
             terms: None,
             terms_of: BTreeMap::new(),
             velocity: None,
+            subsets: true,
             paper: PaperOptions::default(),
             equation_error: EquationErrorOptions::default(),
             output_error: OutputErrorOptions::default(),
             filter_error: FilterErrorOptions::default(),
             steady: SteadyOptions::default(),
+            coupled: Vec::new(),
         }
     }
 }
@@ -121,14 +132,25 @@ pub fn identify_watched(
     }
     reverse_elsewhere(&mut found.results.plants, &mut found.results.steady);
     implausible(&mut found.results.plants, vehicle);
-    for (dof, plant) in &found.results.plants {
-        let methods = found.results.methods.entry(*dof).or_default();
+    judge(&mut found.results);
+    coupled::identify(vehicle, trials, options, &mut found.results);
+    found.results.caveats.push(thrust_scale(vehicle));
+    found
+}
+
+/// Gives every plant its verdict, and each recommended one's doubts to its method.
+fn judge(results: &mut Results) {
+    for (dof, plant) in &mut results.plants {
+        plant.caveats.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
+        let methods = results.methods.entry(*dof).or_default();
         if let Some(same) = methods.get_mut(&plant.method) {
             same.caveats.clone_from(&plant.caveats);
         }
+        plant.verdict = verdict(*dof, plant);
     }
-    found.results.caveats.push(thrust_scale(vehicle));
-    found
+    for (dof, methods) in &mut results.methods {
+        methods.values_mut().for_each(|plant| plant.verdict = verdict(*dof, plant));
+    }
 }
 
 /// Quadratic drag from the steady stretches of trials, whatever these are for.
@@ -149,24 +171,6 @@ pub fn steady_drag(
 /// As [`EquationErrorStatistics::fit`].
 pub fn accumulated_plant(shards: &EquationErrorStatistics) -> Result<AccumulatedPlant, Error> {
     Ok(accumulated(&shards.fit()?))
-}
-
-/// Fits one degree of freedom with one method, and no more than that.
-pub(crate) fn fit_of_trials(
-    dof: Dof,
-    vehicle: &Vehicle,
-    fit: &[Trial],
-    hold_out: &[Trial],
-    method: Method,
-    options: &IdentifyOptions,
-) -> Result<Fit, Error> {
-    let trials = TrialsOf {
-        fit: fit.iter().collect(),
-        hold_out: hold_out.iter().collect(),
-        steady: Vec::new(),
-    };
-    let work = Work { dof, vehicle, options, trials: &trials };
-    Ok(work.fit(method, options.terms_for(dof))?.0)
 }
 
 /// The trials of one degree of freedom, by role.
@@ -194,47 +198,6 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Every method's plant; with the recommended fit.
-    fn unsteady(&self, found: &mut Identification, watch: &mut dyn FnMut(Method)) -> Option<Fit> {
-        if self.trials.fit.is_empty() {
-            return None;
-        }
-        let mut fits = Vec::new();
-        for &method in &self.options.methods {
-            watch(method);
-            match self.fit(method, self.options.terms_for(self.dof)) {
-                Ok(fit) => fits.push(fit),
-                Err(error) => found.results.failures.push(self.failure(method.name(), &error)),
-            }
-        }
-        let recommended = fits.first().map(|(fit, _)| fit.clone());
-        let late = self.lateness(&fits);
-        for (fit, axes) in &fits {
-            let late = late.get(&fit.method);
-            match self.plant(fit, axes, recommended.as_ref(), late) {
-                Ok(plant) => {
-                    let (dof, method, model) = (self.dof, fit.method, fit.model());
-                    found.models.push(FittedModel { dof, method, model });
-                    if recommended.as_ref().is_some_and(|first| first.method == fit.method) {
-                        found.results.plants.insert(self.dof, plant.clone());
-                    }
-                    found.results.methods.entry(self.dof).or_default().insert(fit.method, plant);
-                }
-                Err(error) => {
-                    found.results.failures.push(self.failure(fit.method.name(), &error));
-                }
-            }
-        }
-        if let Some(plant) = found.results.plants.get_mut(&self.dof) {
-            let others = found.results.methods.entry(self.dof).or_default();
-            plant.caveats.extend(better_elsewhere(self.dof, plant, others));
-        }
-        if let Some(fit) = &recommended {
-            found.results.subsets.insert(self.dof, self.subsets(fit));
-        }
-        recommended
-    }
-
     fn failure(&self, method: &str, error: &Error) -> Failure {
         Failure { dof: self.dof, method: method.to_owned(), message: error.to_string() }
     }
@@ -269,7 +232,12 @@ impl Work<'_> {
             let steady = self.steady_axes(source)?;
             // It carries thrust errors itself, by its own information.
             self.fit_filter_error(
-                Records { fit: &axes, hold_out: &hold_out, steady: &steady },
+                Records {
+                    fit: &axes,
+                    hold_out: &hold_out,
+                    steady: &steady,
+                    dry_mass_kg: self.vehicle.dry_mass_kg,
+                },
                 terms,
             )?
         } else {
@@ -299,7 +267,9 @@ impl Work<'_> {
                 fit_output_error(dof, axes, chosen, &start, &options.output_error)
             }
             Method::FilterError => {
-                self.fit_filter_error(Records { fit: axes, hold_out: &[], steady: &[] }, terms)
+                let dry_mass_kg = self.vehicle.dry_mass_kg;
+                let records = Records { fit: axes, hold_out: &[], steady: &[], dry_mass_kg };
+                self.fit_filter_error(records, terms)
             }
         }
     }
@@ -330,38 +300,20 @@ impl Work<'_> {
         doubted.into_iter().map(caveat).collect()
     }
 
-    fn plant(
-        &self,
-        fit: &Fit,
-        axes: &[AxisRecord],
-        recommended: Option<&Fit>,
-        late: Option<&Caveat>,
-    ) -> Result<PlantResult, Error> {
-        let fit_score = score_plant(self.dof, &fit.model(), &self.trials.fit)?;
-        let hold_out = match self.trials.hold_out.as_slice() {
-            [] => None,
-            trials => Some(score_plant(self.dof, &fit.model(), trials)?),
-        };
-        let evidence = Evidence { fit, axes, trials: &self.trials.fit, vehicle: self.vehicle };
-        let mut doubts = caveats(&evidence)?;
-        doubts.extend(late.cloned());
-        if let Some(recommended) = recommended.filter(|first| first.method != fit.method) {
-            doubts.extend(disagreement(recommended, fit));
-        }
-        let of = |score: &Score| (score.mean_abs_error, score.null_error);
-        doubts.extend(scoring(self.dof, of(&fit_score), hold_out.as_ref().map(of)));
-        doubts.extend(hold_out.iter().flat_map(|score| worse_trials(self.dof, score)));
-        doubts.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
-        doubts.dedup();
-        Ok(plant_result(fit, fit_score, hold_out, doubts))
+    /// The options that fit the structure that was found, and search for none.
+    fn with_structure_of(&self, fit: &Fit) -> IdentifyOptions {
+        let admitted = fit.structure.iter().filter(|decision| decision.admitted);
+        let required = admitted.map(|decision| decision.candidate).collect();
+        let filter_error = FilterErrorOptions { candidates: Vec::new(), required };
+        IdentifyOptions { filter_error, ..self.options.clone() }
     }
 
     /// The recommended method with every choice of terms, beside the same nuisances.
     fn subsets(&self, recommended: &Fit) -> Vec<SubsetResult> {
-        let admitted = recommended.structure.iter().filter(|decision| decision.admitted);
-        let required = admitted.map(|decision| decision.candidate).collect();
-        let filter_error = FilterErrorOptions { candidates: Vec::new(), required };
-        let options = IdentifyOptions { filter_error, ..self.options.clone() };
+        if !self.options.subsets {
+            return Vec::new();
+        }
+        let options = self.with_structure_of(recommended);
         let trials =
             TrialsOf { fit: self.trials.fit.clone(), hold_out: Vec::new(), steady: Vec::new() };
         let work = Work { options: &options, trials: &trials, ..*self };
@@ -417,84 +369,4 @@ fn with_thrust_errors(
     let others: Vec<LumpedParameters> =
         errors.into_iter().map(with_off).collect::<Result<_, Error>>()?;
     Ok(found.with_thrust_off(&others))
-}
-
-/// Scores a plant on trials: e on raw velocity, beside a model that never moves.
-///
-/// # Errors
-/// Those of [`Trial::axis`]; a simulation that runs away is no error but has no score.
-pub fn score_plant(dof: Dof, model: &Model, trials: &[&Trial]) -> Result<Score, Error> {
-    Ok(total_score(&compare(dof, model, trials)?))
-}
-
-/// One trial simulated, or not.
-enum Outcome {
-    Compared(Box<Comparison>),
-    Diverged { trial: String, null_error: f64, samples: usize },
-}
-
-fn compare(dof: Dof, model: &Model, trials: &[&Trial]) -> Result<Vec<Outcome>, Error> {
-    let of = |trial: &&Trial| match evaluate(dof, model, trial) {
-        Ok(comparison) => Ok(Outcome::Compared(Box::new(comparison))),
-        Err(Error::Diverged { .. }) => {
-            let velocity = trial.axis(dof, VelocitySource::Measured)?.velocity()?;
-            let samples = velocity.len();
-            let null_error =
-                velocity.values().iter().map(|v| v.abs()).sum::<f64>() / samples as f64;
-            Ok(Outcome::Diverged { trial: trial.name().to_owned(), null_error, samples })
-        }
-        Err(other) => Err(other),
-    };
-    trials.iter().map(of).collect()
-}
-
-fn total_score(outcomes: &[Outcome]) -> Score {
-    let compared = outcomes.iter().filter_map(|outcome| match outcome {
-        Outcome::Compared(comparison) => Some(comparison),
-        Outcome::Diverged { .. } => None,
-    });
-    let pairs = compared.flat_map(|c| c.measured.iter().copied().zip(c.simulated.iter().copied()));
-    let all = Agreement::over(pairs, 0.0);
-    let mut diverged = false;
-    let mut null = (0.0, 0);
-    let mut trials = Vec::new();
-    for outcome in outcomes {
-        let score = match outcome {
-            Outcome::Compared(comparison) => trial_score(comparison),
-            Outcome::Diverged { trial, null_error, samples } => {
-                diverged = true;
-                TrialScore {
-                    trial: trial.clone(),
-                    mean_abs_error: None,
-                    null_error: *null_error,
-                    r_squared: None,
-                    position_r_squared: None,
-                    position_mean_abs_error: None,
-                    samples: *samples,
-                }
-            }
-        };
-        null.0 += score.null_error * score.samples as f64;
-        null.1 += score.samples;
-        trials.push(score);
-    }
-    Score {
-        mean_abs_error: (!diverged).then_some(all.mean_abs_error),
-        null_error: if null.1 == 0 { 0.0 } else { null.0 / null.1 as f64 },
-        r_squared: all.r_squared.filter(|_| !diverged),
-        trials,
-    }
-}
-
-fn trial_score(comparison: &Comparison) -> TrialScore {
-    let position = comparison.position.as_ref().map(|position| position.agreement);
-    TrialScore {
-        trial: comparison.trial.clone(),
-        mean_abs_error: Some(comparison.velocity.mean_abs_error),
-        null_error: comparison.velocity.null_error,
-        r_squared: comparison.velocity.r_squared,
-        position_r_squared: position.and_then(|agreement| agreement.r_squared),
-        position_mean_abs_error: position.map(|agreement| agreement.mean_abs_error),
-        samples: comparison.velocity.samples,
-    }
 }

@@ -10,7 +10,8 @@
 //!
 //! or, in physical terms, mass 1/α, quadratic drag −β/α, linear drag −μ/α and bias force −bias/α.
 //! It starts from \[Jason2\] and mends it; sources are keys of `docs/src/references.md`. Numbers are SI
-//! and radians. The crate reads no files, keeps no clock, prints nothing and starts no threads.
+//! and radians. The crate reads no files, keeps no clock and prints nothing. Independent fits run on
+//! all cores; how many there are changes no digit.
 //!
 //! # The whole story
 //!
@@ -65,12 +66,17 @@ mod dof;
 mod error;
 pub mod estimate;
 mod evaluate;
+#[doc(hidden)]
+pub mod exact;
 mod excursion;
 mod identify;
+mod judge;
 mod model;
 pub mod monte_carlo;
+pub mod motion;
 pub mod navigation;
-mod plant;
+mod parallel;
+pub mod plant;
 pub mod quantity;
 pub mod regression;
 pub mod results;
@@ -92,8 +98,10 @@ pub use error::Error;
 pub use estimate::{Estimate, Fit, Method};
 pub use evaluate::{Agreement, Comparison, PositionComparison, evaluate};
 pub use identify::{
-    IdentifyOptions, Stage, accumulated_plant, identify, identify_watched, score_plant, steady_drag,
+    CoupledPlan, IdentifyOptions, Stage, accumulated_plant, identify, identify_watched,
+    plant_of_result, steady_drag,
 };
+pub use judge::{box_pierce, inflation_for, robust_covariance, score_plant};
 pub use model::{Model, ThrustModel};
 pub use navigation::{Motion, Navigated, Recording};
 pub use plant::{LumpedParameters, PhysicalParameters, Stability};
@@ -104,7 +112,7 @@ pub use simulate::{Response, State, simulate};
 pub use terms::{Term, Terms};
 pub use thrust::{QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
 pub use trial::{
-    AxisRecord, Role, ThrusterTrack, Trial, TrialSetup, UniformAxis, UniformStretch,
+    AxisRecord, CoupledRecord, Role, ThrusterTrack, Trial, TrialSetup, UniformAxis, UniformStretch,
     VelocitySource, lever_axes,
 };
 pub use vehicle::{Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle};

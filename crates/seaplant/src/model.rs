@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::estimate::drive_over;
+use crate::estimate::{Candidate, drive_over};
 use crate::results::PlantResult;
 use crate::simulate::{Response, State, advance, has_run_away, simulate};
 use crate::{AxisRecord, Error, LumpedParameters};
@@ -18,6 +18,20 @@ pub struct ThrustModel {
     pub reverse_ratio: f64,
     /// Thrust lost to inflow: each thruster gives `k_in |n| v` less.
     pub inflow: f64,
+    /// Lag of a propeller that slows down over that of one that speeds up.
+    pub lag_ratio: f64,
+    /// Time that a propeller needs from rest to `full_speed` at its greatest rate, s; 0 without
+    /// a limit.
+    pub slew_s: f64,
+    /// Thrust lost to inflow by propellers that push the way the vehicle goes.
+    pub inflow_ahead: f64,
+    /// Exponent of thrust over propeller speed: 2 is what the curve says.
+    pub exponent: f64,
+    /// The propeller speed at which the exponent leaves thrust as it is, rad/s.
+    pub full_speed: f64,
+    /// Whether propeller speeds move linearly from one logged sample to the next; else they are
+    /// held.
+    pub linear: bool,
     /// What turning does to body velocity, as a part of what it does to a rigid body.
     pub turning: f64,
     /// Current along the degree of freedom, m/s, by trial.
@@ -31,6 +45,12 @@ impl Default for ThrustModel {
             delay_s: 0.0,
             reverse_ratio: 1.0,
             inflow: 0.0,
+            lag_ratio: 1.0,
+            slew_s: 0.0,
+            inflow_ahead: 0.0,
+            exponent: 2.0,
+            full_speed: 1.0,
+            linear: false,
             turning: 0.0,
             current: BTreeMap::new(),
         }
@@ -38,6 +58,12 @@ impl Default for ThrustModel {
 }
 
 impl ThrustModel {
+    /// Whether thrust acts as it was logged, in water at rest.
+    fn is_plain(&self) -> bool {
+        let plain = Self { full_speed: self.full_speed, ..Self::default() };
+        *self == plain
+    }
+
     /// The current of a trial: its own, else the mean of those that are known.
     pub fn current_of(&self, trial: &str) -> f64 {
         let mean = self.current.values().sum::<f64>() / self.current.len().max(1) as f64;
@@ -75,6 +101,15 @@ impl Model {
             delay_s: value("delay").unwrap_or(0.0),
             reverse_ratio: value("reverse_ratio").unwrap_or(1.0),
             inflow: value("inflow").unwrap_or(0.0),
+            lag_ratio: value("lag_ratio").unwrap_or(1.0),
+            slew_s: value("slew").unwrap_or(0.0),
+            inflow_ahead: value("inflow_ahead").unwrap_or(0.0),
+            exponent: value("thrust_exponent").unwrap_or(2.0),
+            full_speed: value("full_speed").unwrap_or(1.0),
+            linear: result
+                .structure
+                .iter()
+                .any(|decision| decision.candidate == Candidate::LinearThrust && decision.admitted),
             turning: value("turning").unwrap_or(0.0),
             current: current.collect(),
         };
@@ -97,7 +132,7 @@ impl Model {
         start: State,
         times_s: &[f64],
     ) -> Result<Response, Error> {
-        if self.thrust == ThrustModel::default() {
+        if self.thrust.is_plain() {
             return simulate(axis.dof, &self.lumped, &axis.force, start, times_s);
         }
         let Some(&first) = times_s.first() else { return Ok(Response::default()) };
@@ -108,10 +143,14 @@ impl Model {
         let mut state = start;
         for step in drive_over(&tracks, axis.turning.as_ref(), times_s, &self.thrust) {
             let turning = self.thrust.turning * step.turning;
-            let lost = self.lumped.alpha * self.thrust.inflow * step.gamma;
             let acceleration = |v: f64| {
                 // Drag acts on velocity through the water.
-                self.lumped.acceleration(step.tau, v - current) - lost * (v - current) + turning
+                let r = v - current;
+                let [forward, backward] = step.gamma;
+                let ahead = if r < 0.0 { backward } else { forward };
+                let lost =
+                    self.thrust.inflow * (forward + backward) + self.thrust.inflow_ahead * ahead;
+                self.lumped.acceleration(step.tau, r) - self.lumped.alpha * lost * r + turning
             };
             state = advance(acceleration, state, step.length_s);
             if has_run_away(state) {

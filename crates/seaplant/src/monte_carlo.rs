@@ -1,13 +1,13 @@
-//! How well a method does on a twin: errors and coverage over many seeds.
+//! How well a method does on a twin: errors, coverage and verdicts over many seeds.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::{Candidate, Decision};
-use crate::identify::fit_of_trials;
+use crate::results::{Parameter, PlantResult, Results, Trust};
 use crate::series::median;
-use crate::twin::{TwinSpec, TwinTrial, make};
-use crate::{Dof, Error, Estimate, Fit, IdentifyOptions, Method, Role, Trial, TrialSetup};
+use crate::twin::{TwinPlant, TwinSpec, TwinTrial, make};
+use crate::{Dof, Error, Estimate, IdentifyOptions, Method, Role, Trial, TrialSetup, identify};
 
 /// A parameter of the plant.
 #[derive(
@@ -33,9 +33,23 @@ pub struct Sample {
     /// Which method.
     pub method: Method,
     /// What it found, or why it did not.
-    pub found: Result<Vec<Found>, Error>,
+    pub found: Result<Vec<Found>, String>,
     /// Which parts it took into its model, and which not.
     pub structure: Vec<Decision>,
+    /// What its user is told, and what is true; of the recommended method alone.
+    pub judged: Option<Judged>,
+}
+
+/// How a recommended plant is presented, beside how far off it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judged {
+    /// What its user is told.
+    pub trust: Trust,
+    /// Error of mass, as a part of the truth.
+    pub mass_error: f64,
+    /// Error of drag at the mean speed of held-out trials, as a part of the truth: quadratic and
+    /// linear drag can stand in for each other, their sum at a usual speed is what acts.
+    pub drag_error: f64,
 }
 
 /// One parameter, found and true.
@@ -64,6 +78,28 @@ pub struct Admission {
     pub fits: usize,
 }
 
+/// How often recommended plants are presented as what they are not.
+///
+/// A plant is wrong if its mass is off by more than 10 % or its drag, at the mean speed of
+/// held-out trials, by more than 20 %; it is good if they are within 5 % and 10 %.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Assurance {
+    /// Which degree of freedom.
+    pub dof: Dof,
+    /// Recommended plants.
+    pub plants: usize,
+    /// Those that are wrong.
+    pub wrong: usize,
+    /// False assurance: those of the wrong ones that are called usable.
+    pub wrong_but_usable: usize,
+    /// Those of the wrong ones that are called usable with care.
+    pub wrong_but_usable_with_care: usize,
+    /// Plants that are good.
+    pub good: usize,
+    /// False alarms: those of the good ones that are called doubtful, or not to be used.
+    pub good_but_doubted: usize,
+}
+
 /// Errors and coverage over all seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Row {
@@ -85,28 +121,20 @@ pub struct Row {
     pub failures: usize,
 }
 
-/// Makes the twin of one seed and fits every degree of freedom with every method.
+/// Makes the twin of one seed and identifies every degree of freedom with every method, from its
+/// fitted trial and its held-out one.
 ///
 /// # Errors
 /// [`Error::TwinSpec`] for a twin that cannot be made; a fit that fails is a sample.
 pub fn sample(spec: &TwinSpec, options: &IdentifyOptions) -> Result<Vec<Sample>, Error> {
     let twin = make(spec)?;
-    let mut samples = Vec::new();
-    for &dof in &spec.dofs {
-        let of = |role| -> Result<Vec<Trial>, Error> {
-            let wanted = |trial: &&TwinTrial| trial.dof == dof && trial.role == role;
-            let trials = twin.trials.iter().filter(wanted);
-            trials.map(|trial| as_trial(trial, &twin.vehicle)).collect()
-        };
-        let (fit, hold_out) = (of(Role::Fit)?, of(Role::HoldOut)?);
-        for &method in &options.methods {
-            let fitted = fit_of_trials(dof, &twin.vehicle, &fit, &hold_out, method, options);
-            let structure = fitted.as_ref().map_or(Vec::new(), |fit| fit.structure.clone());
-            let found = fitted.map(|fit| compare(spec, dof, &fit));
-            samples.push(Sample { seed: spec.seed, dof, method, found, structure });
-        }
-    }
-    Ok(samples)
+    let unsteady = twin.trials.iter().filter(|trial| trial.role != Role::Steady);
+    let trials: Vec<Trial> =
+        unsteady.map(|trial| as_trial(trial, &twin.vehicle)).collect::<Result<_, _>>()?;
+    let options = IdentifyOptions { subsets: false, ..options.clone() };
+    let results = identify(&twin.vehicle, &trials, &options).results;
+    let pairs = spec.dofs.iter().flat_map(|dof| options.methods.iter().map(move |m| (*dof, *m)));
+    Ok(pairs.map(|(dof, method)| sample_of(spec, &results, dof, method)).collect())
 }
 
 fn as_trial(trial: &TwinTrial, vehicle: &crate::Vehicle) -> Result<Trial, Error> {
@@ -119,17 +147,89 @@ fn as_trial(trial: &TwinTrial, vehicle: &crate::Vehicle) -> Result<Trial, Error>
     Trial::new(setup, &trial.recording, vehicle)
 }
 
-fn compare(spec: &TwinSpec, dof: Dof, fit: &Fit) -> Vec<Found> {
-    let estimates = fit.estimates();
+fn sample_of(spec: &TwinSpec, results: &Results, dof: Dof, method: Method) -> Sample {
     let truth = &spec.plants[&dof];
+    let plant = results.methods.get(&dof).and_then(|methods| methods.get(&method));
+    let failed = || {
+        let of = results.failures.iter().find(|f| f.dof == dof && f.method == method.name());
+        of.map_or("no plant was found".to_owned(), |failure| failure.message.clone())
+    };
+    let recommended = results.plants.get(&dof).filter(|plant| plant.method == method);
+    Sample {
+        seed: spec.seed,
+        dof,
+        method,
+        found: plant.map(|plant| compare(truth, plant)).ok_or_else(failed),
+        structure: plant.map_or(Vec::new(), |plant| plant.structure.clone()),
+        judged: recommended.and_then(|plant| Judged::of(truth, plant)),
+    }
+}
+
+fn compare(truth: &TwinPlant, plant: &PlantResult) -> Vec<Found> {
+    let found = &plant.parameters;
     [
-        (ParameterName::Mass, Some(estimates.mass), truth.mass),
-        (ParameterName::QuadraticDrag, estimates.d_quadratic, truth.d_quadratic),
-        (ParameterName::BiasForce, estimates.bias_force, truth.bias_force),
+        (ParameterName::Mass, Some(&found.mass), truth.mass),
+        (ParameterName::QuadraticDrag, found.quadratic_drag.as_ref(), truth.d_quadratic),
+        (ParameterName::BiasForce, found.bias_force.as_ref(), truth.bias_force),
     ]
     .into_iter()
-    .filter_map(|(name, estimate, truth)| Some(Found { name, estimate: estimate?, truth }))
+    .filter_map(|(name, parameter, truth)| {
+        let Parameter { value, std, low95, high95, .. } = *parameter?;
+        Some(Found { name, estimate: Estimate { value, std, low95, high95 }, truth })
+    })
     .collect()
+}
+
+/// Errors of a wrong plant, and of a good one: of mass, and of drag.
+const WRONG: (f64, f64) = (0.10, 0.20);
+const GOOD: (f64, f64) = (0.05, 0.10);
+
+impl Judged {
+    /// `None` if no trial was held out.
+    fn of(truth: &TwinPlant, plant: &PlantResult) -> Option<Self> {
+        // A model that never moves errs by the mean speed.
+        let speed = plant.hold_out.as_ref()?.null_error;
+        let value = |parameter: &Option<Parameter>| parameter.as_ref().map_or(0.0, |p| p.value);
+        let (quadratic, linear) =
+            (value(&plant.parameters.quadratic_drag), value(&plant.parameters.linear_drag));
+        let at_speed = |quadratic: f64, linear: f64| quadratic * speed * speed + linear * speed;
+        Some(Self {
+            trust: plant.verdict.trust,
+            mass_error: plant.parameters.mass.value / truth.mass - 1.0,
+            drag_error: at_speed(quadratic, linear) / at_speed(truth.d_quadratic, truth.d_linear)
+                - 1.0,
+        })
+    }
+
+    /// NaN counts as beyond any bound.
+    fn within(&self, (mass, drag): (f64, f64)) -> bool {
+        self.mass_error.abs() <= mass && self.drag_error.abs() <= drag
+    }
+}
+
+/// How often plants are presented as what they are not, by degree of freedom.
+pub fn assurance(samples: &[Sample]) -> Vec<Assurance> {
+    let of_dof = |dof| {
+        let of = samples.iter().filter(|sample| sample.dof == dof);
+        let judged: Vec<Judged> = of.filter_map(|sample| sample.judged).collect();
+        let (good, wrong): (Vec<Judged>, Vec<Judged>) = (
+            judged.iter().copied().filter(|plant| plant.within(GOOD)).collect(),
+            judged.iter().copied().filter(|plant| !plant.within(WRONG)).collect(),
+        );
+        let count = |of: &[Judged], told: &[Trust]| {
+            of.iter().filter(|plant| told.contains(&plant.trust)).count()
+        };
+        (!judged.is_empty()).then(|| Assurance {
+            dof,
+            plants: judged.len(),
+            wrong: wrong.len(),
+            wrong_but_usable: count(&wrong, &[Trust::Usable]),
+            wrong_but_usable_with_care: count(&wrong, &[Trust::UsableWithCare]),
+            good: good.len(),
+            good_but_doubted: count(&good, &[Trust::Doubtful, Trust::DoNotUse]),
+        })
+    };
+    Dof::ALL.into_iter().filter_map(of_dof).collect()
 }
 
 /// Errors and coverage of each degree of freedom, method and parameter.
@@ -220,13 +320,13 @@ mod tests {
             method: Method::Paper,
             found: Ok(vec![found]),
             structure,
+            judged: None,
         }
     }
 
     #[test]
     fn counts_errors_coverage_and_failures_by_hand() {
-        let failed =
-            Sample { found: Err(Error::NoTrial { dof: Dof::Surge }), ..sample_of(0.0, 1.0) };
+        let failed = Sample { found: Err("no trial".to_owned()), ..sample_of(0.0, 1.0) };
         let samples = [sample_of(0.01, 1.0), sample_of(-0.03, 1.0), sample_of(0.05, 10.0), failed];
         let rows = summarise(&samples);
         assert_eq!(rows.len(), 1);
@@ -243,6 +343,61 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].candidate, found[0].fits), (Candidate::LinearDrag, 3));
         assert!((found[0].admitted_percent - 200.0 / 3.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn counts_false_assurance_and_false_alarms_by_hand() {
+        use Trust::{DoNotUse, Doubtful, Usable, UsableWithCare};
+        let judged = |trust, mass_error, drag_error| Sample {
+            judged: Some(Judged { trust, mass_error, drag_error }),
+            ..sample_of(0.0, 1.0)
+        };
+        let samples = [
+            judged(Usable, 0.01, -0.02),
+            judged(Usable, -0.11, 0.0),
+            judged(UsableWithCare, 0.0, 0.3),
+            judged(DoNotUse, 0.0, f64::NAN),
+            judged(Doubtful, 0.04, 0.09),
+            judged(Doubtful, 0.07, 0.15),
+            sample_of(0.0, 1.0),
+        ];
+        let expected = Assurance {
+            dof: Dof::Surge,
+            plants: 6,
+            wrong: 3,
+            wrong_but_usable: 1,
+            wrong_but_usable_with_care: 1,
+            good: 2,
+            good_but_doubted: 1,
+        };
+        assert_eq!(assurance(&samples), [expected]);
+    }
+
+    #[test]
+    fn only_the_recommended_plant_is_judged_and_by_its_total_drag() {
+        let mut spec = TwinSpec { duration_s: 120.0, ..TwinSpec::jason2() };
+        spec.dofs = [Dof::Surge].into();
+        let methods = vec![Method::OutputError, Method::Paper];
+        let samples = sample(&spec, &IdentifyOptions { methods, ..Default::default() });
+        let samples = samples.expect("a twin that can be");
+        let judged: Vec<Method> =
+            samples.iter().filter(|s| s.judged.is_some()).map(|s| s.method).collect();
+        assert_eq!(judged, [Method::OutputError]);
+        let plant = samples[0].judged.expect("just found");
+        assert!(plant.within(GOOD) && plant.trust >= Trust::UsableWithCare, "{plant:?}");
+        let drag = samples[0].found.as_ref().expect("fitted")[1];
+        let error = drag.estimate.value / drag.truth - 1.0;
+        assert!((plant.drag_error - error).abs() < 1e-12, "without linear drag that is all");
+    }
+
+    #[test]
+    fn a_failed_fit_says_why() {
+        let spec = TwinSpec { dofs: [Dof::Surge].into(), ..TwinSpec::jason2() };
+        let results =
+            identify(&make(&spec).expect("a twin").vehicle, &[], &IdentifyOptions::default())
+                .results;
+        let sample = super::sample_of(&spec, &results, Dof::Surge, Method::Paper);
+        assert_eq!(sample.found, Err("no plant was found".to_owned()));
     }
 
     #[test]

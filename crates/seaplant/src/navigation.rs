@@ -4,7 +4,11 @@
 //! An attitude turns body vectors into world ones: `R = R_z(heading) R_y(pitch) R_x(roll)`.
 
 mod attitude;
+mod beside;
+mod gyro;
+mod tilt;
 mod track;
+mod turns;
 
 use std::collections::BTreeMap;
 
@@ -12,11 +16,13 @@ use nalgebra::Vector3;
 
 use attitude::AttitudeRecord;
 pub use attitude::unwrap;
+pub use beside::Beside;
+use tilt::{heave_path, yaw_path};
 use track::Track;
 
 use crate::quantity::{Axis, World};
 use crate::series::Reader;
-use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Sensors, Timed};
+use crate::{Caveat, CaveatCode, Dof, Error, Gap, Quantity, Sensors, Timed};
 
 /// What one trial's instruments and thrusters said, in SI units and radians.
 pub type Recording = BTreeMap<Quantity, Timed>;
@@ -37,14 +43,22 @@ pub struct Navigated {
     pub measured: BTreeMap<Dof, Timed>,
     /// Velocity by way of navigated position.
     pub by_position: BTreeMap<Dof, Motion>,
-    /// Positions along a degree of freedom that were measured themselves:
-    /// depth (heave), roll, pitch and unwrapped heading (yaw).
+    /// Positions along a degree of freedom that were measured themselves: the way along the
+    /// body's vertical axis that depth leads to (heave), roll, pitch, and the way about that axis
+    /// that heading leads to (yaw).
     pub position: BTreeMap<Dof, Timed>,
+    /// Heading as it was measured, unwrapped, rad: its slope is the yaw rate of a level vehicle only.
+    pub heading: Option<Timed>,
+    /// Gaps of heading in which the vehicle may have turned about: what heading says before and
+    /// after one differs by an unknown number of turns.
+    pub heading_cuts: Vec<Gap>,
     /// Angular velocity `[p, q, r]` of the body, rad/s, where rates or attitude were logged.
     pub rates: Option<[Timed; 3]>,
     /// What turning does to the velocity of a rigid body along each translation, `−(ω × v)`,
     /// m/s²; of those whose log has turning and another velocity.
     pub turning: BTreeMap<Dof, Timed>,
+    /// What all axes did, those that are not wanted among them.
+    pub beside: Beside,
     /// World-fixed displacement `[north, east, down]` since the start, m.
     pub displacement_ned: Option<[Timed; 3]>,
     /// What navigation had to do without.
@@ -84,6 +98,7 @@ pub(crate) fn navigate_along(
 
 /// Navigation but for what follows from the way travelled.
 struct Voyage {
+    trial: String,
     attitude: AttitudeRecord,
     /// North and east of the sensor that measures position, where there is one.
     positioned: Option<[Timed; 2]>,
@@ -94,9 +109,11 @@ struct Voyage {
 
 impl Voyage {
     fn of(trial: &str, mut recording: Recording, sensors: &Sensors) -> Result<Self, Error> {
-        let mut nav = Navigated::default();
+        let caveats = gyro::remove_dead(trial, &mut recording);
         let attitude = AttitudeRecord::take(&mut recording, sensors);
-        nav.rates = rates(&recording, &attitude)?;
+        let rates = rates(&recording, &attitude)?;
+        let heading_cuts = attitude.cuts.clone();
+        let mut nav = Navigated { caveats, rates, heading_cuts, ..Navigated::default() };
         for (dof, angle) in [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().zip(attitude.parts()) {
             if let Some(angle) = angle {
                 nav.position.insert(dof, angle.clone());
@@ -119,7 +136,8 @@ impl Voyage {
             let message = "position is logged without heading: north is taken as forward; map attitude.heading";
             nav.caveats.push(Caveat::warning(CaveatCode::Navigation, message));
         }
-        Ok(Self { attitude, positioned, lever: sensors.position.position_body, nav })
+        let (trial, lever) = (trial.to_owned(), sensors.position.position_body);
+        Ok(Self { trial, attitude, positioned, lever, nav })
     }
 
     /// The way travelled, as positioned or by dead reckoning; `None` if neither can be had.
@@ -143,14 +161,27 @@ impl Voyage {
             let numbers: Vec<usize> = rows.iter().map(|(row, _)| *row).collect();
             velocities = track.body_velocity(&numbers)?;
         }
-        let mut nav = self.nav;
+        let Self { attitude, mut nav, trial, .. } = self;
         let found = rows.into_iter().zip(velocities);
         nav.by_position.extend(found.map(|((_, dof), v)| (dof, Motion::Velocity(v))));
+        if let Some(depth) = nav.position.get(&Dof::Heave).filter(|_| dofs.contains(&Dof::Heave)) {
+            let (path, doubt) = heave_path(&trial, depth, &attitude, &nav);
+            nav.position.insert(Dof::Heave, path.clone());
+            nav.by_position.insert(Dof::Heave, Motion::Position(path));
+            nav.caveats.extend(doubt);
+        }
+        if let Some(heading) = &attitude.heading {
+            nav.heading = Some(heading.clone());
+            let path = yaw_path(heading, &attitude);
+            nav.position.insert(Dof::Yaw, path.clone());
+            nav.by_position.insert(Dof::Yaw, Motion::Position(path));
+        }
         for &dof in dofs {
             if let Some(turning) = turning_along(dof, &nav) {
                 nav.turning.insert(dof, turning);
             }
         }
+        nav.beside = Beside::of(&nav);
         nav.measured.retain(|dof, _| dofs.contains(dof));
         nav.by_position.retain(|dof, _| dofs.contains(dof));
         nav.position.retain(|dof, _| dofs.contains(dof));
@@ -187,14 +218,23 @@ fn axis_of(dof: Dof) -> Axis {
 const AXES: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 const TRANSLATIONS: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Heave];
 
-/// Measured rates where there are any, else those of the attitude.
+/// Measured rates, and for axes without one those of the attitude.
 fn rates(recording: &Recording, attitude: &AttitudeRecord) -> Result<Option<[Timed; 3]>, Error> {
-    let measured = AXES.map(|axis| recording.get(&Quantity::Rate(axis)));
+    let rotation =
+        |axis| [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().find(|dof| axis_of(*dof) == axis);
+    let measured = AXES.map(|axis| {
+        let velocity = || recording.get(&Quantity::Velocity(rotation(axis)?));
+        recording.get(&Quantity::Rate(axis)).or_else(velocity)
+    });
     let Some(base) = measured.iter().flatten().max_by_key(|rate| rate.len()) else {
         return attitude.body_rates();
     };
-    let still = || base.map(|_| 0.0);
-    Ok(Some(measured.map(|rate| rate.cloned().unwrap_or_else(still))))
+    if let [Some(p), Some(q), Some(r)] = measured {
+        return Ok(Some([p.clone(), q.clone(), r.clone()]));
+    }
+    let derived = attitude.body_rates()?.unwrap_or_else(|| AXES.map(|_| base.map(|_| 0.0)));
+    let pairs = std::array::from_fn(|k| measured[k].unwrap_or(&derived[k]).clone());
+    Ok(Some(pairs))
 }
 
 fn dvl_at_origin(
@@ -366,6 +406,25 @@ mod tests {
         let sway = nav.measured[&Dof::Sway].values();
         // A ramp passes the rate filter unchanged, two seconds from its edges.
         assert!(sway[20..80].iter().all(|v| v.abs() < 1e-4), "{sway:?}");
+    }
+
+    #[test]
+    fn a_gyro_in_yaw_leaves_roll_and_pitch_to_the_attitude() {
+        let recording = Recording::from([
+            (Quantity::Rate(Axis::Z), every_tenth(300, |t| 0.3 * t.cos())),
+            (Quantity::Attitude(Attitude::Pitch), every_tenth(300, |t| 0.2 * t.sin())),
+        ]);
+        let [p, q, r] = rates_of(&recording).expect("known");
+        let inside = (30..270).map(|k| 0.1 * f64::from(k));
+        for t in inside {
+            // The rate filter takes 1 % of 1 rad/s.
+            assert!((q.at(t) - 0.2 * t.cos()).abs() < 0.01, "{t}");
+            assert!((r.at(t) - 0.3 * t.cos()).abs() < 0.01 && p.at(t).abs() < 1e-12);
+        }
+    }
+
+    fn rates_of(recording: &Recording) -> Option<[Timed; 3]> {
+        navigate("t", recording, &Sensors::default()).expect("complete").rates
     }
 
     #[test]

@@ -1,6 +1,29 @@
-//! The plant model of one degree of freedom, lumped and physical.
+//! Plants: the equation of motion of any set of axes, and the lumped and physical numbers of one.
+//!
+//! ```text
+//! M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + (further terms) + g(η) = τ,     ν_r = ν − R(η)ᵀ u_c
+//! ```
+//!
+//! A [`Structure`] lists the terms, each a [`Basis`] whose regressor is written once; a
+//! [`Plant`] adds their coefficients; a [`Parameterisation`] makes these from free numbers so
+//! that they are possible. With a current that neither turns nor changes only the total M
+//! shows, and C follows from it.
+
+mod basis;
+mod coefficients;
+mod notation;
+mod parameterisation;
+mod rigid_body;
+mod structure;
 
 use std::fmt;
+
+pub use basis::{Basis, Factor, Instant, Product};
+pub(crate) use basis::{kirchhoff, kirchhoff_slope};
+pub use coefficients::Plant;
+pub use parameterisation::{Parameterisation, Physical, Plain};
+pub use rigid_body::{Buoyancy, RigidBody};
+pub use structure::{Structure, Symmetry};
 
 use nalgebra::{Matrix4, Vector4};
 use schemars::JsonSchema;

@@ -253,6 +253,10 @@ impl Reduced {
     fn factored(&self) -> Result<Factored, Error> {
         let needed = self.fitted.len();
         let columns = DMatrix::from_fn(WIDTH, needed, |i, j| self.column(&self.whole, j)[i]);
+        // Of what is not finite the search for singular values never ends.
+        if !columns.iter().all(|x| x.is_finite()) {
+            return Err(Error::TooLarge { dof: self.dof });
+        }
         let svd = columns.svd(true, true);
         let largest = svd.singular_values.max();
         let rank = svd.rank(EXCITATION_FLOOR * largest);

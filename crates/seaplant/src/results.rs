@@ -2,17 +2,25 @@
 //!
 //! Every number that a report shows stands here, or in the series beside it.
 
+mod coupled;
+
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::{Decision, Filters, Innovations};
+pub use crate::judge::{NullModel, NullScore, Part, PlantChange, Trust, Verdict};
 use crate::signal::Spectrum;
 use crate::terms::Term;
 use crate::{
     Caveat, ClockOffset, Comparison, Dof, Error, Estimate, LumpedParameters, Method, Model, Role,
     Stability,
+};
+
+pub use coupled::{
+    AxisScore, Coefficient, Correlation, CoupledPlant, CoupledScore, Identifiability, MatrixResult,
+    TermDecision, ToldBy,
 };
 
 /// The name and version of this contract.
@@ -36,6 +44,9 @@ pub struct Results {
     pub provenance: Provenance,
     /// The recommended plant of each degree of freedom.
     pub plants: BTreeMap<Dof, PlantResult>,
+    /// Plants of several axes, by their axes: `surge-sway-yaw`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub coupled: BTreeMap<String, CoupledPlant>,
     /// Every method's plant of each degree of freedom.
     pub methods: BTreeMap<Dof, BTreeMap<Method, PlantResult>>,
     /// The recommended method with every choice of terms.
@@ -65,7 +76,7 @@ impl Results {
     /// [`Error::NothingFound`], with every method's reason, if there is neither a plant nor
     /// steady drag.
     pub fn check(&self) -> Result<(), Error> {
-        if !(self.plants.is_empty() && self.steady.is_empty()) {
+        if !(self.plants.is_empty() && self.coupled.is_empty() && self.steady.is_empty()) {
             return Ok(());
         }
         let reason = |f: &Failure| format!("\n  {} by {}: {}", f.dof, f.method, f.message);
@@ -194,8 +205,19 @@ pub struct PlantResult {
     pub fit: Score,
     /// Its error on trials that it had not seen.
     pub hold_out: Option<Score>,
+    /// Where no trial was held out: the error on fitted trials, or thirds of a single one, each
+    /// predicted by a plant that was fitted to the others.
+    #[serde(default)]
+    pub left_out: Option<Score>,
+    /// How white innovations are: Box–Pierce over 40 lags, divided by 40; 1 if they are. Absent
+    /// of methods that make none.
+    #[serde(default)]
+    pub whiteness: Option<f64>,
     /// Doubts.
     pub caveats: Vec<Caveat>,
+    /// What to make of it.
+    #[serde(default)]
+    pub verdict: Verdict,
 }
 
 /// The plant that equation error finds of a record in shards: not scored, for nobody has the
@@ -267,6 +289,16 @@ pub struct Score {
     pub mean_abs_error: Option<f64>,
     /// e of a model that never moves.
     pub null_error: f64,
+    /// The best model without a plant; absent if a simulation diverged.
+    #[serde(default)]
+    pub best_null: Option<NullScore>,
+    /// e with an initial velocity, a constant force and, in translations, a current fitted to each
+    /// trial (of long ones, to each 150 s): what methods are compared by.
+    #[serde(default)]
+    pub offset_free_error: Option<f64>,
+    /// The change of the plant that the errors ask for; absent where they do not tell.
+    #[serde(default)]
+    pub change: Option<PlantChange>,
     /// 1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials.
     pub r_squared: Option<f64>,
     /// Each trial.

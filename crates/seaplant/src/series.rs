@@ -47,6 +47,9 @@ const ROUNDING_PART: f64 = 1e-6;
 /// of a microsecond, each.
 pub(crate) const ROUNDING_S: f64 = 1e-6;
 
+/// A signal that is held for so long has no gap, s.
+const LEAST_HELD_GAP_S: f64 = 1.0;
+
 impl Steps {
     fn of(time_s: &[f64]) -> Self {
         let (mut shortest, mut longest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -321,7 +324,7 @@ impl Timed {
     }
 
     /// The series as one that is held over steps of at most `step_s`: each holds what
-    /// straight lines between samples have in its middle.
+    /// straight lines between samples have in its middle. Gaps stay gaps.
     ///
     /// ```
     /// use seaplant::Timed;
@@ -331,8 +334,14 @@ impl Timed {
     /// ```
     pub fn interpolated(&self, step_s: f64) -> Self {
         let (mut time_s, mut values) = (Vec::new(), Vec::new());
+        let longest_s = self.longest_usual_s();
         for k in 1..self.len() {
             let (from_s, to_s) = (self.time_s[k - 1], self.time_s[k]);
+            if to_s - from_s > longest_s {
+                time_s.push(from_s);
+                values.push(self.values[k - 1]);
+                continue;
+            }
             let steps = ((to_s - from_s) / step_s).ceil().max(1.0);
             for step in 0..steps as usize {
                 let part = step as f64 / steps;
@@ -344,6 +353,18 @@ impl Timed {
         time_s.push(self.last_s());
         values.push(self.values[self.len() - 1]);
         Self { steps: Steps::of(&time_s), time_s: time_s.into(), values: values.into() }
+    }
+
+    /// The longest interval that is no gap in a signal that is logged when it changes: a second,
+    /// or five times what nine tenths of its intervals are shorter than.
+    pub(crate) fn longest_usual_s(&self) -> f64 {
+        if self.longest_step_s() <= LEAST_HELD_GAP_S {
+            return LEAST_HELD_GAP_S;
+        }
+        let mut steps: Vec<f64> = self.time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let tenth = steps.len() * 9 / 10;
+        let (_, long, _) = steps.select_nth_unstable_by(tenth, f64::total_cmp);
+        (5.0 * *long).max(LEAST_HELD_GAP_S)
     }
 
     /// The intervals longer than `longest_s`.
@@ -467,6 +488,15 @@ mod tests {
         let grid = Grid { start_s: -0.2, period_s: 0.17, len: 9 };
         let single: Vec<f64> = grid.times().map(|t| x.at(t)).collect();
         assert_eq!(x.interpolate(grid), single);
+    }
+
+    #[test]
+    fn lines_are_not_drawn_through_years() {
+        let mut time_s: Vec<f64> = (0..20).map(|k| 0.5 * f64::from(k)).collect();
+        time_s.extend((0..20).map(|k| 1.7e9 + 0.5 * f64::from(k)));
+        let fine = series(&time_s, &time_s.clone()).interpolated(0.05);
+        assert_eq!(fine.len(), 2 * (19 * 10 + 1));
+        assert_eq!(fine.gaps(1.0).len(), 1);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod agreement;
 mod axis;
+mod coupled;
 mod force;
 mod plausible;
 mod records;
@@ -13,7 +14,9 @@ use serde::{Deserialize, Serialize};
 
 pub use axis::{AxisRecord, UniformAxis, UniformStretch, lever_axes};
 pub(crate) use axis::{ReadyAxis, ReadyStretch};
+pub use coupled::CoupledRecord;
 
+pub(crate) use crate::navigation::Beside;
 use crate::navigation::{Navigated, Recording, navigate_along};
 use crate::series::Cutter;
 use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Vehicle};
@@ -76,6 +79,8 @@ pub struct TrialSetup {
     pub to_s: Option<f64>,
     /// Steady stretches `[from, to]`, in the recording's time, s; empty to find them.
     pub segments_s: Vec<[f64; 2]>,
+    /// The axes of each plant of several axes that the trial may serve; empty if there is none.
+    pub coupled: Vec<Vec<Dof>>,
 }
 
 /// One stretch of one log for one vehicle.
@@ -86,9 +91,11 @@ pub struct Trial {
     setup: TrialSetup,
     records: BTreeMap<Dof, Records>,
     mean_heading_rad: Option<f64>,
+    beside: Beside,
     rates_hz: BTreeMap<Quantity, f64>,
     saturated: Vec<Saturation>,
     caveats: Vec<Caveat>,
+    coupled: Vec<Result<CoupledRecord, Error>>,
 }
 
 impl Trial {
@@ -116,6 +123,8 @@ impl Trial {
         caveats.extend(coarse_thrust(&setup.name, &recording));
         mask(&mut recording, &mut caveats);
         let rates_hz = recording.iter().map(|(what, x)| (what.clone(), rate_hz(x))).collect();
+        let coupled_of = |axes: &Vec<Dof>| CoupledRecord::new(&setup, &recording, vehicle, axes);
+        let coupled = setup.coupled.iter().map(coupled_of).collect();
         let (of_thrust, recording) =
             recording.into_iter().partition(|(quantity, _)| quantity.is_of_thrust());
         let mut thrusts = Thrusts::new(&setup, of_thrust, vehicle);
@@ -133,7 +142,8 @@ impl Trial {
             records.insert(dof, Records::of(&setup, dof, thrust, &navigated, &mut cutter)?);
         }
         let mean_heading_rad = mean_heading_rad(&navigated);
-        Ok(Self { setup, records, mean_heading_rad, rates_hz, saturated, caveats })
+        let beside = navigated.beside;
+        Ok(Self { setup, records, mean_heading_rad, beside, rates_hz, saturated, caveats, coupled })
     }
 
     /// Adds doubts that the log's reader had.
@@ -168,9 +178,14 @@ impl Trial {
         &self.setup
     }
 
-    /// The mean of the unwrapped heading, rad; `None` if it was not logged.
+    /// The mean direction of the heading, rad; `None` if it was not logged.
     pub fn mean_heading_rad(&self) -> Option<f64> {
         self.mean_heading_rad
+    }
+
+    /// What all axes of the vehicle did, as far as that was logged.
+    pub(crate) fn beside(&self) -> &Beside {
+        &self.beside
     }
 
     /// The median rate at which a quantity was logged, Hz; `None` if it was not.
@@ -191,6 +206,21 @@ impl Trial {
         records.from(source)
     }
 
+    /// What it says of the axes of a plant of several axes.
+    ///
+    /// # Errors
+    /// As [`CoupledRecord::new`], if it does not say enough; [`Error::Plant`] if its setup does
+    /// not name such a plant.
+    pub fn coupled(&self, axes: &[Dof]) -> Result<&CoupledRecord, Error> {
+        let found = self.setup.coupled.iter().position(|known| known == axes);
+        let Some(found) = found.and_then(|at| self.coupled.get(at)) else {
+            let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
+            let reason = format!("trial `{}` was not read for it", self.setup.name);
+            return Err(Error::Plant { axes: names.join("-"), reason });
+        };
+        found.as_ref().map_err(Clone::clone)
+    }
+
     /// The caveats that every fit of a degree of freedom of this trial inherits.
     pub fn caveats(&self, dof: Dof) -> Vec<Caveat> {
         let mut caveats = self.caveats.clone();
@@ -204,7 +234,8 @@ impl Trial {
         }
         let axis = self.axis(dof, VelocitySource::Measured);
         caveats.extend(axis.iter().filter_map(AxisRecord::contradiction));
-        if let Ok(ready) = axis.and_then(|axis| axis.ready(LEAST_SAMPLES))
+        let ready = axis.as_ref().map(|axis| axis.ready(LEAST_SAMPLES));
+        if let Ok(Ok(ready)) = &ready
             && let Some(first) = ready.gaps.first()
         {
             let lost: f64 = ready.gaps.iter().map(|gap| gap.to_s - gap.from_s).sum();
@@ -217,13 +248,16 @@ impl Trial {
             );
             caveats.push(Caveat::note(CaveatCode::Gaps, message));
         }
+        caveats.extend(axis.iter().filter_map(AxisRecord::lost_turns));
         caveats
     }
 }
 
+/// The direction of the mean of unit vectors, which whole turns leave alone.
 fn mean_heading_rad(navigated: &Navigated) -> Option<f64> {
     let heading = navigated.position.get(&Dof::Yaw)?;
-    Some(heading.values().iter().sum::<f64>() / heading.len() as f64)
+    let sum = |of: fn(f64) -> f64| heading.values().iter().map(|x| of(*x)).sum::<f64>();
+    Some(sum(f64::sin).atan2(sum(f64::cos)))
 }
 
 /// Below this a trial says nothing: an order-2 filter alone needs ten samples.

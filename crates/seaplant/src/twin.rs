@@ -5,10 +5,14 @@
 //! what its analyst gets wrong, is switched on by name.
 
 mod command;
+mod disturbance;
+mod faults;
 mod instruments;
 mod motion;
+mod propellers;
 mod random;
 mod spec;
+mod strength;
 mod truth;
 mod validate;
 mod vehicle;
@@ -17,10 +21,9 @@ mod water;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-pub use spec::{
-    Disturbance, DisturbanceStrength, Excitation, NoiseLevel, SteadyRuns, TwinPlant, TwinSpec,
-    TwinThrusters,
-};
+pub use disturbance::Disturbance;
+pub use spec::{Excitation, NoiseLevel, SteadyRuns, TwinPlant, TwinSpec, TwinThrusters};
+pub use strength::DisturbanceStrength;
 pub use truth::{TrueNuisances, TrueParameters, TrueSteady, Truth};
 
 use crate::navigation::Recording;
@@ -74,7 +77,7 @@ pub struct TwinTrial {
 ///
 /// `τ = m v̇ + d_Q v_r|v_r| + d_L v_r + b` with v_r the velocity through the water, by
 /// RK4 at 0.02 s under thrust that is held for 0.1 s. Logged propeller speeds are in
-/// force from their time stamp, and are those asked for: lag and delay come after.
+/// force from their time stamp, and are those asked for: lag, delay and rate limit come after.
 ///
 /// # Errors
 /// [`Error::TwinSpec`] for a twin that cannot be, or that surfaces.
@@ -115,6 +118,9 @@ struct Plan {
     duration_s: f64,
     /// Constant thrust of a steady run, as a part of the greatest, positive downwards.
     thrust: f64,
+    /// Time under way before and after it, as parts of that of all trials of its degree of
+    /// freedom.
+    spent: (f64, f64),
 }
 
 fn plans(spec: &TwinSpec) -> Vec<Plan> {
@@ -122,7 +128,7 @@ fn plans(spec: &TwinSpec) -> Vec<Plan> {
     for &dof in &spec.dofs {
         let plan = |name, role, duration_s| {
             let plant = spec.plants[&dof].physical();
-            Plan { name, role, dof, plant, duration_s, thrust: 0.0 }
+            Plan { name, role, dof, plant, duration_s, thrust: 0.0, spent: (0.0, 0.0) }
         };
         plans.push(plan(format!("{dof} 1"), Role::Fit, spec.duration_s));
         plans.push(plan(format!("{dof} hold-out"), Role::HoldOut, spec.hold_out_s));
@@ -132,7 +138,19 @@ fn plans(spec: &TwinSpec) -> Vec<Plan> {
         plans.extend(runs.down.iter().map(|&part| steady_plan(spec, "down", part, part)));
         plans.extend(runs.up.iter().map(|&part| steady_plan(spec, "up", part, -part)));
     }
+    spec.dofs.iter().for_each(|dof| spend(&mut plans, *dof));
     plans
+}
+
+/// Shares the time of a degree of freedom out among its trials.
+fn spend(plans: &mut [Plan], dof: Dof) {
+    let total_s: f64 = plans.iter().filter(|p| p.dof == dof).map(|p| p.duration_s).sum();
+    let mut elapsed_s = 0.0;
+    for plan in plans.iter_mut().filter(|plan| plan.dof == dof) {
+        let start_s = elapsed_s;
+        elapsed_s += plan.duration_s;
+        plan.spent = (start_s / total_s, elapsed_s / total_s);
+    }
 }
 
 /// `30 %`, or `30.5 %`.
@@ -150,6 +168,7 @@ fn steady_plan(spec: &TwinSpec, way: &str, part: f64, thrust: f64) -> Plan {
         plant: PhysicalParameters { mass, d_quadratic, d_linear: 0.0, bias_force },
         duration_s,
         thrust,
+        spent: (0.0, 0.0),
     }
 }
 
@@ -200,7 +219,7 @@ fn bollard_pull(spec: &TwinSpec) -> Vec<(f64, f64)> {
     let points = BENCH_POINTS as i32;
     let read = |point: i32| {
         let speed = spec.thrusters.max_speed() * f64::from(point) / f64::from(points);
-        (speed, spec.thrusters.law().force(speed) + BENCH_STD_N * normal(&mut rng))
+        (speed, spec.true_thrust(speed) + BENCH_STD_N * normal(&mut rng))
     };
     (-points..=points).map(read).collect()
 }
@@ -231,6 +250,57 @@ mod tests {
         };
         assert_eq!(all(3), all(3));
         assert_ne!(all(3).trials, all(4).trials);
+    }
+
+    /// A seed's twin with the first eight disturbances, as version 0.1.0 logged it.
+    #[test]
+    fn a_seed_keeps_the_log_that_it_had() {
+        let plant =
+            TwinPlant { mass: 9000.0, d_quadratic: 1500.0, d_linear: 100.0, bias_force: 0.0 };
+        let campaign = make(&TwinSpec {
+            seed: 7,
+            noise: NoiseLevel::Low,
+            duration_s: 120.0,
+            hold_out_s: 100.0,
+            disturbances: Disturbance::ALL[..8].iter().copied().collect(),
+            plants: TwinSpec::jason2().plants.into_iter().chain([(Dof::Surge, plant)]).collect(),
+            ..TwinSpec::jason2()
+        })
+        .expect("can be made");
+        let at = |trial: &str, quantity: &Quantity, sample: usize| {
+            let found = campaign.trials.iter().find(|made| made.name == trial).expect("made");
+            found.recording[quantity].values()[sample]
+        };
+        let [x, z] = [Axis::X, Axis::Z].map(Quantity::DvlVelocity);
+        // Half of the file's last decimal.
+        for (trial, quantity, sample, logged, half) in [
+            ("surge 1", &x, 999, 0.24827, 5e-6),
+            ("heave hold-out", &z, 999, 0.27358, 5e-6),
+            ("yaw 1", &x, 999, -0.09487, 5e-6),
+            ("heave hold-out", &Quantity::Depth, 58, 152.32, 5e-4),
+        ] {
+            let now = at(trial, quantity, sample);
+            assert!((now - logged).abs() <= half, "{trial}, {quantity}: {now}, not {logged}");
+        }
+        let heading = Quantity::Attitude(Attitude::Heading);
+        assert!((at("yaw 1", &heading, 999).to_degrees() - 30.0222).abs() <= 5e-5);
+        assert!((at("yaw 1", &speed("lateral aft"), 500) / RPM - 1600.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn each_disturbance_changes_the_log_of_surge() {
+        let calm = short(|spec| spec.dofs = [Dof::Surge].into());
+        for disturbance in Disturbance::ALL {
+            let disturbed = short(|spec| {
+                spec.dofs = [Dof::Surge].into();
+                spec.disturbances.insert(disturbance);
+                // A minute is short for gaps that are rare.
+                spec.strength.gap_interval_s = 5.0;
+            });
+            let misled = disturbed.vehicle != calm.vehicle;
+            assert!(misled || disturbed.trials != calm.trials, "{disturbance}");
+            assert_eq!(disturbed.truth.plants, calm.truth.plants, "{disturbance}");
+        }
     }
 
     #[test]
@@ -335,6 +405,21 @@ mod tests {
         assert_eq!((truth.nuisances.delay_s, truth.nuisances.lag_s), (0.2, 0.0));
         assert!((truth.nuisances.reverse_ratio - 0.0328 / 0.0402).abs() < 1e-12);
         assert_eq!(truth.mean_current_m_s["surge 1"], 0.0);
+        let other = short(|spec| {
+            spec.disturbances =
+                Disturbance::parse_list("lag-two-way,thrust-exponent,dvl-scale").expect("known");
+        });
+        let nuisances = other.truth.nuisances;
+        assert_eq!((nuisances.lag_s, nuisances.lag_up_s, nuisances.lag_down_s), (0.0, 0.15, 0.45));
+        assert_eq!((nuisances.thrust_exponent, nuisances.dvl_scale), (1.8, 1.03));
+    }
+
+    #[test]
+    fn truth_of_an_older_twin_can_be_read() {
+        let truth = short(|_| ()).truth;
+        let mut json = serde_json::to_value(&truth).expect("plain data");
+        json["nuisances"].as_object_mut().expect("an object").retain(|key, _| key == "delay_s");
+        assert_eq!(serde_json::from_value::<Truth>(json).expect("valid"), truth);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 
+use crate::plant::{Buoyancy, RigidBody};
 use crate::{Dof, Error, ThrustCurve};
 
 /// A thruster, in the body frame.
@@ -122,6 +123,10 @@ pub struct Vehicle {
     pub dry_mass_kg: Option<f64>,
     /// Length, width and height of the hull, m.
     pub size_m: Option<[f64; 3]>,
+    /// What is known of it dry, for plants of several axes.
+    pub rigid_body: Option<RigidBody>,
+    /// What the water carries of it.
+    pub buoyancy: Option<Buoyancy>,
     /// All thrusters.
     pub thrusters: Vec<Thruster>,
     /// All instruments.

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use seaplant::results::{PlantResult, Results};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use seaplant::results::{PlantResult, Results, Trust};
 use seaplant::twin::{Disturbance, TwinCampaign, TwinSpec, make};
 use seaplant::{
     CaveatCode, Dof, IdentifyOptions, Method, PhysicalParameters, QuadraticThrust, Quantity,
@@ -73,7 +76,8 @@ fn plant_of(vehicle: &Vehicle, recording: &Recording, method: Method) -> PlantRe
     let trial = Trial::new(setup, recording, vehicle).expect("complete");
     let options = IdentifyOptions { methods: vec![method], ..IdentifyOptions::default() };
     let mut found = identify(vehicle, &[trial], &options).results;
-    found.plants.remove(&Dof::Surge).unwrap_or_else(|| panic!("{:?}", found.failures))
+    let mut methods = found.methods.remove(&Dof::Surge).unwrap_or_default();
+    methods.remove(&method).unwrap_or_else(|| panic!("{:?}", found.failures))
 }
 
 /// Two tones both ways: nothing to doubt but that there is no held-out trial.
@@ -313,7 +317,8 @@ fn drag_that_no_hull_of_that_size_has_is_named() {
     let fits = plant_of(&sized([2.0, 0.7, 0.7]), &recording, Method::FilterError);
     assert!(!codes(&fits).contains(&CaveatCode::Implausible));
     let tiny = plant_of(&sized([2.0, 0.02, 0.02]), &recording, Method::FilterError);
-    assert!(caveat_of(&tiny, CaveatCode::Implausible).contains("drag coefficient of 19"));
+    let says = |caveat: &seaplant::Caveat| caveat.message.contains("drag coefficient of 19");
+    assert!(tiny.caveats.iter().any(says), "{:?}", tiny.caveats);
 }
 
 #[test]
@@ -418,4 +423,193 @@ fn steady_pairs_with_different_ballast_contradict_each_other() {
     assert!(steady.caveats.iter().any(contradicts), "{:?}", steady.caveats);
     let clean = &results(&twin(Dof::Heave, "none")).steady[&Dof::Heave];
     assert!(!clean.caveats.iter().any(contradicts), "{:?}", clean.caveats);
+}
+
+fn setup(name: &str, role: Role) -> TrialSetup {
+    TrialSetup { name: name.into(), role, dofs: vec![Dof::Surge], ..TrialSetup::default() }
+}
+
+/// A surge trial of [`PLANT`] whose thrust is not what its propeller says.
+fn pushed(seconds: f64, speed: impl Fn(f64) -> f64, force: impl Fn(f64, f64) -> f64) -> Recording {
+    let mut recording = driven(seconds, &speed);
+    let time = recording[&Quantity::Velocity(Dof::Surge)].time_s().to_vec();
+    let of = |&t: &f64| force(t, 0.04 * speed(t) * speed(t).abs());
+    let force = Timed::new("force", time.clone(), time.iter().map(of).collect::<Vec<_>>());
+    let force = force.expect("valid");
+    let moved = simulate(Dof::Surge, &PLANT.to_lumped(), &force, State::default(), &time);
+    let velocity = Timed::new("u", time, moved.expect("stable").velocity).expect("valid");
+    recording.insert(Quantity::Velocity(Dof::Surge), velocity);
+    recording
+}
+
+/// White noise of a standard deviation on the velocity, m/s.
+fn with_noise(mut recording: Recording, std: f64) -> Recording {
+    let velocity = recording.get_mut(&Quantity::Velocity(Dof::Surge)).expect("there");
+    let chance = ChaCha8Rng::seed_from_u64(1).sample_iter::<f64, _>(StandardNormal);
+    let values: Vec<f64> =
+        velocity.values().iter().zip(chance).map(|(v, noise)| v + std * noise).collect();
+    *velocity = velocity.with_values("u", values).expect("finite");
+    recording
+}
+
+#[test]
+fn thrust_that_pushes_the_other_way_is_named_and_nothing_recommended() {
+    let mut recording = driven(300.0, lively);
+    let velocity = recording.get_mut(&Quantity::Velocity(Dof::Surge)).expect("there");
+    *velocity = velocity.map(|v| -v);
+    let vehicle = simple_vehicle(None);
+    let trial = Trial::new(setup("t", Role::Fit), &recording, &vehicle).expect("complete");
+    let found = identify(&vehicle, &[trial], &IdentifyOptions::default()).results;
+    assert!(found.plants.is_empty());
+    let failure = found.failures.iter().find(|failure| failure.method == "any method");
+    assert!(failure.expect("told").message.starts_with("thrust in surge seems reversed"));
+    let plant = &found.methods[&Dof::Surge][&Method::EquationError];
+    assert!(caveat_of(plant, CaveatCode::ThrustReversed).contains("would have 8"));
+}
+
+#[test]
+fn thrust_that_sags_through_the_record_is_a_plant_that_drifts() {
+    let sagging = pushed(600.0, lively, |t, tau| tau * (1.0 - 0.25 * t / 600.0));
+    let plant = plant_of(&simple_vehicle(None), &with_noise(sagging, 0.005), Method::FilterError);
+    assert!(caveat_of(&plant, CaveatCode::PlantDrifts).contains("thrust over mass"));
+    let steady = with_noise(driven(600.0, lively), 0.005);
+    let plant = plant_of(&simple_vehicle(None), &steady, Method::FilterError);
+    assert!(!codes(&plant).contains(&CaveatCode::PlantDrifts));
+}
+
+#[test]
+fn a_held_out_trial_of_a_heavier_vehicle_asks_for_another_plant() {
+    let vehicle = simple_vehicle(None);
+    let loaded = pushed(300.0, lively, |_, tau| tau / 1.3);
+    let own = with_noise(driven(300.0, lively), 0.005);
+    let held = |recording: &Recording| {
+        let trials = [
+            Trial::new(setup("t", Role::Fit), &own, &vehicle).expect("complete"),
+            Trial::new(setup("h", Role::HoldOut), recording, &vehicle).expect("complete"),
+        ];
+        identify(&vehicle, &trials, &IdentifyOptions::default()).results.plants[&Dof::Surge].clone()
+    };
+    let other = held(&with_noise(loaded, 0.005));
+    assert!(caveat_of(&other, CaveatCode::AnotherPlantFits).contains("held-out surge trials"));
+    assert_ne!(other.verdict.trust, Trust::Usable);
+    let same = held(&with_noise(driven(300.0, |t| lively(1.3 * t + 5.0)), 0.005));
+    assert!(!codes(&same).contains(&CaveatCode::AnotherPlantFits), "{:?}", same.caveats);
+    assert_eq!(same.verdict.trust, Trust::Usable, "{:?}", same.caveats);
+}
+
+#[test]
+fn an_axis_that_others_move_is_not_to_be_used_alone() {
+    // Their product has the frequencies of the thrust, as where a pilot drives all axes at once.
+    let sway = |t: f64| 0.4 * (0.415 * t + 0.5).sin();
+    let turn = |t: f64| 0.5 * (0.215 * t).sin();
+    // The mass across is twice that along.
+    let driven_beside = |gain: f64| {
+        let force = |t: f64, tau: f64| tau + gain * PLANT.mass * sway(t) * turn(t);
+        let mut recording = with_noise(pushed(600.0, lively, force), 0.005);
+        let time = recording[&Quantity::Velocity(Dof::Surge)].time_s().to_vec();
+        let of = |f: &dyn Fn(f64) -> f64| {
+            Timed::new("x", time.clone(), time.iter().map(|&t| f(t)).collect::<Vec<_>>())
+        };
+        recording.insert(Quantity::Velocity(Dof::Sway), of(&sway).expect("valid"));
+        recording.insert(Quantity::Rate(seaplant::quantity::Axis::Z), of(&turn).expect("valid"));
+        plant_of(&simple_vehicle(None), &recording, Method::EquationError)
+    };
+    let plant = driven_beside(1.0);
+    let message = caveat_of(&plant, CaveatCode::CoupledAxes);
+    assert!(message.starts_with("do not use surge alone") && message.contains("v r"), "{message}");
+    assert!(!codes(&driven_beside(0.0)).contains(&CaveatCode::CoupledAxes));
+}
+
+#[test]
+fn intervals_too_wide_for_use_are_named() {
+    let vehicle = simple_vehicle(None);
+    let of = |noise: f64| {
+        let recording = with_noise(driven(80.0, |t| 0.3 * lively(t)), noise);
+        plant_of(&vehicle, &recording, Method::OutputError)
+    };
+    let (rough, lost) = (of(0.05), of(0.3));
+    assert!(codes(&lost).contains(&CaveatCode::NotDetermined), "{:?}", lost.parameters);
+    assert!(codes(&rough).contains(&CaveatCode::WideInterval), "{:?}", rough.parameters);
+}
+
+#[test]
+fn thrust_of_a_speed_controller_follows_velocity() {
+    let plant = PLANT.to_lumped();
+    let (mut v, mut time, mut n, mut u) = (0.0_f64, Vec::new(), Vec::new(), Vec::new());
+    for k in 0..6000 {
+        let t = 0.1 * f64::from(k);
+        let wanted = if ((t / 20.0) as u32).is_multiple_of(2) { 0.3 } else { 0.6 };
+        let tau: f64 = (2000.0 * (wanted - v)).clamp(-300.0, 300.0);
+        // Waves that the controller answers.
+        let waves = 120.0 * (1.7 * t).sin() * (0.13 * t).sin();
+        let force = Timed::new("force", vec![0.0], vec![tau + waves]).expect("valid");
+        let start = State { velocity: v, ..State::default() };
+        time.push(t);
+        n.push((tau.abs() / 0.04).sqrt().copysign(tau));
+        u.push(v);
+        v = simulate(Dof::Surge, &plant, &force, start, &[0.0, 0.1]).expect("stable").velocity[1];
+    }
+    let thruster = Quantity::Thruster { name: "main".into(), input: ThrusterInput::Speed };
+    let recording = Recording::from([
+        (thruster, Timed::new("n", time.clone(), n).expect("valid")),
+        (Quantity::Velocity(Dof::Surge), Timed::new("u", time, u).expect("valid")),
+    ]);
+    let vehicle = simple_vehicle(None);
+    let closed = plant_of(&vehicle, &recording, Method::EquationError);
+    assert!(codes(&closed).contains(&CaveatCode::ThrustFollowsVelocity), "{:?}", closed.caveats);
+    let open = plant_of(&vehicle, &driven(600.0, lively), Method::EquationError);
+    assert!(!codes(&open).contains(&CaveatCode::ThrustFollowsVelocity));
+}
+
+#[test]
+fn a_cruise_at_one_speed_is_named() {
+    let cruise = |t: f64| 60.0 + 4.0 * (0.3 * t).sin();
+    let plant = plant_of(&simple_vehicle(None), &driven(600.0, cruise), Method::EquationError);
+    assert!(codes(&plant).contains(&CaveatCode::OneSpeed));
+}
+
+#[test]
+fn a_plant_in_place_of_the_first_methods_is_explained() {
+    let vehicle = simple_vehicle(None);
+    let trial = Trial::new(setup("t", Role::Fit), &driven(300.0, lively), &vehicle);
+    let options = IdentifyOptions {
+        methods: vec![Method::Paper, Method::EquationError],
+        ..IdentifyOptions::default()
+    };
+    let found = identify(&vehicle, &[trial.expect("complete")], &options).results;
+    let plant = &found.plants[&Dof::Surge];
+    assert_eq!(plant.method, Method::EquationError);
+    let message = caveat_of(plant, CaveatCode::RecommendedByPrediction);
+    assert!(message.contains("in place of paper"), "{message}");
+}
+
+#[test]
+fn a_mass_beyond_what_the_hull_and_its_water_have_is_severe() {
+    let plant = |dry_mass_kg| {
+        let vehicle = simple_vehicle(Some(dry_mass_kg));
+        plant_of(&vehicle, &driven(300.0, lively), Method::EquationError)
+    };
+    assert!(caveat_of(&plant(60.0), CaveatCode::Implausible).contains("wrong unit"));
+    assert!(!codes(&plant(300.0)).contains(&CaveatCode::Implausible));
+}
+
+#[test]
+fn a_minute_with_a_hole_is_shorter_than_a_minute() {
+    let mut recording = driven(100.0, lively);
+    let velocity = recording.get_mut(&Quantity::Velocity(Dof::Surge)).expect("there");
+    let kept: Vec<usize> = (0..velocity.len()).filter(|k| !(200..700).contains(k)).collect();
+    let pick = |from: &[f64]| kept.iter().map(|&k| from[k]).collect::<Vec<_>>();
+    *velocity = Timed::new("u", pick(velocity.time_s()), pick(velocity.values())).expect("valid");
+    let plant = plant_of(&simple_vehicle(None), &recording, Method::EquationError);
+    assert!(caveat_of(&plant, CaveatCode::ShortTrial).contains("49.8 s"), "{:?}", plant.caveats);
+}
+
+#[test]
+fn without_a_held_out_trial_every_third_is_predicted_by_the_others() {
+    let recording = with_noise(driven(300.0, lively), 0.005);
+    let plant = plant_of(&simple_vehicle(None), &recording, Method::FilterError);
+    let left_out = plant.left_out.as_ref().expect("thirds are long enough");
+    assert_eq!(left_out.trials.len(), 3);
+    assert!(left_out.mean_abs_error.expect("stable") < 0.1 * left_out.null_error);
+    assert_eq!(plant.verdict.trust, Trust::UsableWithCare, "{}", plant.verdict.reason);
 }

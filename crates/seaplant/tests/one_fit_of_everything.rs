@@ -1,5 +1,8 @@
 //! Steady runs and oscillations in one fit, thrust curves that are not sure, and turning.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 use seaplant::results::Results;
 use seaplant::twin::{SteadyRuns, TwinSpec, make};
 use seaplant::{
@@ -120,7 +123,10 @@ fn turning_ship(c: f64) -> Recording {
     };
     let speed = Quantity::Thruster { name: "propeller".into(), input: ThrusterInput::Speed };
     // Noise of a millimetre a second, the same at every run.
-    let noise = |t: f64| 1e-3 * ((7919.0 * t).sin() + (104_729.0 * t).sin());
+    let noise = |t: f64| {
+        let mut random = ChaCha8Rng::seed_from_u64((10.0 * t).round() as u64);
+        1e-3 * random.sample::<f64, _>(StandardNormal)
+    };
     Recording::from([
         (speed, series("n", &|row| row[1])),
         (Quantity::Velocity(Dof::Surge), series("u", &|row| row[2] + noise(row[0]))),

@@ -15,6 +15,7 @@ __all__ = [
     "Trial",
     "Twin",
     "Vehicle",
+    "calendar_second",
     "fit_bench_points",
     "fit_bench_table",
     "is_quantity",
@@ -26,6 +27,7 @@ __all__ = [
     "shard_clock",
     "shard_margin_s",
     "steady_drag",
+    "time_column",
     "version",
 ]
 
@@ -164,6 +166,10 @@ def monte_carlo(
 def schema(kind: str) -> str: ...
 def version() -> str: ...
 def rounded(value: float, std: float, low95: float, high95: float) -> list[str]: ...
+def calendar_second(times: _Floats) -> float: ...
+def time_column(
+    headers: Sequence[tuple[str, str | None]], time: str | None, time_unit: str | None
+) -> tuple[int, float | None] | None: ...
 def is_quantity(name: str) -> bool: ...
 def method_names(names: Sequence[str]) -> list[str]: ...
 def read_twin_spec(path: Path | str) -> str: ...

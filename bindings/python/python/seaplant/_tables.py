@@ -2,48 +2,66 @@
 
 from __future__ import annotations
 
+import numbers
 from collections.abc import Iterator, Mapping
+from decimal import Decimal
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from seaplant import _native
 from seaplant._record import Floats
 from seaplant.errors import InputError
 
 Data: TypeAlias = Any
 """A mapping of arrays, a pandas or polars frame, or an xarray dataset."""
 
-_TIME_NAMES = ("time", "time_s", "t", "timestamp")
-TIME_FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
-
-
 _Column: TypeAlias = tuple[str, str | None, Floats]
+_Named: TypeAlias = dict[str, tuple[str | None, ArrayLike]]
 
 
 def tables_of(
-    data: Data, time: str | None, factor: float
+    data: Data, time: str | None, time_unit: str | None
 ) -> Iterator[tuple[Floats, list[_Column]]]:
     """Times in s and the columns of a table, whatever holds it; of a dataset, one a clock."""
     if hasattr(data, "data_vars"):
         for clock in _clocks(data) if time is None else [time]:
-            yield _table(dict(_series(data, clock)), clock, factor)
+            yield _table(dict(_series(data, clock)), clock, time_unit)
+    elif hasattr(data, "index") and hasattr(data, "columns"):
+        yield _table(*_of_pandas(data, time, time_unit), time_unit)
     else:
-        yield _table(dict(_columns(data, time)), time, factor)
+        yield _table(dict(_columns(data)), time, time_unit)
 
 
-_Named: TypeAlias = dict[str, tuple[str | None, ArrayLike]]
-
-
-def _table(columns: _Named, time: str | None, factor: float) -> tuple[Floats, list[_Column]]:
-    names = [time] if time is not None else [of for of in _TIME_NAMES if of in columns]
-    if not names or names[0] not in columns:
-        found = ", ".join(map(str, columns))
-        raise InputError(f"no time among {found}; name the column with time=")
-    time_s = _seconds(columns.pop(names[0])[1], factor)
+def _table(
+    columns: _Named, time: str | None, time_unit: str | None
+) -> tuple[Floats, list[_Column]]:
+    name, second = _time_column(columns, time, time_unit)
+    time_s = _seconds(name, columns.pop(name)[1], second)
     return time_s, [
-        (header, unit, _floats(header, of)) for header, (unit, of) in columns.items()
+        (header, unit, floats(f"column {header!r}", of)) for header, (unit, of) in columns.items()
     ]
+
+
+def _time_column(
+    columns: _Named, time: str | None, time_unit: str | None
+) -> tuple[str, float | None]:
+    """Which column is time, as of a CSV file, and the seconds in its unit, if one is stated."""
+    found = _native.time_column(_headers(columns), time, time_unit)
+    if found is None:
+        raise InputError(f"no time among {', '.join(columns)}; name the column with time=")
+    place, second = found
+    return list(columns)[place], second
+
+
+def _headers(columns: _Named) -> list[tuple[str, str | None]]:
+    return [(name, _time_unit(unit)) for name, (unit, _) in columns.items()]
+
+
+def _time_unit(unit: str | None) -> str | None:
+    """The unit of ``seconds since 2026-05-01``, as climate and forecast files write it."""
+    return unit if unit is None else unit.split(" since ")[0]
 
 
 def _clocks(data: Data) -> list[str]:
@@ -54,22 +72,78 @@ def _clocks(data: Data) -> list[str]:
 
 def _series(data: Data, clock: str) -> Iterator[tuple[str, tuple[str | None, ArrayLike]]]:
     """What runs along one coordinate of a dataset, itself included."""
+    if clock not in data.coords and clock not in data.data_vars:
+        # xarray would count the rows instead.
+        known = ", ".join(map(str, data.coords)) or "none"
+        raise InputError(
+            f"the dimension {clock!r} has no coordinate that says when (the coordinates are "
+            f"{known}); assign its times"
+        )
     for name in [*data.coords, *data.data_vars]:
         of = data[name]
         if of.dims == (clock,) or name == clock:
             yield str(name), (of.attrs.get("units"), of.to_numpy())
 
 
-def _columns(
-    data: Data, time: str | None
-) -> Iterator[tuple[str, tuple[str | None, ArrayLike]]]:
-    if hasattr(data, "index") and hasattr(data, "columns"):
-        has_time = time in data.columns or any(of in data.columns for of in _TIME_NAMES)
-        if not has_time:
-            yield time or "time", (None, data.index.to_numpy())
-        for name in data.columns:
-            yield str(name), (None, data[name].to_numpy())
-    elif hasattr(data, "get_columns"):
+def _of_pandas(
+    data: Data, time: str | None, time_unit: str | None
+) -> tuple[_Named, str | None]:
+    """The columns of a frame and which of them is time: one of its own, or its index."""
+    columns: _Named = {str(name): (None, _pandas_values(data[name])) for name in data.columns}
+    if len(columns) < len(data.columns):
+        raise InputError("two columns of the frame have one name; rename one")
+    if time in columns:
+        return columns, time
+    if time is None and _native.time_column(_headers(columns), None, time_unit) is not None:
+        return columns, None
+    name = _index_name(data.index, time, ", ".join(columns))
+    if name in columns:
+        raise InputError(f"the index and a column are both called {name!r}; rename one")
+    return {name: (None, _pandas_values(data.index)), **columns}, name
+
+
+def _index_name(index: Any, time: str | None, columns: str) -> str:
+    """What the index is called, if it can be time."""
+    if index.nlevels > 1:
+        raise InputError("the frame's index has several levels; name the column with time=")
+    name = None if index.name is None else str(index.name)
+    if time is not None and time != name:
+        raise InputError(f"no column {time!r} among {columns}, nor is the index called so")
+    if time is not None or index.dtype.kind in "mM":
+        return name or "time"
+    # An unnamed index of fractions is one that somebody gave; whole numbers may count rows.
+    if name is None and index.dtype.kind == "f":
+        return "time"
+    if name is None:
+        raise InputError(
+            f"no time among {columns}, and the frame's index has no name and may count rows; "
+            "name the column with time=, or the index: frame.index.name = 'time [s]'"
+        )
+    if _native.time_column([(name, None)], None, None) is None:
+        raise InputError(
+            f"no time among {columns}, and the index {name!r} is not called as time is; name one "
+            "with time="
+        )
+    return name
+
+
+def _pandas_values(of: Any) -> ArrayLike:
+    """The values of a series or an index, in types that NumPy has."""
+    dtype = of.dtype
+    if isinstance(dtype, np.dtype):
+        return np.asarray(of.to_numpy())
+    if getattr(dtype, "tz", None) is not None:
+        instants = getattr(of, "dt", of).tz_convert("UTC")
+        return np.asarray(getattr(instants, "dt", instants).tz_localize(None).to_numpy())
+    from pandas.api.types import is_numeric_dtype
+
+    if is_numeric_dtype(dtype):
+        return np.asarray(of.to_numpy(dtype=np.float64, na_value=np.nan))
+    return np.asarray(of.to_numpy())
+
+
+def _columns(data: Data) -> Iterator[tuple[str, tuple[str | None, ArrayLike]]]:
+    if hasattr(data, "get_columns"):
         for of in data.get_columns():
             yield of.name, (None, of.to_numpy())
     elif isinstance(data, Mapping):
@@ -82,22 +156,57 @@ def _columns(
         )
 
 
-def _seconds(values: ArrayLike, factor: float) -> Floats:
-    array = np.asarray(values)
-    if array.dtype.kind == "M":
+def _seconds(name: str, values: ArrayLike, second: float | None) -> Floats:
+    """Times in s; ``NaN`` where there is none."""
+    array, absent = _unmasked(values)
+    if array.dtype.kind in "mM":
+        unit = "datetime64[ns]" if array.dtype.kind == "M" else "timedelta64[ns]"
         # Whole nanoseconds first: seconds since 1970 in one float keep but a quarter of a µs.
-        whole = array.astype("datetime64[ns]").astype(np.int64)
-        return np.asarray(whole / 1e9, dtype=np.float64)
-    if array.dtype.kind == "m":
-        return np.asarray(array / np.timedelta64(1, "ns") / 1e9, dtype=np.float64)
-    return _floats("time", array) * factor
+        whole = array.astype(unit).astype(np.int64)
+        return np.where(absent | np.isnat(array), np.nan, whole / 1e9)
+    counts = floats(f"time column {name!r}", values)
+    # As of a CSV file, counts that only the calendar explains tell their unit by their size.
+    return counts * (_native.calendar_second(counts) if second is None else second)
 
 
-def _floats(name: str, values: ArrayLike) -> Floats:
+def floats(what: str, values: ArrayLike) -> Floats:
+    """Numbers of shape (n,); ``NaN`` where one is masked or absent."""
     try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"column {name!r} holds no numbers: {error}") from error
+        array, absent = _unmasked(values)
+    except ValueError as error:
+        raise InputError(f"{what} holds no numbers: {error}") from error
     if array.ndim != 1:
-        raise InputError(f"column {name!r} has {array.ndim} dimensions; give one value a row")
-    return array
+        raise InputError(f"{what} has {array.ndim} dimensions; give one value a row")
+    found = _real(what, array).astype(np.float64)
+    return np.where(absent, np.nan, found)
+
+
+def _unmasked(values: ArrayLike) -> tuple[NDArray[Any], NDArray[np.bool_] | np.bool_]:
+    """An array, and where it is masked."""
+    if np.ma.isMaskedArray(values):
+        return np.asarray(np.ma.getdata(values)), np.ma.getmaskarray(values)
+    return np.asarray(values), np.bool_(False)
+
+
+def _real(what: str, array: NDArray[Any]) -> NDArray[Any]:
+    """An array of real numbers; complex ones would lose a part, texts may mean anything."""
+    kind = array.dtype.kind
+    if kind in "fiub":
+        return array
+    if kind == "O":
+        return np.array([_number(what, row, of) for row, of in enumerate(array)])
+    if kind == "c":
+        raise InputError(f"{what} holds complex numbers; give their real part or their modulus")
+    held = {"U": "text", "S": "text", "T": "text", "M": "instants", "m": "durations"}
+    found = held.get(kind, f"values of type {array.dtype}")
+    raise InputError(f"{what} holds no numbers but {found}; convert it, or leave it out")
+
+
+def _number(what: str, row: int, of: object) -> float:
+    """One number of an array of objects; ``None`` and pandas' ``NA`` are absent."""
+    if of is None or type(of).__name__ in {"NAType", "MaskedConstant"}:
+        return float("nan")
+    if isinstance(of, numbers.Real | Decimal):
+        return float(of)
+    kind = type(of).__name__
+    raise InputError(f"{what} holds no numbers: in row {row} it has a {kind}")

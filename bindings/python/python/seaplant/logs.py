@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from seaplant import _native
 from seaplant._record import Floats
 from seaplant._results import Inspection
-from seaplant._tables import TIME_FACTORS, Data, tables_of
+from seaplant._tables import Data, tables_of
 from seaplant.errors import InputError
 
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ class Log:
         *tables: Data,
         units: Mapping[str, str] | None = None,
         time: str | None = None,
-        time_unit: str = "s",
+        time_unit: str | None = None,
         name: str = "arrays",
     ) -> Log:
         """Makes a log of numbers in memory, with explicit units.
@@ -165,11 +165,13 @@ class Log:
             The unit of each column that does not state it in its name (``"u [m/s]"``) or, in
             a dataset, in its attribute ``units``.
         time
-            The column, index or coordinate that holds time; one called ``time``, ``time_s``,
-            ``t`` or ``timestamp``, or the frame's index, if not given. Instants and durations
-            are read by their type.
+            The column, index or coordinate that holds time. If not given, the column with a
+            name of time, as in files (``time [s]``, ``Time``, ``t_ms``, ``timestamp``), or the
+            frame's index if that has such a name, holds instants or durations, or has no name
+            and holds fractions: an index that may count rows is refused.
         time_unit
-            The unit of times that are plain numbers: s, ms, us, ns, min or h.
+            The unit of times that are plain numbers, if neither name nor attribute states it;
+            seconds if nothing does.
         name
             What messages and provenance call the log.
 
@@ -189,11 +191,8 @@ class Log:
         >>> sp.Log.of({"time": [0.0, 1.0], "depth": [5.0, 5.5]}, units={"depth": "m"})["depth"]
         <Channel 'depth' [m], 2 samples, 0 to 1 s>
         """
-        if time_unit not in TIME_FACTORS:
-            raise InputError(f"{time_unit!r} is no unit of time; use {', '.join(TIME_FACTORS)}")
         stated = dict(units or {})
-        factor = TIME_FACTORS[time_unit]
-        read = [of for data in tables for of in tables_of(data, time, factor)]
+        read = [of for data in tables for of in tables_of(data, time, time_unit)]
         made = []
         for number, (time_s, columns) in enumerate(read, start=1):
             listed = [

@@ -6,11 +6,11 @@ import json
 from os import PathLike
 from pathlib import Path
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from seaplant import _native
 from seaplant._results import BollardPullResult
+from seaplant._tables import floats
 from seaplant.errors import InputError
 from seaplant.vehicles import Input, QuadraticCurve
 
@@ -83,8 +83,7 @@ def fit(
     else:
         if input_unit is None or force_unit is None:
             raise InputError("the numbers have no units; give input_unit= and force_unit=")
-        given = np.ascontiguousarray(inputs, dtype=np.float64)
-        taken = np.ascontiguousarray(forces, dtype=np.float64)
+        given, taken = floats("inputs", inputs), floats("forces", forces)
         found = _native.fit_bench_points(given, taken, input_unit, force_unit, neutral)
     return BollardPullResult.from_dict(json.loads(found))
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from seaplant import _native
 from seaplant._record import Floats
+from seaplant._tables import floats
 from seaplant.errors import InputError
 
 __all__ = [
@@ -362,9 +363,10 @@ class Vehicle:
         InputError
             If there is no such thruster.
         """
-        given = np.asarray(inputs, dtype=np.float64)
-        forces = self._native.thrust(thruster, given.ravel().tolist(), voltage_v)
-        return np.asarray(forces, dtype=np.float64).reshape(given.shape)
+        given = floats("inputs", np.ma.ravel(inputs))
+        forces = self._native.thrust(thruster, given.tolist(), voltage_v)
+        known = np.where(np.isnan(given), np.nan, np.asarray(forces, dtype=np.float64))
+        return known.reshape(np.shape(inputs))
 
     def __repr__(self) -> str:
         mass = f", {self.dry_mass_kg:g} kg in air" if self.dry_mass_kg is not None else ""

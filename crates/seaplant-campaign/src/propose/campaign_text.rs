@@ -1,7 +1,7 @@
 //! campaign.toml, as far as a log tells it.
 
 use seaplant::Quantity;
-use seaplant_log::{Log, Note, ReadOptions, Stamp};
+use seaplant_log::{Log, Note, ReadOptions, Stamp, TimeColumn};
 
 use super::ProposedTrial;
 use super::claim::SURFACE;
@@ -131,7 +131,10 @@ fn reading(page: &mut Page, log: &Log, options: &ReadOptions) {
         page.line(&format!("sheet = {}", quoted(sheet)));
     }
     let mut time = Vec::new();
-    time.extend(options.time.as_ref().map(|time| format!("column = {}", quoted(&time.column))));
+    if let Some(TimeColumn { column, unit }) = &options.time {
+        time.extend(column.as_ref().map(|column| format!("column = {}", quoted(column))));
+        time.extend(unit.as_ref().map(|unit| format!("unit = {}", quoted(unit))));
+    }
     time.extend(options.equal_sampling_hz.map(|rate| format!("equal_sampling_hz = {rate:?}")));
     time.extend((options.stamp == Stamp::Receive).then(|| "stamp = \"receive\"".to_owned()));
     if !time.is_empty() {

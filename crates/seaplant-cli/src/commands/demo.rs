@@ -10,6 +10,7 @@ use super::identify::{exit_code, finish, quoted};
 use crate::args::Demo;
 use crate::output::Output;
 use crate::progress::fitting;
+use crate::writing::{Made, Permit, Target};
 
 pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
     let spec = TwinSpec {
@@ -18,13 +19,16 @@ pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
         ..TwinSpec::jason2()
     };
     let twin = make(&spec)?;
-    super::twin::write(&twin, &arguments.out)?;
+    let permit = Permit::of(&[], arguments.force);
+    let target = Target { folder: &arguments.out, made: Some(Made::Report), permit };
+    target.check(&["results.json", "report.html"])?;
+    super::twin::write(&twin, &arguments.out, permit)?;
     let campaign = Campaign::open(&arguments.out.join("campaign.toml"))?;
     let mut found =
         fitting(output, |watch| campaign.identify_watched(&command_line(arguments), watch));
     found.results.provenance.seed = Some(spec.seed);
     found.results.truth = Some(truth(&spec));
-    finish(&found, &campaign.trials, &arguments.out, output)?;
+    finish(&found, &campaign.trials, &target, output)?;
     Ok(exit_code(&found.results))
 }
 

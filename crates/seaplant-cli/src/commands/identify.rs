@@ -4,14 +4,15 @@ use std::process::ExitCode;
 use anyhow::{Result, anyhow};
 use seaplant::Trial;
 use seaplant::results::{Identification, Results};
-use seaplant_campaign::Campaign;
+use seaplant_campaign::{Campaign, campaign_files};
 use seaplant_report::render;
 
 use crate::args::{Identify, MethodChoice};
-use crate::output::{Output, fill_folder};
+use crate::output::Output;
 use crate::progress::{fitting, watched};
 use crate::sketch::Sketches;
 use crate::summary;
+use crate::writing::{Made, Permit, Target};
 
 pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
     let found = identified(arguments, output)?;
@@ -29,8 +30,12 @@ pub fn identified(arguments: &Identify, output: Output) -> Result<Identification
         campaign.options.terms_of.clear();
     }
     let folder = arguments.out.clone().unwrap_or_else(|| beside(&arguments.campaign));
+    let inputs = campaign_files(&arguments.campaign);
+    let permit = Permit::of(&inputs, arguments.force);
+    let target = Target { folder: &folder, made: Some(Made::Report), permit };
+    target.check(&["results.json", "report.html"])?;
     let found = fitting(output, |watch| campaign.identify_watched(&command_line(arguments), watch));
-    finish(&found, &campaign.trials, &folder, output)?;
+    finish(&found, &campaign.trials, &target, output)?;
     Ok(found)
 }
 
@@ -43,19 +48,19 @@ pub fn exit_code(results: &Results) -> ExitCode {
 pub fn finish(
     found: &Identification,
     trials: &[Trial],
-    folder: &Path,
+    target: &Target<'_>,
     output: Output,
 ) -> Result<()> {
     let results = &found.results;
     results.check()?;
     let mut sketches = Sketches::default();
-    fill_folder(folder, |aside| {
+    target.fill(|aside| {
         let series = found.series(trials).inspect(|series| sketches.see(series, results));
         render(results, series, |artifact| {
             aside.write(&artifact.path, |out| artifact.write_to(out))
         })
     })?;
-    output.give(results, || summary::of(results, &sketches, folder))?;
+    output.give(results, || summary::of(results, &sketches, target.folder))?;
     if output.quiet && !output.json {
         for f in &results.failures {
             output.error(&anyhow!("{} by {}: {}", f.dof, f.method, f.message));

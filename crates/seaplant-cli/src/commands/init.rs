@@ -8,8 +8,9 @@ use serde_json::json;
 
 use crate::args::Init;
 use crate::commands::read_options;
-use crate::output::{File, Output, write_folder};
+use crate::output::Output;
 use crate::progress::watched;
+use crate::writing::{File, Permit, Target};
 
 pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
     let targets = ["vehicle.toml", "campaign.toml"].map(|name| arguments.out.join(name));
@@ -25,13 +26,11 @@ pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
     let log = watched(output, || Log::open(&files))?;
     let proposal = propose(&log, &arguments.logs, &arguments.out, &options);
     let file = |path: &str, text: &str| File { path: path.to_owned(), bytes: text.into() };
-    write_folder(
-        &arguments.out,
-        &[
-            file("vehicle.toml", &proposal.vehicle_toml),
-            file("campaign.toml", &proposal.campaign_toml),
-        ],
-    )?;
+    let permit = Permit::of(&arguments.logs, arguments.force);
+    Target { folder: &arguments.out, made: None, permit }.write(&[
+        file("vehicle.toml", &proposal.vehicle_toml),
+        file("campaign.toml", &proposal.campaign_toml),
+    ])?;
     let [vehicle, campaign] = &targets;
     let questions = &proposal.open_questions;
     let result = json!({ "vehicle": vehicle, "campaign": campaign, "open_questions": questions });

@@ -3,7 +3,8 @@ use std::process::ExitCode;
 use clap::CommandFactory;
 
 use crate::args::{Arguments, Man};
-use crate::output::{File, Output, write_folder};
+use crate::output::Output;
+use crate::writing::{File, Permit, Target};
 
 pub fn run(arguments: &Man, output: Output) -> anyhow::Result<ExitCode> {
     let command = Arguments::command();
@@ -14,7 +15,8 @@ pub fn run(arguments: &Man, output: Output) -> anyhow::Result<ExitCode> {
         let dashed: &'static str = Box::leak(name.clone().into_boxed_str());
         pages.push(page(&name, sub.clone().name(dashed))?);
     }
-    write_folder(&arguments.out, &pages)?;
+    let permit = Permit::of(&[], false);
+    Target { folder: &arguments.out, made: None, permit }.write(&pages)?;
     output.say(&format!("{} manual pages in {}", pages.len(), arguments.out.display()))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,30 +1,37 @@
 use std::num::NonZero;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::thread;
 
 use anyhow::{Context, Result, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use seaplant::IdentifyOptions;
-use seaplant::monte_carlo::{Admission, ParameterName, Row};
+use seaplant::monte_carlo::{Admission, Assurance, ParameterName, Row};
 use seaplant::twin::{Disturbance, TwinSpec};
 use seaplant_campaign::{MonteCarloTable, monte_carlo, read_toml};
 use seaplant_report::number::significant;
 
 use crate::args::{MethodChoice, MonteCarlo};
-use crate::output::{Output, write_file};
+use crate::output::Output;
 use crate::summary::{align, plain_table};
+use crate::writing::{Permit, check_single, write_file};
 
 pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
     let spec = spec_of(arguments)?;
     if arguments.runs == 0 {
         bail!("--runs is 0 and must be at least 1");
     }
+    let inputs: Vec<PathBuf> = arguments.spec.iter().cloned().collect();
+    let permit = Permit::of(&inputs, arguments.force);
+    if let Some(path) = &arguments.out {
+        check_single(path, permit, is_ours).with_context(|| path.display().to_string())?;
+    }
     let mut options = IdentifyOptions::default();
     if !arguments.methods.is_empty() {
         options.methods = MethodChoice::methods(&arguments.methods);
     }
     let processors = thread::available_parallelism().map_or(1, NonZero::get);
-    let threads = arguments.threads.unwrap_or(processors);
+    let threads = arguments.threads.map_or(processors, usize::from);
     let progress = progress(arguments.runs, output);
     let table = monte_carlo(&spec, &options, arguments.runs, threads, |run| {
         progress.set_position(run);
@@ -33,10 +40,17 @@ pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
     progress.finish_and_clear();
     let table = table.context("the study was stopped")?;
     if let Some(path) = &arguments.out {
-        write_file(path, serde_json::to_string_pretty(&table)?.as_bytes())?;
+        write_file(path, serde_json::to_string_pretty(&table)?.as_bytes(), permit, is_ours)?;
     }
     output.give(&table, || words(&table))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether a file starts as the tables that this writes.
+fn is_ours(bytes: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(bytes);
+    let has = |key: &str| text.contains(&format!("\n  \"{key}\": "));
+    text.starts_with("{\n  \"version\": ") && has("runs") && has("spec")
 }
 
 fn spec_of(arguments: &MonteCarlo) -> Result<TwinSpec> {
@@ -84,7 +98,18 @@ fn words(table: &MonteCarloTable) -> String {
         let name = candidate.name();
         all += &format!("\n{dof}, {method}: {name} in {admitted_percent:.0} % of {fits} fits");
     }
+    table.assurance.iter().for_each(|of| all += &format!("\n{}", told(of)));
     all
+}
+
+/// What users of the recommended plants were told, beside the truth.
+fn told(of: &Assurance) -> String {
+    let Assurance { dof, plants, wrong, good, .. } = of;
+    let Assurance { wrong_but_usable: usable, wrong_but_usable_with_care: care, .. } = of;
+    let doubted = of.good_but_doubted;
+    format!(
+        "{dof}: {wrong} of {plants} plants wrong (mass off by > 10 % or drag by > 20 %): {usable} called usable, {care} usable with care; {good} good: {doubted} doubted"
+    )
 }
 
 /// One cell for each parameter, a dash where it was not fitted.

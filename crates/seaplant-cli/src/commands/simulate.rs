@@ -5,23 +5,29 @@ use std::process::ExitCode;
 use anyhow::{Result, anyhow, bail};
 use seaplant::Dof;
 use seaplant::results::Results;
-use seaplant_campaign::{Simulation, read_logs};
+use seaplant_campaign::{Simulation, campaign_files, read_logs};
 use seaplant_report::number::{or_absent, significant};
 
 use super::validate::read_results;
 use crate::args::Simulate;
-use crate::output::{Output, print, write_file};
+use crate::output::{Output, print};
 use crate::progress::watched;
+use crate::writing::{Permit, write_file};
 
 pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
     let results = read_results(&arguments.results)?;
     let dof = arguments.dof.map_or_else(|| only_dof(&results), Ok)?;
     let plant = results.plant_of(dof, arguments.method)?;
     let campaign = campaign_of(arguments, &results)?;
+    let mut inputs = campaign_files(&campaign);
+    inputs.push(arguments.results.clone());
+    inputs.extend(arguments.logs.iter().cloned());
+    let permit = Permit::of(&inputs, arguments.force);
+    let is_ours = |bytes: &[u8]| bytes.starts_with(HEADER.as_bytes());
     let trial = watched(output, || read_logs(&campaign, &arguments.logs, dof))?;
     let simulation = Simulation::of(dof, plant, &trial)?;
     if let Some(path) = &arguments.out {
-        write_file(path, csv(&simulation).as_bytes())?;
+        write_file(path, csv(&simulation).as_bytes(), permit, is_ours)?;
     }
     if arguments.out.is_none() && !output.json {
         print(&csv(&simulation))?;
@@ -67,10 +73,13 @@ fn words(trial: &str, simulation: &Simulation) -> String {
     )
 }
 
+/// What every file that this writes starts with.
+const HEADER: &str = "time [s],force [";
+
 fn csv(simulation: &Simulation) -> String {
     let units = simulation.dof.units();
     let mut text = format!(
-        "time [s],force [{}],measured [{v}],simulated [{v}],difference [{v}]\n",
+        "{HEADER}{}],measured [{v}],simulated [{v}],difference [{v}]\n",
         units.force,
         v = units.velocity
     );

@@ -9,8 +9,9 @@ use seaplant_report::number::{Rounded, significant};
 use seaplant_report::thrust_figure;
 
 use crate::args::Thruster;
-use crate::output::{Output, SEVERE, WARNING, write_file};
+use crate::output::{Output, SEVERE, WARNING};
 use crate::summary::{align, plain_table};
+use crate::writing::{Permit, write_file};
 
 pub fn run(arguments: &Thruster, output: Output) -> Result<ExitCode> {
     let columns = BenchColumns {
@@ -25,11 +26,18 @@ pub fn run(arguments: &Thruster, output: Output) -> Result<ExitCode> {
     let result = bollard_result(&bench, &fit);
     if let Some(path) = &arguments.plot {
         let figure = thrust_figure(&result)?;
-        write_file(path, image(path, figure)?.as_slice())?;
+        let inputs = [arguments.table.clone()];
+        let permit = Permit { flag: "--overwrite", ..Permit::of(&inputs, arguments.overwrite) };
+        write_file(path, image(path, figure)?.as_slice(), permit, is_picture)?;
     }
     let columns = format!("{} against {}", bench.force_column.trim(), bench.input_column.trim());
     output.give(&result, || words(&columns, bench.missing, &result))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether a file is a picture that this drew; pixels bear no name.
+fn is_picture(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"fig\"")
 }
 
 fn image(path: &Path, figure: seaplant_report::Figure) -> Result<Vec<u8>> {

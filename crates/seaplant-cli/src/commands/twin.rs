@@ -8,12 +8,15 @@ use serde_json::json;
 
 use super::identify::quoted;
 use crate::args::Twin;
-use crate::output::{File, Output, write_folder};
+use crate::output::Output;
+use crate::writing::{File, Made, Permit, Target};
 
 pub fn run(arguments: &Twin, output: Output) -> Result<ExitCode> {
     let spec: TwinSpec = read_toml(&arguments.spec)?;
     let twin = make(&spec).with_context(|| arguments.spec.display().to_string())?;
-    write(&twin, &arguments.out)?;
+    let inputs = [arguments.spec.clone()];
+    let permit = Permit::of(&inputs, arguments.force);
+    write(&twin, &arguments.out, permit)?;
     let campaign = arguments.out.join("campaign.toml");
     let trials: Vec<&str> = twin.trials.iter().map(|trial| trial.name.as_str()).collect();
     output.give(&json!({ "campaign": campaign, "trials": trials }), || {
@@ -29,11 +32,11 @@ pub fn run(arguments: &Twin, output: Output) -> Result<ExitCode> {
 }
 
 /// Writes a twin's logs, vehicle and campaign files, and truth.
-pub fn write(twin: &TwinCampaign, folder: &Path) -> Result<()> {
+pub fn write(twin: &TwinCampaign, folder: &Path, permit: Permit<'_>) -> Result<()> {
     let files = twin_files(twin).map_err(|error| anyhow!("the twin cannot be written: {error}"))?;
     let files: Vec<File> = files
         .into_iter()
         .map(|file| File { path: file.path, bytes: file.text.into_bytes() })
         .collect();
-    write_folder(folder, &files)
+    Target { folder, made: Some(Made::Campaign), permit }.write(&files)
 }

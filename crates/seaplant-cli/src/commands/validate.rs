@@ -3,7 +3,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, bail};
 use seaplant::results::Results;
-use seaplant_campaign::{Campaign, Validation, validate};
+use seaplant_campaign::{Campaign, Error, Validation, read_bounded, validate};
 use seaplant_report::number::{or_absent, significant};
 use seaplant_report::parse_results;
 
@@ -11,6 +11,7 @@ use crate::args::Validate;
 use crate::output::{Output, WARNING};
 use crate::progress::watched;
 use crate::summary::{align, plain_table};
+use crate::writing::is_complete;
 
 pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
     let results = read_results(&arguments.results)?;
@@ -34,8 +35,24 @@ pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
 
 /// Reads a results.json.
 pub fn read_results(path: &Path) -> Result<Results> {
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        anyhow!("cannot read {}: {error}; give the results.json of a fit", path.display())
+    let folder = path.parent().unwrap_or(Path::new(""));
+    if !is_complete(folder) {
+        bail!(
+            "{} may be of one run and the files beside it of another: the program was ended while \
+             it wrote there; identify again",
+            path.display()
+        );
+    }
+    /// Ten thousand trials take a quarter of this.
+    const MOST_BYTES: u64 = 1 << 30;
+    let bytes = read_bounded(path, MOST_BYTES).map_err(|error| match error {
+        Error::Io { source, .. } => {
+            anyhow!("cannot read {}: {source}; give the results.json of a fit", path.display())
+        }
+        other => other.into(),
+    })?;
+    let text = String::from_utf8(bytes).map_err(|_| {
+        anyhow!("cannot read {}: it is not text; give the results.json of a fit", path.display())
     })?;
     parse_results(&text).with_context(|| path.display().to_string())
 }

@@ -20,8 +20,8 @@ use serde_json::Value;
 use crate::real_data::{data, workspace};
 use crate::workshop::{Workshop, seaplant};
 
-/// Blocks marked as not run: in the README, and for ArduSub logs.
-const NOT_RUN: usize = 2;
+/// Blocks marked as not run: in the README, for ArduSub logs, and for logs to download.
+const NOT_RUN: usize = 3;
 
 /// Commands that a reader may count on.
 const LEAST_RUN: usize = 30;
@@ -257,9 +257,9 @@ fn the_summary_lists_every_page_once() {
     assert_eq!(listed.into_iter().collect::<BTreeSet<_>>(), pages);
 }
 
-/// The values of an enumeration in the schema of results.json.
-fn values_of(name: &str) -> BTreeSet<String> {
-    let output = seaplant().args(["schema", "results"]).output().expect("the program runs");
+/// The values of an enumeration in the schema of a file.
+fn values_of(kind: &str, name: &str) -> BTreeSet<String> {
+    let output = seaplant().args(["schema", kind]).output().expect("the program runs");
     let schema: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let values = schema["$defs"][name]["oneOf"].as_array().expect("values with descriptions");
     values.iter().map(|value| value["const"].as_str().expect("a name").to_owned()).collect()
@@ -271,15 +271,26 @@ fn every_caveat_has_its_section() {
     let codes = page.parts().0.into_iter().filter_map(|line| {
         line.strip_prefix("### `").and_then(|code| code.strip_suffix('`')).map(str::to_owned)
     });
-    assert_eq!(codes.collect::<BTreeSet<_>>(), values_of("CaveatCode"));
+    assert_eq!(codes.collect::<BTreeSet<_>>(), values_of("results", "CaveatCode"));
 }
 
 #[test]
 fn every_method_is_in_the_overview() {
     let overview = Page::read(source().join("methods/overview.md")).text;
-    for method in values_of("Method") {
+    for method in values_of("results", "Method") {
         assert!(overview.contains(&format!("`{method}`")), "{method} is not there");
     }
+}
+
+#[test]
+fn every_disturbance_is_in_the_chapter_on_the_twin() {
+    let page = Page::read(source().join("twin.md"));
+    let rows = page.parts().0.into_iter().filter_map(|line| {
+        line.strip_prefix("| `")
+            .and_then(|row| row.split_once('`'))
+            .map(|(name, _)| name.to_owned())
+    });
+    assert_eq!(rows.collect::<BTreeSet<_>>(), values_of("twin", "Disturbance"));
 }
 
 #[test]

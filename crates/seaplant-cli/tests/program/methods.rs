@@ -82,5 +82,5 @@ fn too_few_resamples_are_refused_with_advice() {
         + "\n[equation-error]\nintervals = \"block-bootstrap\"\nbootstrap = { resamples = 3 }\n";
     workshop.write("campaign.toml", text);
     let says = workshop.failure(&["identify", "campaign.toml"]);
-    assert!(says.contains("use 100 to 1000000 resamples"), "{says}");
+    assert!(says.contains("resamples: is 3; it must be from 100 to 1000000"), "{says}");
 }

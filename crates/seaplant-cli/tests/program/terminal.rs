@@ -228,11 +228,10 @@ fn a_velocity_of_the_wrong_sign_is_not_to_be_used() {
     let workshop = Workshop::new();
     workshop.change("campaign.toml", "\"speed\" }", "\"speed\", negate = true }");
     let words = ["identify", "campaign.toml", "--method", "equation-error", "--out", "out"];
-    let text = workshop.success(&words);
-    assert!(text.starts_with("surge by equation-error: do not use"), "{text}");
-    let advice = "thrust or velocity has the wrong sign, or thrust explains nothing";
-    assert!(text.contains("severe: the mass in surge comes out as -"), "{text}");
-    assert!(text.contains(advice), "{text}");
+    let text = workshop.failure(&words);
+    assert!(text.contains("no plant could be identified"), "{text}");
+    assert!(text.contains("thrust in surge seems reversed"), "{text}");
+    assert!(text.contains("and the sign of velocity"), "{text}");
 }
 
 #[test]
@@ -269,4 +268,58 @@ fn every_command_has_a_manual_page() {
         let page = workshop.read(&format!("man/seaplant-{command}.1"));
         assert!(page.contains(".SH SYNOPSIS"), "{command}: {page}");
     }
+}
+
+/// What a terminal obeys: escape, its eight-bit form, a carriage return, and what turns writing
+/// round.
+const COMMANDS: [char; 4] = ['\u{1b}', '\u{9b}', '\r', '\u{202e}'];
+
+fn assert_obeyed_by_no_terminal(words: &[&str], output: &std::process::Output) {
+    for bytes in [&output.stdout, &output.stderr] {
+        let text = String::from_utf8_lossy(bytes);
+        let found = text.find(|c: char| c.is_control() && c != '\n');
+        assert!(found.is_none() && !text.contains(COMMANDS), "{words:?}: {text:?}");
+    }
+}
+
+#[test]
+fn names_of_foreign_files_reach_no_terminal_but_as_text() {
+    let evil = "a\u{1b}]0;owned\u{7}\u{9b}2J\u{202e}b";
+    let workshop = Workshop::quick();
+    let header = format!("{evil}\r\n,time [s]");
+    workshop.write(
+        "odd.csv",
+        workshop
+            .read("log.csv")
+            .replacen("time [s]", "time [s],\"x\r\ny\"", 1)
+            .replace("speed [m/s]", &format!("speed [m/s],{evil}")),
+    );
+    workshop.write("no-time.csv", format!("{header}\n1\n2\n").replace(",time [s]", ""));
+    workshop.write(&format!("{}.csv", evil.replace('/', "")), workshop.read("log.csv"));
+    let file = format!("{}.csv", evil.replace('/', ""));
+    let toml = format!("# {evil}\nvehicle = {evil}\n").replace('\u{7}', "");
+    workshop.write("broken.toml", toml);
+    workshop.write("trial.toml", workshop.read("campaign.toml").replace("run 1", "run \\u001b[2J"));
+    workshop.write("bidi.toml", workshop.read("campaign.toml").replace("run 1", "run \u{202e}"));
+    for words in [
+        &["inspect", "odd.csv"][..],
+        &["inspect", "odd.csv", "--json"],
+        &["inspect", "no-time.csv"],
+        &["inspect", &file],
+        &["inspect", &file, "--json"],
+        &["init", "odd.csv", "--out", "begun"],
+        &["identify", "broken.toml"],
+        &["identify", "broken.toml", "--json"],
+        &["identify", "trial.toml"],
+        &["identify", "bidi.toml"],
+        &["identify", "bidi.toml", "--json"],
+        &["identify", "campaign.toml", "--out", evil],
+        &["thruster", "no-time.csv"],
+    ] {
+        let output = workshop.seaplant(words).output().expect("it runs");
+        assert_obeyed_by_no_terminal(words, &output);
+    }
+    let shown = workshop.seaplant(&["identify", "trial.toml"]).output().expect("it runs");
+    let said = String::from_utf8_lossy(&shown.stderr).into_owned();
+    assert!(said.contains("its name holds a line break or another control character"), "{said}");
 }

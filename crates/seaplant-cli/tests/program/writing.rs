@@ -31,22 +31,22 @@ fn a_file_above_the_folder_stays() {
 #[test]
 fn results_stay_whole_if_a_later_file_cannot_be_put_in_place() {
     let workshop = Workshop::quick();
-    workshop.write("out/results.json", "old results");
-    workshop.write("out/report.html", "old report");
+    workshop.success(&IDENTIFY);
+    std::fs::remove_dir_all(workshop.join("out/figures")).expect("a folder");
     workshop.write("out/figures", "a file in the way");
-    let message = workshop.refusal();
+    workshop.change("campaign.toml", "run 1", "another run");
+    let before = workshop.everything();
     assert_eq!(
-        message,
+        workshop.refusal(),
         "cannot write to out; nothing was changed there: out/figures is a file where a folder is \
          needed; move it away"
     );
-    assert_eq!(workshop.read("out/results.json"), "old results");
+    assert_eq!(workshop.everything(), before);
 }
 
 #[test]
 fn results_stay_whole_if_a_folder_is_where_a_file_goes() {
     let workshop = Workshop::quick();
-    workshop.write("out/results.json", "old results");
     workshop.write("out/report.html/mine.txt", "a folder in the way");
     assert_eq!(
         workshop.refusal(),
@@ -58,9 +58,11 @@ fn results_stay_whole_if_a_folder_is_where_a_file_goes() {
 #[test]
 fn what_is_written_again_replaces_the_old_and_leaves_other_files() {
     let workshop = Workshop::quick();
-    workshop.write("out/results.json", "old results");
-    workshop.write("out/notes.txt", "mine");
     workshop.success(&IDENTIFY);
+    workshop.write("out/notes.txt", "mine");
+    workshop.change("campaign.toml", "run 1", "run 2");
+    workshop.success(&IDENTIFY);
+    assert!(workshop.read("out/report.html").contains("run 2"));
     assert!(workshop.read("out/results.json").contains("seaplant/results/1"));
     assert_eq!(workshop.read("out/notes.txt"), "mine");
     let hidden = workshop.everything().into_iter().find(|(path, _)| {

@@ -260,7 +260,7 @@ impl Workspace {
         path: &Path,
         assembly: &mut Assembly,
     ) -> Result<(BTreeMap<String, Base>, Option<String>), Error> {
-        let mut chosen = self.recognise(path);
+        let mut chosen = self.recognise(options, path)?;
         let mut named_in = None;
         if let Some(named) = self.named(options, path)? {
             let scope = self.arrays[named.index].scope().to_owned();
@@ -293,8 +293,9 @@ impl Workspace {
     /// The vector that the user calls time, or the column of a matrix.
     fn named(&mut self, options: &ReadOptions, path: &Path) -> Result<Option<Chosen>, Error> {
         let Some(wanted) = &options.time else { return Ok(None) };
+        let Some(column) = &wanted.column else { return Ok(None) };
         let matrices = self.arrays.iter().filter(|array| !array.is_vector());
-        if let Some(part) = matrices.filter_map(|array| array.part(wanted.column.trim())).next() {
+        if let Some(part) = matrices.filter_map(|array| array.part(column.trim())).next() {
             self.arrays.push(part);
         }
         let vectors = || self.arrays.iter().enumerate().filter(|(_, array)| array.is_vector());
@@ -306,7 +307,13 @@ impl Workspace {
     }
 
     /// In each struct the vector with a name of time, if there is one.
-    fn recognise(&self, path: &Path) -> BTreeMap<String, Chosen> {
+    fn recognise(
+        &self,
+        options: &ReadOptions,
+        path: &Path,
+    ) -> Result<BTreeMap<String, Chosen>, Error> {
+        // A unit beside a named column is of that one.
+        let wanted = options.time.as_ref().filter(|time| time.column.is_none());
         let mut scopes: HashMap<&str, Vec<usize>> = HashMap::new();
         for (k, array) in self.arrays.iter().enumerate().filter(|(_, array)| array.is_vector()) {
             scopes.entry(array.scope()).or_default().push(k);
@@ -315,24 +322,33 @@ impl Workspace {
         for (scope, vectors) in scopes {
             let of = |k: &usize| heading(&self.arrays[*k], self.arrays[*k].field());
             let headings: Vec<Heading> = vectors.iter().map(of).collect();
-            if let Ok(mut chosen) = time::choose(None, &headings, path) {
-                chosen.index = vectors[chosen.index];
-                chosen.column.clone_from(&self.arrays[chosen.index].name);
-                found.insert(scope.to_owned(), chosen);
+            match time::choose(wanted, &headings, path) {
+                Ok(mut chosen) => {
+                    chosen.index = vectors[chosen.index];
+                    chosen.column.clone_from(&self.arrays[chosen.index].name);
+                    found.insert(scope.to_owned(), chosen);
+                }
+                Err(error @ Error::TimeUnit { .. }) => return Err(error),
+                // A struct without times of its own takes those around it.
+                Err(_) => {}
             }
         }
-        found
+        Ok(found)
     }
 
     /// The times that a vector holds, in seconds.
     fn base(&mut self, chosen: Chosen, path: &Path, assembly: &mut Assembly) -> Base {
-        let Chosen { index, column, seconds, others } = chosen;
+        let Chosen { index, column, seconds, others, replaced } = chosen;
         let mut time_s = std::mem::take(&mut self.arrays[index].values);
         if !others.is_empty() {
             let (path, column) = (path.to_owned(), column.clone());
             assembly.note(Note::TimeChosen { path, column, others });
         }
         let path = path.to_owned();
+        if let Some([header, stated]) = replaced {
+            let (path, column) = (path.clone(), column.clone());
+            assembly.note(Note::TimeUnitReplaced { path, column, header, stated });
+        }
         let finite: Vec<f64> = time_s.iter().copied().filter(|time| time.is_finite()).collect();
         match (seconds, median_period(&finite)) {
             (Some(seconds), _) => time_s.iter_mut().for_each(|time| *time *= seconds),

@@ -38,7 +38,7 @@ pub fn read_text(content: impl AsRef<[u8]>) -> Result<Log, Error> {
 }
 
 pub fn options(column: &str, unit: Option<&str>) -> ReadOptions {
-    let time = TimeColumn { column: column.to_owned(), unit: unit.map(str::to_owned) };
+    let time = TimeColumn { column: Some(column.to_owned()), unit: unit.map(str::to_owned) };
     ReadOptions { time: Some(time), ..ReadOptions::default() }
 }
 

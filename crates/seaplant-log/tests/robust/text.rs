@@ -28,7 +28,7 @@ fn a_table_with_dates_and_decimal_commas() {
     for k in 0..60 {
         text += &format!("2020-07-31T13:50:{k:02}.5Z;0,{k};idle\n");
     }
-    let time = TimeColumn { column: "when".to_owned(), unit: None };
+    let time = TimeColumn { column: Some("when".to_owned()), unit: None };
     let options = ReadOptions { time: Some(time), ..ReadOptions::default() };
     hammer("text-dates", text.as_bytes(), &options, Limits::default(), |_| {});
 }

@@ -4,8 +4,7 @@ use seaplant::results::{Parameter, PlantResult, Results, Score, TruePlant};
 use seaplant::{Dof, Stability};
 use serde::Serialize;
 
-use crate::number::{Decimals, Rounded, or_absent, signed_percent, significant};
-use crate::verdict::verdict;
+use crate::number::{ABSENT, Decimals, Rounded, or_absent, signed_percent, significant};
 use crate::words;
 
 #[derive(Serialize)]
@@ -46,6 +45,7 @@ struct ScoreRow {
     label: String,
     e: String,
     null: String,
+    best_null: String,
     r_squared: String,
 }
 
@@ -61,10 +61,13 @@ pub(crate) fn all(results: &Results) -> Vec<Card> {
 }
 
 fn of(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Card {
-    let judged = verdict(dof, plant);
+    let judged = &plant.verdict;
     let mut scores = Vec::new();
     if let Some(held_out) = &plant.hold_out {
         scores.push(score_row("Held-out trials", held_out));
+    }
+    if let Some(left_out) = &plant.left_out {
+        scores.push(score_row("Trials left out in turn", left_out));
     }
     scores.push(score_row("Fitted trials", &plant.fit));
     Card {
@@ -126,6 +129,12 @@ fn score_row(label: &str, score: &Score) -> ScoreRow {
         label: label.to_owned(),
         e: score.mean_abs_error.map_or_else(|| "runs away".to_owned(), |e| significant(e, 3)),
         null: significant(score.null_error, 3),
+        best_null: score.best_null.map_or_else(
+            || ABSENT.to_owned(),
+            |null| {
+                format!("{} ({})", significant(null.mean_abs_error, 3), null.model.description())
+            },
+        ),
         r_squared: or_absent(score.r_squared, 4),
     }
 }

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::caveat::spoken;
 use crate::estimate::steady::SteadyFit;
-use crate::estimate::{Fit, Method};
+use crate::estimate::{Estimate, Fit, Method};
+use crate::identify::Judged;
+use crate::judge::{drag_at, free_error, is_better, vouched};
 use crate::results::{PlantResult, Score, SteadyResult, TrialResult, TrialScore};
 use crate::{Caveat, CaveatCode, Dof, Role};
 
@@ -40,12 +42,66 @@ pub(crate) fn disagreement(recommended: &Fit, other: &Fit) -> Option<Caveat> {
     Some(Caveat::warning(CaveatCode::MethodsDisagree, message))
 }
 
+/// Masses that differ by more than this part are two masses to a user …
+const OTHER_MASS: f64 = 0.2;
+/// … and drags by more than this, two drags.
+const OTHER_DRAG: f64 = 0.3;
+
+/// That another method predicts unseen trials as well as the recommended one, and finds another
+/// plant; `speed` is where drags are compared.
+pub(crate) fn disputed(one: &Judged, other: &Judged, speed: f64) -> Option<Caveat> {
+    let (own, others) = (one.tested()?, other.tested()?);
+    if other.impossible.is_some() || is_better(&own.parts, &others.parts) {
+        return None;
+    }
+    let units = one.fit.dof.units();
+    let (a, b) = (one.fit.estimates().mass, other.fit.estimates().mass);
+    let (c, d) = (drag_at(&one.fit, speed), drag_at(&other.fit, speed));
+    let differ = |x: Estimate, y: Estimate, part: f64| {
+        let off = (x.value - y.value).abs();
+        off > part * x.value.abs() && off > 2.0 * x.std.hypot(y.std)
+    };
+    let (what, unit, x, y) = if differ(a, b, OTHER_MASS) {
+        (if one.fit.dof.is_rotation() { "inertia" } else { "mass" }.to_owned(), units.mass, a, b)
+    } else if differ(c, d, OTHER_DRAG) {
+        (format!("drag at {} {}", spoken(speed), units.velocity), units.force, c, d)
+    } else {
+        return None;
+    };
+    let message = format!(
+        "{} predicts trials that it has not seen as well as {}, and finds another {what} in {}: {} ± {} against {} ± {} {unit}; the trials do not tell which",
+        other.fit.method,
+        one.fit.method,
+        one.fit.dof,
+        spoken(y.value),
+        spoken(y.std),
+        spoken(x.value),
+        spoken(x.std)
+    );
+    Some(Caveat::warning(CaveatCode::MethodsDisagree, message))
+}
+
+/// That a plant simulates its own fitted trials clearly worse than output error's does.
+pub(crate) fn outdone(one: &Judged, by: &Judged) -> Option<Caveat> {
+    let error = |judged: &Judged| judged.own().score.offset_free_error;
+    let (own, others) = error(one).zip(error(by))?;
+    let is_clear = others < CLEARLY_BETTER * own;
+    (is_clear && is_better(&by.own().parts, &one.own().parts)).then(|| {
+        let message = format!(
+            "{} simulates the {} trials that it was fitted to clearly worse than {}: e = {} against {} {} beside offsets; it may have ended in a worse optimum",
+            one.fit.method,
+            one.fit.dof,
+            by.fit.method,
+            spoken(own),
+            spoken(others),
+            one.fit.dof.units().velocity
+        );
+        Caveat::warning(CaveatCode::AnotherPredictsBetter, message)
+    })
+}
+
 /// Doubts about how a plant was scored.
-pub(crate) fn scoring(
-    dof: Dof,
-    fit_error: (Option<f64>, f64),
-    hold_out: Option<(Option<f64>, f64)>,
-) -> Vec<Caveat> {
+pub(crate) fn scoring(dof: Dof, fit: &Score, hold_out: Option<&Score>) -> Vec<Caveat> {
     let mut caveats = Vec::new();
     if hold_out.is_none() {
         let message = format!(
@@ -54,17 +110,17 @@ pub(crate) fn scoring(
         );
         caveats.push(Caveat::note(CaveatCode::ScoredOnFit, message));
     }
-    let (error, null, which) = match hold_out {
-        Some((error, null)) => (error, null, "held-out"),
-        None => (fit_error.0, fit_error.1, "fitted"),
-    };
+    let (score, which) = hold_out.map_or((fit, "fitted"), |score| (score, "held-out"));
     let units = dof.units();
-    match error {
+    let null = score.null_error;
+    let vouched = hold_out.is_some() && vouched(score);
+    match score.mean_abs_error {
         None => caveats.push(Caveat::severe(
             CaveatCode::NoBetterThanNull,
             format!("the simulated {dof} velocity runs away on a {which} trial"),
         )),
-        Some(error) if error >= null => caveats.push(Caveat::severe(
+        Some(_) if vouched => {}
+        Some(error) if error >= null && free_error(score) >= null => caveats.push(Caveat::severe(
             CaveatCode::NoBetterThanNull,
             format!(
                 "on {which} trials the {dof} model is off by {error:.3} {} on average, no better than a model that never moves ({null:.3})",
@@ -106,7 +162,7 @@ pub(crate) fn better_elsewhere(
     recommended: &PlantResult,
     others: &BTreeMap<Method, PlantResult>,
 ) -> Option<Caveat> {
-    let error = |plant: &PlantResult| plant.hold_out.as_ref()?.mean_abs_error;
+    let error = |plant: &PlantResult| plant.hold_out.as_ref()?.offset_free_error;
     let own = error(recommended)?;
     let (method, best) = others
         .iter()
@@ -114,7 +170,7 @@ pub(crate) fn better_elsewhere(
         .min_by(|a, b| a.1.total_cmp(&b.1))?;
     (best < CLEARLY_BETTER * own).then(|| {
         let message = format!(
-            "{method} predicts the held-out {dof} trials better than {}: e = {} against {} {}; look at both before you choose",
+            "{method} predicts the held-out {dof} trials better than {}: e = {} against {} {} beside offsets; look at both before you choose",
             recommended.method,
             spoken(best),
             spoken(own),

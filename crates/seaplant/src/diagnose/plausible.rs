@@ -20,6 +20,7 @@ const CLEARLY_LARGER: f64 = 1.3;
 pub(crate) fn implausible(plants: &mut BTreeMap<Dof, PlantResult>, vehicle: &Vehicle) {
     for (dof, plant) in plants.iter_mut() {
         plant.caveats.extend(drag_coefficient(*dof, plant, vehicle));
+        plant.caveats.extend(too_heavy(*dof, plant, vehicle));
     }
     let doubts: Vec<(Dof, Caveat)> = Dof::ALL
         .into_iter()
@@ -51,6 +52,59 @@ fn drag_coefficient(dof: Dof, plant: &PlantResult, vehicle: &Vehicle) -> Option<
     })
 }
 
+/// Without the size of the hull: water adds to a vehicle up to six times its mass in air where
+/// open frames hold it [Jason2, table 5], and no more than this.
+const MOST_TIMES_DRY: f64 = 10.0;
+
+/// A hull may stand out of its box, by tanks and frames: half as much again is forgiven.
+const FORGIVEN_TIMES: f64 = 1.5;
+
+/// A mass that no body of that size has: well more than the vehicle, the water in its box, and
+/// what a plate of its face moves with it, `π/4 ρ a b²` for sides a ≥ b [Newman1977, ch. 4].
+///
+/// An inertia: all of that at the ends of its longest side.
+fn too_heavy(dof: Dof, plant: &PlantResult, vehicle: &Vehicle) -> Option<Caveat> {
+    let mass = &plant.parameters.mass;
+    let (most, by) = most_mass(dof, vehicle)?;
+    (mass.low95 > most).then(|| {
+        let message = format!(
+            "the {dof} {} of {} {} is beyond {} {}, {by}: thrust is likely in a wrong unit, its curve wrong by a factor, or speed in a wrong unit",
+            if dof.is_rotation() { "inertia" } else { "mass" },
+            spoken(mass.value),
+            mass.unit,
+            spoken(most),
+            mass.unit
+        );
+        Caveat::severe(CaveatCode::Implausible, message)
+    })
+}
+
+/// The most mass that moves with a hull along an axis, and why.
+fn most_mass(dof: Dof, vehicle: &Vehicle) -> Option<(f64, &'static str)> {
+    let Some([length, width, height]) = vehicle.size_m else {
+        let dry = vehicle.dry_mass_kg.filter(|_| !dof.is_rotation())?;
+        return Some((MOST_TIMES_DRY * dry, "ten times the mass in air"));
+    };
+    let within = vehicle.dry_mass_kg.unwrap_or(0.0) + SEA_WATER * length * width * height;
+    let plate = |a: f64, b: f64| {
+        let (long, short) = (a.max(b), a.min(b));
+        std::f64::consts::FRAC_PI_4 * SEA_WATER * long * short * short
+    };
+    let mass = |dof: Dof| match dof {
+        Dof::Surge => within + plate(width, height),
+        Dof::Sway => within + plate(length, height),
+        _ => within + plate(length, width),
+    };
+    const HULL: &str =
+        "half as much again as a hull of that size, the water in it and around it can have";
+    if !dof.is_rotation() {
+        return Some((FORGIVEN_TIMES * mass(dof), HULL));
+    }
+    let heaviest = mass(Dof::Surge).max(mass(Dof::Sway)).max(mass(Dof::Heave));
+    let radius = 0.5 * length.max(width).max(height);
+    Some((FORGIVEN_TIMES * heaviest * radius * radius, HULL))
+}
+
 /// More added mass along the axis with the clearly smaller area.
 fn out_of_order(
     narrow: Dof,
@@ -74,4 +128,32 @@ fn out_of_order(
         );
         (narrow, Caveat::warning(CaveatCode::Implausible, message))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn open_frames_and_small_robots_are_below_the_most_and_twenty_times_as_much_is_not() {
+        let jason = Vehicle {
+            dry_mass_kg: Some(3400.0),
+            size_m: Some([3.4, 2.2, 2.4]),
+            ..Vehicle::default()
+        };
+        // Published effective masses [Jason2, table 5].
+        let published = [
+            (Dof::Surge, 12970.2),
+            (Dof::Sway, 18903.6),
+            (Dof::Heave, 20283.9),
+            (Dof::Yaw, 11049.7),
+        ];
+        for (dof, mass) in published {
+            let (most, _) = most_mass(dof, &jason).expect("known");
+            assert!(mass < most && 20.0 * mass > most, "{dof}: {mass} and {most}");
+        }
+        let unsized_hull = Vehicle { size_m: None, ..jason };
+        assert_eq!(most_mass(Dof::Surge, &unsized_hull).map(|most| most.0), Some(34000.0));
+        assert_eq!(most_mass(Dof::Yaw, &unsized_hull), None);
+    }
 }

@@ -37,6 +37,18 @@ impl Default for EquationErrorOptions {
     }
 }
 
+impl EquationErrorOptions {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a filter that cannot be made, and a bootstrap that says nothing.
+    pub fn check(&self) -> Result<(), Error> {
+        self.velocity_filter.check().map_err(|error| error.within("velocity_filter"))?;
+        self.term_filter.check().map_err(|error| error.within("term_filter"))?;
+        self.bootstrap.check().map_err(|error| error.within("bootstrap"))
+    }
+}
+
 /// Fits the plant by least squares on the equation of motion, every term filtered alike.
 ///
 /// v is smoothed lightly, squared and differentiated; then v̇, τ, v|v| and v pass the

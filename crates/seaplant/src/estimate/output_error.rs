@@ -8,6 +8,8 @@ mod minimise;
 mod sensitivity;
 mod stretch;
 
+use std::ops::RangeInclusive;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +28,31 @@ pub struct OutputErrorOptions {
     /// Where the covariance comes from.
     pub intervals: OutputErrorIntervals,
 }
+
+impl OutputErrorOptions {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a limit of Huber's loss that is not above zero, and for draws of a
+    /// bootstrap that are too few to tell a covariance or more than it needs.
+    pub fn check(&self) -> Result<(), Error> {
+        if let (Loss::Huber(limit), Err(_)) = (self.loss, self.loss.check()) {
+            let expected = "above 0 and finite, such as 1.345";
+            return Err(Error::setting("loss.huber", limit, expected));
+        }
+        if let OutputErrorIntervals::Bootstrap { draws, .. } = self.intervals
+            && !DRAWS.contains(&draws)
+        {
+            let expected = format!("from {} to {}", DRAWS.start(), DRAWS.end());
+            return Err(Error::setting("intervals.bootstrap.draws", draws, expected));
+        }
+        Ok(())
+    }
+}
+
+/// Fewer draws do not tell a covariance, more tell it no better than to a hundredth, and each is
+/// a fit.
+const DRAWS: RangeInclusive<usize> = bootstrap::LEAST_DRAWS..=10_000;
 
 /// Where a covariance comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -126,6 +153,7 @@ impl Loss {
 ///     lever_rates: None,
 ///     turning: None,
 ///     position: None,
+///     cuts: Vec::new(),
 /// };
 /// let guess = PhysicalParameters { mass: 150.0, d_quadratic: 20.0, ..Default::default() };
 /// let options = OutputErrorOptions::default();

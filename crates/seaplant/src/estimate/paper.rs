@@ -21,6 +21,16 @@ impl Default for PaperOptions {
     }
 }
 
+impl PaperOptions {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a filter that cannot be made.
+    pub fn check(&self) -> Result<(), Error> {
+        self.velocity_filter.check().map_err(|error| error.within("velocity_filter"))
+    }
+}
+
 /// Fits the plant as the paper does.
 ///
 /// Velocity is smoothed, differentiated, and regressed with its own square on thrust,

@@ -1,5 +1,7 @@
 //! Quadratic drag from stretches at constant thrust and speed.
 
+use std::ops::RangeInclusive;
+
 use nalgebra::{Matrix2, Vector2};
 
 use crate::caveat::spoken;
@@ -23,6 +25,36 @@ pub struct SteadyOptions {
 impl Default for SteadyOptions {
     fn default() -> Self {
         Self { window_s: 20.0, slope: 1.5e-3, thrust_part: 0.02 }
+    }
+}
+
+/// Shorter windows hold too few samples to tell a trend; a day is longer than any record, s.
+const WINDOW_S: RangeInclusive<f64> = 1.0..=86_400.0;
+
+/// What drifts faster is not steady, m/s² or rad/s².
+const LARGEST_SLOPE: f64 = 1.0;
+
+impl SteadyOptions {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] unless the window is from 1 s to a day, the slope above 0 and at most 1,
+    /// and the part of thrust above 0 and at most 1.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { window_s, slope, thrust_part } = *self;
+        if !WINDOW_S.contains(&window_s) {
+            let expected = format!("from {} to {} s", WINDOW_S.start(), WINDOW_S.end());
+            return Err(Error::setting("window_s", window_s, expected));
+        }
+        if !(slope > 0.0 && slope <= LARGEST_SLOPE) {
+            let expected = format!("above 0 and at most {LARGEST_SLOPE} m/s² or rad/s²");
+            return Err(Error::setting("slope", slope, expected));
+        }
+        if !(thrust_part > 0.0 && thrust_part <= 1.0) {
+            let expected = "above 0 and at most 1, such as 0.02 for 2 % of the greatest thrust";
+            return Err(Error::setting("thrust_part", thrust_part, expected));
+        }
+        Ok(())
     }
 }
 
@@ -93,8 +125,8 @@ pub struct SteadyFit {
 /// way, gives `b/τ = (D₊ − D₋)/(D₊ + D₋)`; pairs that contradict each other are reported.
 ///
 /// # Errors
-/// [`Error::NoTrial`] without trials; [`Error::NotSteady`] for one without a steady
-/// stretch.
+/// [`Error::NoTrial`] without trials; [`Error::NotSteady`] if none has a steady stretch: one
+/// that has none is left out, with a caveat.
 ///
 /// # Source
 /// [Jason2, eq. (8) and table 6].
@@ -106,11 +138,7 @@ pub fn fit_steady(
     if trials.is_empty() {
         return Err(Error::NoTrial { dof });
     }
-    let mut segments = Vec::new();
-    for trial in trials {
-        let axis = trial.axis(dof, VelocitySource::Measured)?;
-        segments.extend(steady_segments(&axis, &trial.setup().segments_s, options)?);
-    }
+    let (mut segments, mut left_out) = all_segments(dof, trials, options)?;
     let mean_d_quadratic =
         segments.iter().map(|s| s.d_quadratic.value).sum::<f64>() / segments.len() as f64;
     let joint = joint_drag(&segments);
@@ -122,8 +150,40 @@ pub fn fit_steady(
         }
     }
     let pairs = pairs(&segments);
-    let caveats = caveats(dof, &segments, &pairs, joint.as_ref());
+    let mut caveats = caveats(dof, &segments, &pairs, joint.as_ref());
+    caveats.append(&mut left_out);
     Ok(SteadyFit { dof, segments, mean_d_quadratic, joint, pairs, caveats })
+}
+
+/// The steady stretches of all trials, and a doubt for each trial without any.
+///
+/// # Errors
+/// That of the first such trial, if there is no other.
+fn all_segments(
+    dof: Dof,
+    trials: &[&Trial],
+    options: &SteadyOptions,
+) -> Result<(Vec<SteadySegment>, Vec<Caveat>), Error> {
+    let (mut segments, mut left_out) = (Vec::new(), Vec::new());
+    let mut refused = None;
+    for trial in trials {
+        let found = trial
+            .axis(dof, VelocitySource::Measured)
+            .and_then(|axis| steady_segments(&axis, &trial.setup().segments_s, options));
+        match found {
+            Ok(found) => segments.extend(found),
+            Err(error) => {
+                let message =
+                    format!("steady trial `{}` is left out of {dof}: {error}", trial.name());
+                left_out.push(Caveat::warning(CaveatCode::TrialLeftOut, message));
+                refused = refused.or(Some(error));
+            }
+        }
+    }
+    match refused.filter(|_| segments.is_empty()) {
+        Some(error) => Err(error),
+        None => Ok((segments, left_out)),
+    }
 }
 
 /// The speed at which drag balances a force: `sign(τ) √(|τ|/d)`.
@@ -148,7 +208,9 @@ pub fn steady_segments(
         } else {
             given_s.iter().filter_map(|span| rows_of(stretch.grid, *span)).collect()
         };
-        found.extend(spans.into_iter().map(|rows| measure(axis, stretch, rows)));
+        let measured = spans.into_iter().map(|rows| measure(axis, stretch, rows));
+        // At rest on the bottom, thrust says nothing of drag.
+        found.extend(measured.filter(|segment| segment.d_quadratic.value.is_finite()));
     }
     if found.is_empty() {
         let reason = if given_s.is_empty() {
@@ -295,8 +357,11 @@ fn weighted_line(segments: &[SteadySegment], drag: f64) -> Option<(Vector2<f64>,
     let scale = normal.trace();
     let inverse = (normal / scale).try_inverse().filter(|_| {
         // Both terms must be seen: one thrust one way says nothing of the bias.
-        let eigen = (normal / scale).symmetric_eigenvalues();
-        eigen.min() > 1e-9 * eigen.max()
+        let scaled = normal / scale;
+        scaled.iter().all(|x| x.is_finite()) && {
+            let eigen = scaled.symmetric_eigenvalues();
+            eigen.min() > 1e-9 * eigen.max()
+        }
     })? / scale;
     let theta = inverse * rhs;
     let chi2: f64 = segments.iter().map(row).map(|(x, y)| (y - x.dot(&theta)).powi(2)).sum();
@@ -470,6 +535,38 @@ mod tests {
         let joint = joint_drag(&segments).expect("five runs");
         assert!((joint.d_quadratic.value - true_drag).abs() < 1e-6);
         assert!((joint.bias_force.value - 250.0).abs() < 1e-6);
+    }
+
+    /// A heave trial under a constant force that sinks faster by a rate, m/s².
+    fn run(name: &str, rate: f64) -> Trial {
+        let time_s: Vec<f64> = (0..1000).map(|k| 0.1 * f64::from(k)).collect();
+        let series = |of: &dyn Fn(f64) -> f64| {
+            let values: Vec<f64> = time_s.iter().map(|t| of(*t)).collect();
+            crate::Timed::new(name, time_s.clone(), values).expect("valid")
+        };
+        let recording = crate::Recording::from([
+            (crate::Quantity::Wrench(Dof::Heave), series(&|_| 55.0)),
+            (crate::Quantity::Velocity(Dof::Heave), series(&|t| 0.1 + rate * t)),
+        ]);
+        let setup = crate::TrialSetup {
+            name: name.to_owned(),
+            dofs: vec![Dof::Heave],
+            ..Default::default()
+        };
+        Trial::new(setup, &recording, &crate::Vehicle::default()).expect("complete")
+    }
+
+    #[test]
+    fn a_trial_without_a_plateau_is_left_out_and_named() {
+        let (steady, drifting) = (run("plateau", 0.0), run("drift", 0.01));
+        let options = SteadyOptions::default();
+        let fit = fit_steady(Dof::Heave, &[&drifting, &steady], &options).expect("one is steady");
+        assert!(fit.segments.iter().all(|segment| segment.trial == "plateau"));
+        assert!((fit.mean_d_quadratic - 5500.0).abs() < 1e-6);
+        let said = |c: &Caveat| c.code == CaveatCode::TrialLeftOut && c.message.contains("`drift`");
+        assert!(fit.caveats.iter().any(said), "{:?}", fit.caveats);
+        let refused = fit_steady(Dof::Heave, &[&drifting], &options);
+        assert!(matches!(refused, Err(Error::NotSteady { .. })));
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::estimate::{
     PhysicalEstimates, SteadyTest,
 };
 use crate::excursion::Excursion;
+use crate::judge::{Verdict, box_pierce};
 use crate::quantity::{Attitude, Axis, World};
 use crate::results::{
     AccumulatedPlant, AxisResult, PairResult, Parameter, Parameters, PlantResult, Provenance,
@@ -17,16 +18,18 @@ use crate::results::{
     SteadyTestResult, ThrustPart, ThrusterResult, TrialResult,
 };
 use crate::{
-    Caveat, Dof, Error, LumpedParameters, Model, Motion, Quantity, Sensor, Term, Terms,
+    Caveat, Dof, Error, Estimate, LumpedParameters, Model, Motion, Quantity, Sensor, Term, Terms,
     ThrustCurve, ThrustUncertainty, Thruster, Trial, Vehicle, VelocitySource, lever_axes,
 };
 
-pub(super) fn plant_result(
-    fit: &Fit,
-    fit_score: Score,
-    hold_out: Option<Score>,
-    caveats: Vec<Caveat>,
-) -> PlantResult {
+/// How a plant predicts.
+pub(super) struct Scores {
+    pub(super) fit: Score,
+    pub(super) hold_out: Option<Score>,
+    pub(super) left_out: Option<Score>,
+}
+
+pub(super) fn plant_result(fit: &Fit, scores: Scores, caveats: Vec<Caveat>) -> PlantResult {
     let correlation = fit.correlation();
     let stability = fit.lumped.stability();
     let std = |j: usize| fit.covariance[(j, j)].sqrt();
@@ -45,9 +48,12 @@ pub(super) fn plant_result(
         thrust_part: thrust_part(fit),
         innovations: fit.innovations.clone(),
         regression: regression(fit),
-        fit: fit_score,
-        hold_out,
+        fit: scores.fit,
+        hold_out: scores.hold_out,
+        left_out: scores.left_out,
+        whiteness: box_pierce(&fit.innovations),
         caveats,
+        verdict: Verdict::default(),
     }
 }
 
@@ -115,6 +121,17 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         delay_s,
         reverse_ratio,
         inflow,
+        lag_ratio,
+        slew_s,
+        inflow_ahead,
+        exponent,
+        full_speed,
+        linear_thrust: _,
+        velocity_scale,
+        sensor_lag_s,
+        sensor_window_s,
+        swell,
+        current_drift,
         current,
         turning,
         velocity_offset,
@@ -130,6 +147,14 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         ("delay", delay_s, "s"),
         ("reverse_ratio", reverse_ratio, "1"),
         ("inflow", inflow, "N/(n v)"),
+        ("lag_ratio", lag_ratio, "1"),
+        ("slew", slew_s, "s"),
+        ("inflow_ahead", inflow_ahead, "N/(n v)"),
+        ("thrust_exponent", exponent, "1"),
+        ("velocity_scale", velocity_scale, "1"),
+        ("sensor_lag", sensor_lag_s, "s"),
+        ("sensor_window", sensor_window_s, "s"),
+        ("current_drift", current_drift, units.velocity),
         ("turning", turning, "1"),
         ("disturbance", disturbance, units.acceleration),
         ("disturbance_correlation", correlation_s, "s"),
@@ -142,6 +167,15 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
             Some((name.to_owned(), Parameter::new((*estimate)?, unit)))
         })
         .collect();
+    if let Some(waves) = swell {
+        all.insert("swell".to_owned(), Parameter::new(waves.strength, units.acceleration));
+        all.insert("swell_period".to_owned(), Parameter::new(waves.period_s, "s"));
+        all.insert("swell_damping".to_owned(), Parameter::new(waves.damping, "1"));
+    }
+    if slew_s.is_some() || exponent.is_some() {
+        let known = Estimate::new(*full_speed, 0.0, 1.0);
+        all.insert("full_speed".to_owned(), Parameter::new(known, "rad/s"));
+    }
     let axes = lever_axes(fit.dof).unwrap_or_default();
     for (axis, estimate) in axes.into_iter().zip(lever_m) {
         if let Some(estimate) = estimate {
@@ -211,6 +245,7 @@ pub(super) fn empty_results(
             ..Default::default()
         },
         plants: BTreeMap::new(),
+        coupled: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
         steady: BTreeMap::new(),

@@ -3,34 +3,43 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::Recording;
-use crate::quantity::Attitude;
-use crate::series::Reader;
-use crate::signal::{LowPass, differentiate, resample};
-use crate::{Error, Grid, Quantity, Sensors, Timed};
+use super::turns::Turns;
+use crate::quantity::{Attitude, Axis};
+use crate::series::{Cutter, Reader};
+use crate::signal::{LowPass, differentiate, resample, uniform_stretches};
+use crate::{Dof, Error, Gap, Grid, Quantity, Sensors, Timed};
 
 /// Angular rates for the lever arm are read off the attitude below this frequency:
 /// above it they are mostly the attitude sensor's noise.
 const RATE_FILTER: LowPass = LowPass { cutoff_hz: 1.0, order: 2 };
+
+/// Beyond these, in rad, roll or pitch has another unit, or is something else.
+const MOST_ROLL: f64 = 2.0 * std::f64::consts::PI;
+const MOST_PITCH: f64 = 1.75;
 
 /// Attitude as it varies with time; an angle that was not logged is zero.
 pub(super) struct AttitudeRecord {
     roll: Option<Timed>,
     pitch: Option<Timed>,
     pub(super) heading: Option<Timed>,
+    /// Gaps of heading across which the number of turns is unknown.
+    pub(super) cuts: Vec<Gap>,
     sensor_to_body: Rotation3<f64>,
 }
 
 impl AttitudeRecord {
     /// Takes the attitude out of a recording.
     pub(super) fn take(recording: &mut Recording, sensors: &Sensors) -> Self {
+        let heading = recording.remove(&Quantity::Attitude(Attitude::Heading));
+        let rates = [Quantity::Rate(Axis::Z), Quantity::Velocity(Dof::Yaw)];
+        let rate = rates.iter().find_map(|rate| recording.get(rate));
+        let turns = heading.map(|heading| Turns::of(&heading, rate));
         let mut angle =
             |which| recording.remove(&Quantity::Attitude(which)).map(|angle| unwrap(&angle));
-        Self {
-            roll: angle(Attitude::Roll),
-            pitch: angle(Attitude::Pitch),
-            heading: angle(Attitude::Heading),
-            sensor_to_body: sensors.attitude.to_body(),
-        }
+        let (roll, pitch) = (angle(Attitude::Roll), angle(Attitude::Pitch));
+        let (heading, cuts) = turns.map(|turns| (turns.heading, turns.cuts)).unzip();
+        let (cuts, sensor_to_body) = (cuts.unwrap_or_default(), sensors.attitude.to_body());
+        Self { roll, pitch, heading, cuts, sensor_to_body }
     }
 
     /// Roll, pitch and heading.
@@ -40,6 +49,20 @@ impl AttitudeRecord {
 
     pub(super) fn is_empty(&self) -> bool {
         self.parts().iter().all(|part| part.is_none())
+    }
+
+    /// Whether roll or pitch was measured, and is what a vehicle can have.
+    pub(super) fn knows_tilt(&self) -> bool {
+        let within = |angle: &Option<Timed>, most: f64| {
+            angle.iter().all(|angle| angle.values().iter().all(|x| x.abs() <= most))
+        };
+        let is_sane = within(&self.roll, MOST_ROLL) && within(&self.pitch, MOST_PITCH);
+        is_sane && (self.roll.is_some() || self.pitch.is_some())
+    }
+
+    /// Reads roll and pitch at times that never decrease.
+    pub(super) fn tilt_reader(&self) -> [Option<Reader<'_>>; 2] {
+        [&self.roll, &self.pitch].map(|angle| angle.as_ref().map(Timed::reader))
     }
 
     /// Reads the attitude at times that never decrease.
@@ -55,12 +78,16 @@ impl AttitudeRecord {
     pub(super) fn body_rates(&self) -> Result<Option<[Timed; 3]>, Error> {
         let longest = self.parts().into_iter().flatten().max_by_key(|angle| angle.len());
         let Some(longest) = longest.filter(|angle| angle.len() > 2) else { return Ok(None) };
-        let grid = Grid::spanning(longest.first_s(), longest.last_s(), longest.period_s());
-        let (_, mut heading_rate) = angle_and_slope(self.heading.as_ref(), grid)?;
-        let (pitch, mut pitch_rate) = angle_and_slope(self.pitch.as_ref(), grid)?;
-        let (roll, mut roll_rate) = angle_and_slope(self.roll.as_ref(), grid)?;
+        let grids = self.grids(longest)?;
+        if grids.is_empty() {
+            return Ok(None);
+        }
+        let heading_rate = AngleOn::of(self.heading.as_ref(), &grids)?.slope;
+        let AngleOn { angle: pitch, slope: pitch_rate } = AngleOn::of(self.pitch.as_ref(), &grids)?;
+        let AngleOn { angle: roll, slope: roll_rate } = AngleOn::of(self.roll.as_ref(), &grids)?;
+        let [mut p, mut q, mut r] = [roll_rate, pitch_rate, heading_rate];
         // The slopes of the angles give way to the body's rates, one by one.
-        let slopes = roll_rate.iter_mut().zip(&mut pitch_rate).zip(&mut heading_rate);
+        let slopes = p.iter_mut().zip(&mut q).zip(&mut r);
         for (((p, q), r), (roll, pitch)) in slopes.zip(roll.iter().zip(&pitch)) {
             let (roll_slope, pitch_slope, heading_slope) = (*p, *q, *r);
             let sensor = Vector3::new(
@@ -72,23 +99,72 @@ impl AttitudeRecord {
             (*p, *q, *r) = (body.x, body.y, body.z);
         }
         drop((roll, pitch));
-        let p = Timed::on_grid("angular rate", grid, roll_rate)?;
-        let q = p.with_values("angular rate", pitch_rate)?;
-        let r = p.with_values("angular rate", heading_rate)?;
+        let p = match &grids[..] {
+            [whole] => Timed::on_grid("angular rate", *whole, p)?,
+            _ => Timed::new(
+                "angular rate",
+                grids.iter().flat_map(Grid::times).collect::<Vec<f64>>(),
+                p,
+            )?,
+        };
+        let q = p.with_values("angular rate", q)?;
+        let r = p.with_values("angular rate", r)?;
         Ok(Some([p, q, r]))
+    }
+
+    /// Grids over an angle's samples, without its gaps and cuts.
+    fn grids(&self, angle: &Timed) -> Result<Vec<Grid>, Error> {
+        let (mut grids, mut from_s) = (Vec::new(), angle.first_s());
+        let ends = self.cuts.iter().map(|cut| (cut.from_s, cut.to_s));
+        for (to_s, next_s) in ends.chain([(angle.last_s(), angle.last_s())]) {
+            if let Some(part) = angle.window(from_s, to_s) {
+                let found = uniform_stretches(&part, angle.period_s(), LEAST_INSTANTS)?.stretches;
+                grids.extend(found.iter().map(|stretch| stretch.grid));
+            }
+            from_s = next_s;
+        }
+        Ok(grids)
     }
 }
 
-/// A smoothed angle on a grid, and the part of its slope that is motion.
-fn angle_and_slope(angle: Option<&Timed>, grid: Grid) -> Result<(Vec<f64>, Vec<f64>), Error> {
-    let Some(angle) = angle else { return Ok((vec![0.0; grid.len], vec![0.0; grid.len])) };
-    let mut x = resample(angle, grid)?;
-    // An angle too short or too slow for the filter is taken as it is.
-    let _ = RATE_FILTER.zero_phase_in_place(&mut x, 1.0 / grid.period_s);
-    let mut slope = differentiate(&x, grid.period_s)?;
-    let believed = believed_part(angle, &slope, grid.period_s);
-    slope.iter_mut().for_each(|slope| *slope *= believed);
-    Ok((x, slope))
+/// Two instants have a slope, a third shows that it is one.
+const LEAST_INSTANTS: usize = 3;
+
+/// A smoothed angle on some grids, one after another, and the part of its slope that is motion.
+struct AngleOn {
+    angle: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+impl AngleOn {
+    fn of(angle: Option<&Timed>, grids: &[Grid]) -> Result<Self, Error> {
+        let len = grids.iter().map(|grid| grid.len).sum();
+        let Some(samples) = angle else {
+            return Ok(Self { angle: vec![0.0; len], slope: vec![0.0; len] });
+        };
+        let mut found = Self { angle: Vec::new(), slope: Vec::new() };
+        for grid in grids {
+            let (from_s, to_s) = (grid.start_s, grid.time(grid.len - 1));
+            let mut x = resample(&Cutter::default().around(samples, (from_s, to_s)), *grid)?;
+            // An angle too short or too slow for the filter is taken as it is.
+            let _ = RATE_FILTER.zero_phase_in_place(&mut x, 1.0 / grid.period_s);
+            append(&mut found.slope, differentiate(&x, grid.period_s)?);
+            append(&mut found.angle, x);
+        }
+        let period_s = grids.first().map_or(0.0, |grid| grid.period_s);
+        let believed = believed_part(samples, &found.slope, period_s);
+        found.slope.iter_mut().for_each(|slope| *slope *= believed);
+        Ok(found)
+    }
+}
+
+/// Adds a part, which most records have but one of, and need no copy of.
+fn append(all: &mut Vec<f64>, part: Vec<f64>) {
+    if all.is_empty() {
+        *all = part;
+    } else {
+        all.extend(part);
+    }
 }
 
 /// The part of a smoothed angle's slope that is motion and not the sensor's noise:

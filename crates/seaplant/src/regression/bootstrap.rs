@@ -51,6 +51,9 @@ const RESAMPLES: RangeInclusive<usize> = 100..=1_000_000;
 /// The filters alone make residuals go together for so long, s.
 const LEAST_BLOCK_S: f64 = 1.0;
 
+/// A day: no record has several blocks of more, s.
+const LONGEST_BLOCK_S: f64 = 86_400.0;
+
 /// What the fits to drawn blocks say.
 pub(crate) struct Resampled {
     pub(crate) found: LeastSquares,
@@ -65,6 +68,23 @@ pub(crate) struct Resampled {
 const BEYOND_CHANCE: f64 = 3.0;
 
 impl BlockBootstrap {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for too few or many resamples, or too short blocks.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { resamples, block_s, .. } = *self;
+        if !RESAMPLES.contains(&resamples) {
+            let expected = format!("from {} to {}", RESAMPLES.start(), RESAMPLES.end());
+            return Err(Error::setting("resamples", resamples, expected));
+        }
+        if !(LEAST_BLOCK_S..=LONGEST_BLOCK_S).contains(&block_s) {
+            let expected = format!("from {LEAST_BLOCK_S} to {LONGEST_BLOCK_S} s");
+            return Err(Error::setting("block_s", block_s, expected));
+        }
+        Ok(())
+    }
+
     /// An empty regression whose batches are the parts of blocks.
     ///
     /// # Errors
@@ -185,6 +205,9 @@ impl Circle {
             drawn.add_between(&self.up_to[start], &self.up_to[start + length]);
         }
         (self.terms..4).for_each(|j| drawn.gram[(j, j)] = 1.0);
+        if !drawn.gram.iter().all(|x| x.is_finite()) {
+            return None;
+        }
         // Columns of unit length: this part of one is nothing.
         let weakest = drawn.gram.symmetric_eigenvalues().min();
         let is_exciting = weakest > EXCITATION_FLOOR.powi(2);

@@ -162,6 +162,9 @@ impl<'a> Mixed<'a> {
 /// The right singular vector of the least singular value, if the last column takes part in
 /// it: else the noise hides a relation among the other columns.
 fn weakest_direction(columns: &DMatrix<f64>) -> Option<DVector<f64>> {
+    if !columns.iter().all(|x| x.is_finite()) {
+        return None;
+    }
     let others = columns.columns(0, columns.ncols() - 1).into_owned();
     let least_of_others = others.singular_values().min();
     let svd = columns.clone().svd(false, true);

@@ -42,6 +42,46 @@ pub fn differentiate_timed(x: &Timed) -> Result<Timed, Error> {
     x.with_values("the derivative", (0..=last).map(slope).collect())
 }
 
+/// The slope of a series at its own times, by the least-squares line through all samples within
+/// `half_s` on either side; where these are fewer than four, as [`differentiate_timed`].
+///
+/// Stamps that are off by part of a sample, and noise, count for little.
+///
+/// # Errors
+/// [`Error::TooShort`] with fewer than two samples.
+pub(crate) fn slope_around(x: &Timed, half_s: f64) -> Result<Timed, Error> {
+    let (t, values) = (x.time_s(), x.values());
+    let last = last_of(values)?;
+    let point = |k: usize| [t[k], values[k]];
+    let (mut from, mut to) = (0, 0);
+    let slope = |k: usize| {
+        while t[from] < t[k] - half_s {
+            from += 1;
+        }
+        while to <= last && t[to] <= t[k] + half_s {
+            to += 1;
+        }
+        if to - from > 3 {
+            return slope_of_line(&t[from..to], &values[from..to]);
+        }
+        let (before, after) = (k.checked_sub(1).map(point), (k < last).then(|| point(k + 1)));
+        slope_of_parabola(before, point(k), after)
+    };
+    x.with_values("the slope", (0..=last).map(slope).collect())
+}
+
+/// The slope of the least-squares line through samples at two or more times.
+pub(crate) fn slope_of_line(time_s: &[f64], values: &[f64]) -> f64 {
+    let n = time_s.len() as f64;
+    let (t, x) = (time_s.iter().sum::<f64>() / n, values.iter().sum::<f64>() / n);
+    let (mut top, mut bottom) = (0.0, 0.0);
+    for (time_s, value) in time_s.iter().zip(values) {
+        top += (time_s - t) * (value - x);
+        bottom += (time_s - t).powi(2);
+    }
+    top / bottom
+}
+
 /// The slope at a point `[t, x]` of the parabola through it and its neighbours, of which
 /// one may lack; zero if both do.
 pub(crate) fn slope_of_parabola(
@@ -77,6 +117,25 @@ pub(crate) fn check_differentiable(found: usize) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn jitter_of_stamps_does_not_make_a_slope() {
+        // Samples of 0.3 t at 10 Hz with stamps that are late by up to a sample, some by 2 µs.
+        let late = |k: i32| if k % 7 == 0 { 0.1 - 2e-6 } else { 0.0 };
+        let stamps: Vec<f64> = (0..200).map(|k| 0.1 * f64::from(k) + late(k)).collect();
+        let values: Vec<f64> = (0..200).map(|k| 0.03 * f64::from(k)).collect();
+        let x = Timed::new("x", stamps, values).expect("valid");
+        let raw = differentiate_timed(&x).expect("long enough");
+        assert!(raw.values().iter().any(|v| (v - 0.3).abs() > 1000.0));
+        let slope = slope_around(&x, 0.5).expect("long enough");
+        assert!(slope.values().iter().all(|v| (v - 0.3).abs() < 0.07), "{slope:?}");
+    }
+
+    #[test]
+    fn few_samples_have_the_slope_of_their_parabola() {
+        let x = Timed::new("x", vec![0.0, 1.0, 2.5, 3.0], vec![0.0, 1.0, 4.0, 2.0]).expect("valid");
+        assert_eq!(slope_around(&x, 0.5), differentiate_timed(&x));
+    }
 
     #[test]
     fn two_samples_have_one_slope() {

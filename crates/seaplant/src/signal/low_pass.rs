@@ -24,7 +24,32 @@ pub struct LowPass {
 /// Beyond this order the sections of a low cutoff lose the digits that we promise.
 const HIGHEST_ORDER: usize = 8;
 
+/// No motion of a vehicle is faster than this, Hz.
+const HIGHEST_CUTOFF_HZ: f64 = 1000.0;
+
 impl LowPass {
+    /// Checks what can be checked before the sampling rate is known.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] unless 0 < `cutoff_hz` ≤ 1000 and the order is 1 to 8.
+    ///
+    /// ```
+    /// use seaplant::signal::LowPass;
+    /// assert!(LowPass { cutoff_hz: 0.125, order: 2 }.check().is_ok());
+    /// assert!(LowPass { cutoff_hz: -1.0, order: 2 }.check().is_err());
+    /// ```
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { cutoff_hz, order } = *self;
+        if !(cutoff_hz > 0.0 && cutoff_hz <= HIGHEST_CUTOFF_HZ) {
+            let expected = format!("above 0 and at most {HIGHEST_CUTOFF_HZ} Hz");
+            return Err(Error::setting("cutoff_hz", cutoff_hz, expected));
+        }
+        if !(1..=HIGHEST_ORDER).contains(&order) {
+            return Err(Error::setting("order", order, format!("from 1 to {HIGHEST_ORDER}")));
+        }
+        Ok(())
+    }
+
     /// Smooths a series with the filter run forward, then backward.
     ///
     /// Phase cancels and gain squares: at `cutoff_hz` the amplitude is ½.

@@ -38,22 +38,30 @@ pub struct Masked {
     pub removed_s: Vec<f64>,
 }
 
+impl Masked {
+    /// A series without the samples of some numbers, in order; all of it rather than nothing.
+    pub(crate) fn without(series: &Timed, removed: &[usize]) -> Self {
+        let (t, x) = (series.time_s(), series.values());
+        if removed.is_empty() || removed.len() == x.len() {
+            return Self { series: series.clone(), removed_s: Vec::new() };
+        }
+        let left = Timed::new("the plausible samples", without(t, removed), without(x, removed))
+            .unwrap_or_else(|_| series.clone());
+        Self { series: left, removed_s: removed.iter().map(|&k| t[k]).collect() }
+    }
+}
+
 /// Turns a median absolute deviation into a standard deviation, for normal noise.
 const MAD_TO_STD: f64 = 1.4826;
 
 impl Hampel {
     /// Splits a series into what is plausible and what is not.
     pub fn mask(&self, series: &Timed) -> Masked {
-        let (t, x) = (series.time_s(), series.values());
+        let x = series.values();
         let mut around = Vec::new();
         let removed: Vec<usize> =
             (0..x.len()).filter(|&k| self.is_outlier(x, k, &mut around)).collect();
-        if removed.is_empty() || removed.len() == x.len() {
-            return Masked { series: series.clone(), removed_s: Vec::new() };
-        }
-        let left = Timed::new("the plausible samples", without(t, &removed), without(x, &removed))
-            .unwrap_or_else(|_| series.clone());
-        Masked { series: left, removed_s: removed.iter().map(|&k| t[k]).collect() }
+        Masked::without(series, &removed)
     }
 
     /// Whether sample `k` is an outlier; `around` is room for its neighbours.

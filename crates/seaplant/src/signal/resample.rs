@@ -28,6 +28,9 @@ const GAP_PERIODS: f64 = 5.0;
 /// … and than this many seconds: two lost packets are bridged, a lost minute is not.
 const GAP_SECONDS: f64 = 0.5;
 
+/// A smoothed series has so many instants for each sample at most.
+const MOST_FINER: f64 = 4.0;
+
 /// Brings a series to a grid by linear interpolation, smoothed first where the
 /// grid is coarser than the samples, so that nothing aliases.
 ///
@@ -52,6 +55,12 @@ fn without_aliases(series: &Timed, period_s: f64) -> Result<Timed, Error> {
     let native = series.period_s();
     // Up to this ratio the samples' own Nyquist frequency is that of the grid, near enough.
     if native <= 0.0 || period_s < 1.5 * native {
+        return Ok(series.clone());
+    }
+    // Samples that come in bursts have a shorter period than there are samples for.
+    let mean_s = (series.last_s() - series.first_s()) / series.len() as f64;
+    let native = native.max(mean_s / MOST_FINER);
+    if period_s < 1.5 * native {
         return Ok(series.clone());
     }
     let fine = Grid::spanning(series.first_s(), series.last_s(), native);

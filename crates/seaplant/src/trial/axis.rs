@@ -1,7 +1,8 @@
-use super::{LEAST_SAMPLES, ThrusterTrack};
+use super::plausible::is_coarse;
+use super::{LEAST_SAMPLES, ThrusterTrack, count};
 use crate::navigation::Motion;
-use crate::signal::{Stretches, differentiate, differentiate_timed, uniform_stretches};
-use crate::{Dof, Error, Gap, Grid, Timed};
+use crate::signal::{Stretches, differentiate, slope_around, uniform_stretches};
+use crate::{Caveat, CaveatCode, Dof, Error, Gap, Grid, Timed};
 
 /// What one trial says of one degree of freedom.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +26,9 @@ pub struct AxisRecord {
     pub turning: Option<Timed>,
     /// Position measured along this degree of freedom, where there is one.
     pub position: Option<Timed>,
+    /// Gaps across which position is known but for an offset, as heading is after turns that
+    /// nobody saw.
+    pub cuts: Vec<Gap>,
 }
 
 /// Thrust before a record starts is kept for so long, s: with a delay it acts later.
@@ -96,8 +100,18 @@ pub struct UniformAxis {
 /// Regressions gain nothing above this rate: vehicles of a tonne move below 1 Hz.
 const HIGHEST_RATE_HZ: f64 = 20.0;
 
-/// Thrust that is held for so long is no gap, s.
-const LEAST_FORCE_GAP_S: f64 = 1.0;
+/// A simulation is carried through a gap of motion of so many seconds, or sampling periods: in
+/// more, a vehicle forgets what speed it had, and every step costs.
+const LONGEST_BRIDGED_S: f64 = 30.0;
+const BRIDGED_PERIODS: f64 = 5.0;
+
+/// Velocity is the slope of positions within so many seconds on either side: stamps that are off
+/// by part of a sample, and noise, would else be most of it.
+const SLOPE_HALF_S: f64 = 0.5;
+
+/// Steps longer than so many sampling periods, and so many seconds, are gaps in motion.
+const LONG_STEP_PERIODS: f64 = 5.0;
+const LONG_STEP_S: f64 = 1.0;
 
 /// What a [`UniformAxis`] is made of.
 pub(crate) struct ReadyAxis {
@@ -173,8 +187,17 @@ impl AxisRecord {
             thrusters: tracks.filter_map(|track| track.window(from_s - HISTORY_S, to_s)).collect(),
             motion,
             position: self.position.as_ref().and_then(cut),
+            cuts: within(&self.cuts, (from_s, to_s)),
             ..self.clone()
         })
+    }
+
+    /// How long motion was seen, without gaps, s.
+    pub(crate) fn seconds(&self) -> f64 {
+        let motion = self.motion.series();
+        let gaps = motion.gaps((LONG_STEP_PERIODS * motion.period_s()).max(LONG_STEP_S));
+        let lost_s: f64 = gaps.iter().map(|gap| gap.to_s - gap.from_s).sum();
+        motion.last_s() - motion.first_s() - lost_s
     }
 
     /// The record with propellers at rest before its first thrust, if the vehicle still is:
@@ -208,20 +231,87 @@ impl AxisRecord {
         }
     }
 
+    /// Whether an instrument measures its velocity; else it is derived from position.
+    pub(crate) fn measures_velocity(&self) -> bool {
+        matches!(self.motion, Motion::Velocity(_))
+    }
+
+    /// Whether thrust was logged so slowly, while it changed, that what it did between samples
+    /// matters.
+    pub(crate) fn thrust_is_slow(&self) -> bool {
+        self.tracks().iter().any(|track| is_coarse(&track.speed))
+    }
+
     /// The same with thrust moved to later.
     pub(crate) fn delayed(&self, delay_s: f64) -> Self {
         Self { force: self.force.shifted(delay_s), ..self.clone() }
     }
 
-    /// Velocity at the times of its own samples, unfiltered.
+    /// The note on gaps of heading in which turns were lost.
+    pub(super) fn lost_turns(&self) -> Option<Caveat> {
+        let length = |gap: &Gap| gap.to_s - gap.from_s;
+        let longest = self.cuts.iter().max_by(|a, b| length(a).total_cmp(&length(b)))?;
+        let message = format!(
+            "trial `{}`: {} of heading, {:.1} s in all, in which the vehicle may have turned half around or more, the longest from {:.1} to {:.1} s; nobody saw how many turns it made, so that the record is cut there and followed anew; log rate.yaw beside heading to bridge them",
+            self.trial,
+            count(self.cuts.len(), "gap", "gaps"),
+            self.cuts.iter().map(length).sum::<f64>(),
+            longest.from_s,
+            longest.to_s
+        );
+        Some(Caveat::note(CaveatCode::Gaps, message))
+    }
+
+    /// Velocity at the times of its own samples: as measured, or the slope of position over
+    /// half a second to either side, or to the next samples where those are further away.
     ///
     /// # Errors
     /// [`Error::TooShort`] if it must be derived from fewer than two positions.
     pub fn velocity(&self) -> Result<Timed, Error> {
-        match &self.motion {
-            Motion::Velocity(velocity) => Ok(velocity.clone()),
-            Motion::Position(position) => differentiate_timed(position),
+        let motion = self.motion.series();
+        if matches!(self.motion, Motion::Velocity(_)) || self.cuts.is_empty() {
+            return self.velocity_of(motion);
         }
+        let (mut times, mut slopes) = (Vec::new(), Vec::new());
+        for part in self.between_cuts(motion).iter().filter(|part| part.len() > 1) {
+            times.extend_from_slice(part.time_s());
+            slopes.extend_from_slice(self.velocity_of(part)?.values());
+        }
+        Timed::new("velocity", times, slopes)
+    }
+
+    /// [`AxisRecord::velocity`], of motion without cuts; measured or simulated.
+    pub(crate) fn velocity_of(&self, motion: &Timed) -> Result<Timed, Error> {
+        match self.motion {
+            Motion::Velocity(_) => Ok(motion.clone()),
+            Motion::Position(_) => slope_around(motion, SLOPE_HALF_S),
+        }
+    }
+
+    /// The parts of a position between cuts.
+    fn between_cuts(&self, position: &Timed) -> Vec<Timed> {
+        let mut from_s = f64::NEG_INFINITY;
+        let ends = self.cuts.iter().map(|cut| (cut.from_s, cut.to_s));
+        let part = |(to_s, next_s)| position.window(std::mem::replace(&mut from_s, next_s), to_s);
+        ends.chain([(f64::INFINITY, f64::INFINITY)]).filter_map(part).collect()
+    }
+
+    /// The spans, s, in each of which motion can be followed from one state at the start: without
+    /// gaps of force, long gaps of motion, or cuts.
+    pub(crate) fn parts(&self) -> Vec<(f64, f64)> {
+        let motion = self.motion.series();
+        let longest_s = LONGEST_BRIDGED_S.max(BRIDGED_PERIODS * motion.period_s());
+        let mut ends = [motion.gaps(longest_s), self.force_gaps(), self.cuts.clone()].concat();
+        ends.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+        let (mut parts, mut from_s) = (Vec::new(), motion.first_s());
+        for gap in ends {
+            if gap.from_s >= from_s {
+                parts.push((from_s, gap.from_s));
+            }
+            from_s = gap.to_s.max(from_s);
+        }
+        parts.push((from_s, motion.last_s()));
+        parts
     }
 
     /// Force and velocity on uniform grids, cut at gaps of either, each stretch with
@@ -247,7 +337,7 @@ impl AxisRecord {
         let sample_hz = source_hz.max(rate_hz(&self.force)).min(HIGHEST_RATE_HZ);
         let least = least.max(LEAST_SAMPLES);
         let Stretches { stretches: found, mut gaps } =
-            uniform_stretches(motion, 1.0 / sample_hz, least)?;
+            self.uniform_between_cuts(1.0 / sample_hz, least)?;
         let force_gaps = self.force_gaps();
         let mut stretches = Vec::new();
         for whole in found {
@@ -278,20 +368,32 @@ impl AxisRecord {
         Ok(ReadyAxis { sample_hz, source_hz, stretches, gaps })
     }
 
+    fn uniform_between_cuts(&self, period_s: f64, least: usize) -> Result<Stretches, Error> {
+        let motion = self.motion.series();
+        if matches!(self.motion, Motion::Velocity(_)) || self.cuts.is_empty() {
+            return uniform_stretches(motion, period_s, least);
+        }
+        let mut all = Stretches { stretches: Vec::new(), gaps: self.cuts.clone() };
+        for part in self.between_cuts(motion) {
+            let Stretches { stretches, gaps } = uniform_stretches(&part, period_s, least)?;
+            all.stretches.extend(stretches);
+            all.gaps.extend(gaps);
+        }
+        Ok(all)
+    }
+
     /// Intervals in which thrust was not logged, though it usually is.
     ///
     /// Thrust that is logged when it changes has long intervals by nature, so a gap
     /// is measured against the longest tenth of them.
     pub fn force_gaps(&self) -> Vec<Gap> {
-        if self.force.longest_step_s() <= LEAST_FORCE_GAP_S {
-            return Vec::new();
-        }
-        let mut steps: Vec<f64> =
-            self.force.time_s().windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        let Some(long) = steps.get(steps.len() * 9 / 10) else { return Vec::new() };
-        self.force.gaps((5.0 * long).max(LEAST_FORCE_GAP_S))
+        self.force.gaps(self.force.longest_usual_s())
     }
+}
+
+/// The gaps that lie in a window, s.
+pub(super) fn within(gaps: &[Gap], (from_s, to_s): (f64, f64)) -> Vec<Gap> {
+    gaps.iter().filter(|gap| gap.from_s >= from_s && gap.to_s <= to_s).copied().collect()
 }
 
 pub(super) fn rate_hz(series: &Timed) -> f64 {

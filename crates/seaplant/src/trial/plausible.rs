@@ -3,7 +3,7 @@
 use super::count;
 use crate::navigation::Recording;
 use crate::quantity::Kind;
-use crate::signal::Hampel;
+use crate::signal::{Hampel, Masked, spikes};
 use crate::{Caveat, CaveatCode, Quantity, Timed};
 
 /// Outliers of a measured velocity: a second of neighbours, eight standard deviations.
@@ -11,13 +11,10 @@ const VELOCITY_OUTLIERS: Hampel = Hampel { half_width: 5, threshold: 8.0, floor:
 /// The least standard deviation of a velocity to believe, m/s or rad/s.
 const VELOCITY_NOISE_FLOOR: f64 = 0.02;
 
-/// Removes implausible samples of measured velocity, and says so.
+/// Removes implausible samples of measured motion, and says so.
 pub(super) fn mask(recording: &mut Recording, caveats: &mut Vec<Caveat>) {
     for (quantity, series) in recording {
-        if !matches!(quantity, Quantity::DvlVelocity(_) | Quantity::Velocity(_)) {
-            continue;
-        }
-        let masked = Hampel { floor: VELOCITY_NOISE_FLOOR, ..VELOCITY_OUTLIERS }.mask(series);
+        let Some(masked) = masked(quantity, series) else { continue };
         if let Some(first) = masked.removed_s.first() {
             let message = format!(
                 "{} of {quantity} stand far off their neighbours and are left out, the first at {first:.1} s",
@@ -29,7 +26,26 @@ pub(super) fn mask(recording: &mut Recording, caveats: &mut Vec<Caveat>) {
     }
 }
 
-/// A recording without implausible samples of measured velocity.
+/// What is plausible of a measured motion; `None` of thrust.
+fn masked(quantity: &Quantity, series: &Timed) -> Option<Masked> {
+    let angle = matches!(quantity, Quantity::Attitude(_));
+    let of_spikes = |series: &Timed| Masked::without(series, &spikes(series, angle));
+    match quantity {
+        Quantity::DvlVelocity(_) | Quantity::Velocity(_) => {
+            let gross = Hampel { floor: VELOCITY_NOISE_FLOOR, ..VELOCITY_OUTLIERS }.mask(series);
+            let Masked { series, removed_s } = of_spikes(&gross.series);
+            let mut removed_s = [gross.removed_s, removed_s].concat();
+            removed_s.sort_by(f64::total_cmp);
+            Some(Masked { series, removed_s })
+        }
+        Quantity::Attitude(_) | Quantity::Rate(_) | Quantity::Depth | Quantity::Position(_) => {
+            Some(of_spikes(series))
+        }
+        Quantity::Thruster { .. } | Quantity::Wrench(_) | Quantity::SupplyVoltage => None,
+    }
+}
+
+/// A recording without implausible samples of measured motion.
 pub(crate) fn without_outliers(mut recording: Recording) -> Recording {
     mask(&mut recording, &mut Vec::new());
     recording
@@ -46,15 +62,16 @@ const COARSE_S: f64 = 0.25;
 /// A signal that changes at more than this part of its samples is not one of rare commands.
 const RESTLESS_PART: f64 = 0.5;
 
+/// Whether a signal was logged slowly and mostly differs from one sample to the next.
+pub(super) fn is_coarse(series: &Timed) -> bool {
+    let changes = series.values().windows(2).filter(|pair| pair[0] != pair[1]).count();
+    series.period_s() > COARSE_S && changes as f64 > RESTLESS_PART * (series.len() - 1) as f64
+}
+
 /// Thrust that was logged slowly and changed in between.
 pub(super) fn coarse_thrust(trial: &str, recording: &Recording) -> Option<Caveat> {
-    let is_restless = |series: &Timed| {
-        let changes = series.values().windows(2).filter(|pair| pair[0] != pair[1]).count();
-        changes as f64 > RESTLESS_PART * (series.len() - 1) as f64
-    };
-    let (quantity, series) = recording.iter().find(|(quantity, series)| {
-        quantity.is_of_thrust() && series.period_s() > COARSE_S && is_restless(series)
-    })?;
+    let (quantity, series) =
+        recording.iter().find(|(quantity, series)| quantity.is_of_thrust() && is_coarse(series))?;
     let message = format!(
         "trial `{trial}`: {quantity} is logged every {:.2} s and mostly differs from one sample to the next; each is held until the next, which is right for commands and wrong for a signal that moved smoothly, and that alone can double or halve mass and drag: give its channel between = \"linear\" if it did, and log it faster next time",
         series.period_s()

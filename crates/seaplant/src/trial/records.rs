@@ -1,6 +1,6 @@
 //! The raw records of one degree of freedom, cut to the trial's window once.
 
-use super::axis::{HISTORY_S, is_moved_by_turning, lever_rates};
+use super::axis::{HISTORY_S, is_moved_by_turning, lever_rates, within};
 use super::force::Thrust;
 use super::{AxisRecord, LEAST_SAMPLES, TrialSetup, VelocitySource};
 use crate::navigation::{Motion, Navigated};
@@ -112,6 +112,10 @@ impl Whole<'_> {
             lever_rates: rates.map(|rates| rates.map(|rate| cutter.around(&rate, window_s))),
             turning: turning.map(|turning| cutter.around(turning, window_s)),
             position: position.and_then(|path| cutter.window(path, window_s)),
+            cuts: match dof {
+                Dof::Yaw => within(&navigated.heading_cuts, window_s),
+                _ => Vec::new(),
+            },
         };
         Some(record.starting_from_rest())
     }

@@ -1,15 +1,11 @@
-//! The vehicle in motion: propellers, thrust, drag.
+//! The vehicle in motion: thrust, drag, and what else pushes.
 
 use super::command::Pilot;
-use super::random::{Streams, ornstein_uhlenbeck};
-use super::vehicle::pair;
+use super::propellers::Propellers;
+use super::random::Streams;
 use super::water::Water;
-use super::{Disturbance, Plan, RPM, STEPS_PER_TICK, TICK_HZ, TwinSpec, tick_time};
-use crate::{Dof, Error, PhysicalParameters, QuadraticThrust, Vehicle};
-
-/// Standard deviation of propeller speed, rad/s, and its correlation time, s.
-const JITTER_RAD_S: f64 = 5.0 * RPM;
-const JITTER_CORRELATION_S: f64 = 0.5;
+use super::{Plan, STEPS_PER_TICK, TICK_HZ, TwinSpec, tick_time};
+use crate::{Dof, Error, PhysicalParameters};
 
 pub(super) const STEP_S: f64 = 1.0 / (TICK_HZ * STEPS_PER_TICK as f64);
 
@@ -24,37 +20,6 @@ pub(super) struct Moved {
     pub(super) sunk: Vec<f64>,
     /// Speed of each propeller of the pair before lag and delay, rad/s.
     pub(super) speeds: [Vec<f64>; 2],
-}
-
-/// The pair of propellers that drives one degree of freedom.
-struct Propellers {
-    law: QuadraticThrust,
-    /// What one newton of each gives: 1, or ± the arm.
-    weights: [f64; 2],
-    max_speed: f64,
-    jitter: [Vec<f64>; 2],
-    lag_s: f64,
-    delay_s: f64,
-    /// Thrust lost per speed of propeller and of inflow, N s²/(rad m).
-    inflow: f64,
-    turning: [f64; 2],
-}
-
-/// Propeller speeds at the start, the middle and the end of a step, rad/s.
-type StageSpeeds = [[f64; 2]; 3];
-
-impl TwinSpec {
-    /// Thrust lost to inflow per propeller speed and speed through water, N s²/(rad m).
-    ///
-    /// `F = k n|n| − k_in |n| v`, so that 1 m/s takes `strength.inflow_loss` of the
-    /// greatest forward thrust.
-    ///
-    /// # Source
-    /// [Fossen2021, ch. 9]: thrust is bilinear in propeller speed and speed of advance.
-    pub(super) fn inflow(&self) -> f64 {
-        let loss = self.strength_of(Disturbance::Inflow, self.strength.inflow_loss);
-        loss * self.thrusters.forward * self.thrusters.max_speed()
-    }
 }
 
 /// Lets the vehicle move for a trial.
@@ -83,7 +48,7 @@ pub(super) fn move_vehicle(
             let acceleration = |stage: usize, v: f64| {
                 let through_water = v - water.along(tick);
                 let t = t + 0.5 * STEP_S * stage as f64;
-                let force = propellers.force(speeds[stage], through_water);
+                let force = propellers.force(speeds[stage], through_water, t);
                 (force + water.push(tick, t, position) - drag(plant, through_water)) / plant.mass
             };
             let (moved_by, v_next) = rk4(v, acceleration);
@@ -137,62 +102,6 @@ impl Moved {
     }
 }
 
-impl Propellers {
-    fn of(spec: &TwinSpec, vehicle: &Vehicle, plan: &Plan, streams: &Streams<'_>) -> Self {
-        let dof = plan.dof;
-        let jitter = |purpose| {
-            ornstein_uhlenbeck(
-                streams.of(purpose),
-                JITTER_RAD_S,
-                JITTER_CORRELATION_S,
-                plan.ticks(),
-            )
-        };
-        Self {
-            law: spec.thrusters.law(),
-            weights: pair(dof).map(|at| vehicle.thrusters[at].unit_wrench()[dof.index()]),
-            max_speed: spec.thrusters.max_speed(),
-            jitter: ["first jitter", "second jitter"].map(jitter),
-            lag_s: spec.strength_of(Disturbance::Lag, spec.strength.lag_s),
-            delay_s: spec.strength_of(Disturbance::Delay, spec.strength.delay_s),
-            inflow: spec.inflow(),
-            turning: [0.0; 2],
-        }
-    }
-
-    /// The speeds that share a force out, limited, with jitter, rad/s.
-    fn allocate(&self, force: f64, tick: usize) -> [f64; 2] {
-        let total: f64 = self.weights.iter().map(|w| w * w).sum();
-        [0, 1].map(|i| {
-            let thrust = force * self.weights[i] / total;
-            let coefficient = if thrust < 0.0 { self.law.reverse } else { self.law.forward };
-            let speed = (thrust.abs() / coefficient).sqrt().min(self.max_speed);
-            speed.copysign(thrust) + self.jitter[i][tick]
-        })
-    }
-
-    /// Turns the propellers for a step after what was asked of them a delay ago.
-    fn turn(&mut self, asked: &[Vec<f64>; 2], t_s: f64) -> StageSpeeds {
-        // A step never straddles a tick; a millionth of one forgives rounding.
-        let tick = (TICK_HZ * (t_s - self.delay_s) + 1e-6).floor();
-        let wanted = [0, 1].map(|i| if tick < 0.0 { 0.0 } else { asked[i][tick as usize] });
-        let after = |part: f64| {
-            let keep = if self.lag_s > 0.0 { (-part * STEP_S / self.lag_s).exp() } else { 0.0 };
-            [0, 1].map(|i| wanted[i] + keep * (self.turning[i] - wanted[i]))
-        };
-        let start = if self.lag_s > 0.0 { self.turning } else { wanted };
-        let stages = [start, after(0.5), after(1.0)];
-        self.turning = stages[2];
-        stages
-    }
-
-    /// Force or moment of the pair where the vehicle moves with `v` through the water.
-    fn force(&self, speeds: [f64; 2], v: f64) -> f64 {
-        let of = |(w, n): (f64, f64)| w * (self.law.force(n) - self.inflow * n.abs() * w * v);
-        self.weights.into_iter().zip(speeds).map(of).sum()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::Disturbance;
@@ -216,7 +125,7 @@ mod tests {
             plan,
             &Streams { seed: spec.seed, trial: &plan.name },
         );
-        let force = |tick: usize| propellers.force([0, 1].map(|i| moved.speeds[i][tick]), 0.0);
+        let force = |tick: usize| propellers.force([0, 1].map(|i| moved.speeds[i][tick]), 0.0, 0.0);
         let times: Vec<f64> = (0..plan.ticks()).map(tick_time).collect();
         let force: Vec<f64> = (0..plan.ticks()).map(force).collect();
         let force = Timed::new("force", times.clone(), force).expect("finite");
@@ -250,34 +159,5 @@ mod tests {
         let after_20_s = prompt.velocity.iter().zip(&late.velocity[10..]).skip(1000);
         let apart = after_20_s.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(apart < 1e-3, "{apart}");
-    }
-
-    #[test]
-    fn a_lagging_propeller_follows_exponentially() {
-        let mut spec = TwinSpec::jason2();
-        spec.disturbances.insert(Disturbance::Lag);
-        let plan = plans(&spec).remove(0);
-        let vehicle = spec.true_vehicle().expect("valid");
-        let streams = Streams { seed: 1, trial: &plan.name };
-        let mut propellers = Propellers::of(&spec, &vehicle, &plan, &streams);
-        let asked = [vec![100.0; 10], vec![-50.0; 10]];
-        let stages: Vec<StageSpeeds> =
-            (0..30).map(|step| propellers.turn(&asked, step as f64 * STEP_S)).collect();
-        // After 0.6 s, two time constants.
-        let left = (-2.0_f64).exp();
-        assert!((stages[29][2][0] - 100.0 * (1.0 - left)).abs() < 1e-9);
-        assert!((stages[29][2][1] + 50.0 * (1.0 - left)).abs() < 1e-9);
-    }
-
-    #[test]
-    fn inflow_takes_a_quarter_of_the_greatest_thrust_at_1_m_s() {
-        let mut spec = TwinSpec::jason2();
-        spec.disturbances.insert(Disturbance::Inflow);
-        let plan = plans(&spec).remove(0);
-        let vehicle = spec.true_vehicle().expect("valid");
-        let streams = Streams { seed: 1, trial: &plan.name };
-        let propellers = Propellers::of(&spec, &vehicle, &plan, &streams);
-        let full = [spec.thrusters.max_speed(); 2];
-        assert!((propellers.force(full, 1.0) / propellers.force(full, 0.0) - 0.75).abs() < 1e-12);
     }
 }

@@ -1,13 +1,12 @@
 //! What a user may say of the twin.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
-use std::str::FromStr;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::{Dof, Error, PhysicalParameters, QuadraticThrust};
+use super::{Disturbance, DisturbanceStrength};
+use crate::{Dof, PhysicalParameters, QuadraticThrust};
 
 /// What the twin is and does; every field defaults to the Jason 2 twin.
 ///
@@ -43,6 +42,7 @@ pub struct TwinSpec {
     /// Mass in air, kg.
     pub dry_mass_kg: f64,
     /// Length, width and height of the hull, m, if they are to be known.
+    #[serde(deserialize_with = "crate::exact::some_numbers")]
     pub size_m: Option<[f64; 3]>,
     /// Depth of the vehicle's origin at the start of each trial, m.
     pub start_depth_m: f64,
@@ -131,60 +131,6 @@ pub enum NoiseLevel {
     High,
 }
 
-/// What disturbs the vehicle or misleads its analyst.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum Disturbance {
-    /// The cable pulls, slowly changing.
-    Tether,
-    /// The water moves; in yaw it makes a Munk moment.
-    Current,
-    /// Propellers follow their logged speed with a first-order lag.
-    Lag,
-    /// Propellers follow their logged speed late.
-    Delay,
-    /// The analyst takes the forward thrust coefficient for reverse as well.
-    Thrcoef,
-    /// The analyst has the DVL in the wrong place, and the vehicle rolls and pitches.
-    Lever,
-    /// Waves push to and fro.
-    Swell,
-    /// Propellers that move through the water thrust less.
-    Inflow,
-}
-
-/// How strong each disturbance is; read only if it is on.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct DisturbanceStrength {
-    /// Standard deviation of the tether's pull, N; in yaw it acts at the thrusters' arm.
-    pub tether_n: f64,
-    /// Correlation time of the tether's pull, s.
-    pub tether_correlation_s: f64,
-    /// Mean current along the degree of freedom (in yaw: to the north), m/s.
-    pub current_m_s: f64,
-    /// Standard deviation of what the current varies by, m/s.
-    pub current_std_m_s: f64,
-    /// Correlation time of that, s.
-    pub current_correlation_s: f64,
-    /// Time constant of the propellers' lag, s.
-    pub lag_s: f64,
-    /// The propellers' delay, s, in whole steps of 0.02 s.
-    pub delay_s: f64,
-    /// By how much the analyst has the DVL too far aft, and too far up, m.
-    pub lever_m: f64,
-    /// Root mean square of the roll and pitch rates beside a wrong lever arm, rad/s.
-    pub lever_rate_rad_s: f64,
-    /// Amplitude of the swell, N; in yaw it acts at the thrusters' arm.
-    pub swell_n: f64,
-    /// Period of the swell, s.
-    pub swell_period_s: f64,
-    /// Part of a thruster's greatest forward thrust that an inflow of 1 m/s takes.
-    pub inflow_loss: f64,
-}
-
 impl Default for TwinSpec {
     fn default() -> Self {
         Self {
@@ -266,25 +212,6 @@ impl Default for TwinThrusters {
     }
 }
 
-impl Default for DisturbanceStrength {
-    fn default() -> Self {
-        Self {
-            tether_n: 75.0,
-            tether_correlation_s: 30.0,
-            current_m_s: 0.1,
-            current_std_m_s: 0.02,
-            current_correlation_s: 60.0,
-            lag_s: 0.3,
-            delay_s: 0.2,
-            lever_m: 0.8,
-            lever_rate_rad_s: 0.03,
-            swell_n: 100.0,
-            swell_period_s: 10.0,
-            inflow_loss: 0.25,
-        }
-    }
-}
-
 impl TwinPlant {
     /// The same as parameters of the plant model.
     pub fn physical(&self) -> PhysicalParameters {
@@ -306,71 +233,5 @@ impl TwinThrusters {
     /// The fastest that a propeller is told to turn, rad/s.
     pub fn max_speed(&self) -> f64 {
         self.max_rpm * super::RPM
-    }
-}
-
-impl Disturbance {
-    /// All eight; the word `all` means the first six.
-    pub const ALL: [Self; 8] = [
-        Self::Tether,
-        Self::Current,
-        Self::Lag,
-        Self::Delay,
-        Self::Thrcoef,
-        Self::Lever,
-        Self::Swell,
-        Self::Inflow,
-    ];
-
-    /// As files and flags write it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Tether => "tether",
-            Self::Current => "current",
-            Self::Lag => "lag",
-            Self::Delay => "delay",
-            Self::Thrcoef => "thrcoef",
-            Self::Lever => "lever",
-            Self::Swell => "swell",
-            Self::Inflow => "inflow",
-        }
-    }
-
-    /// Reads `none`, `all` (tether to lever), or names with commas between them.
-    ///
-    /// # Errors
-    /// [`Error::TwinSpec`] for a name that is no disturbance.
-    ///
-    /// ```
-    /// use seaplant::twin::Disturbance;
-    /// assert!(Disturbance::parse_list("none")?.is_empty());
-    /// assert_eq!(Disturbance::parse_list("all")?.len(), 6);
-    /// assert_eq!(Disturbance::parse_list("swell, tether")?.len(), 2);
-    /// # Ok::<(), seaplant::Error>(())
-    /// ```
-    pub fn parse_list(text: &str) -> Result<BTreeSet<Self>, Error> {
-        match text.trim() {
-            "none" => Ok(BTreeSet::new()),
-            "all" => Ok(Self::ALL[..6].iter().copied().collect()),
-            names => names.split(',').map(|name| name.trim().parse()).collect(),
-        }
-    }
-}
-
-impl fmt::Display for Disturbance {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for Disturbance {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self, Error> {
-        Self::ALL.into_iter().find(|known| known.name() == text).ok_or_else(|| Error::TwinSpec {
-            name: "list of disturbances".to_owned(),
-            found: format!("`{text}`"),
-            expected: format!("none, all, or some of {}", Self::ALL.map(Self::name).join(", ")),
-        })
     }
 }

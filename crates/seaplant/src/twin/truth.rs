@@ -49,10 +49,12 @@ pub struct TrueSteady {
     pub bias_force: f64,
 }
 
-/// True values of what an estimator may fit beside the plant; 0 or 1 where it is off.
+/// True values of what an estimator may fit beside the plant; where it is off 0, of a ratio 1,
+/// of the exponent 2.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct TrueNuisances {
-    /// Time constant of the propellers, s.
+    /// Time constant of the propellers, s, where it is one both ways.
     pub lag_s: f64,
     /// Delay of the propellers, s.
     pub delay_s: f64,
@@ -70,6 +72,28 @@ pub struct TrueNuisances {
     pub lever_m: f64,
     /// Amplitude of the swell, N.
     pub swell_n: f64,
+    /// Time constant with which propellers speed up, s.
+    pub lag_up_s: f64,
+    /// Time constant with which they slow down, s.
+    pub lag_down_s: f64,
+    /// Time of a propeller from rest to its greatest speed, s.
+    pub slew_s: f64,
+    /// k_in of a propeller that advances, where only such lose thrust, N s²/(rad m).
+    pub inflow_one_sided: f64,
+    /// p of F ∝ |n|^p.
+    pub thrust_exponent: f64,
+    /// Part of thrust that is lost by the end of a degree of freedom's last trial.
+    pub sag_part: f64,
+    /// Standard deviation of the narrow-band swell, N.
+    pub swell_std_n: f64,
+    /// Standard deviation of the drifting current, m/s.
+    pub drift_std_m_s: f64,
+    /// Time over which the DVL takes the mean, s.
+    pub averaging_s: f64,
+    /// Time constant of the DVL, s.
+    pub velocity_lag_s: f64,
+    /// What the DVL reads over what is true.
+    pub dvl_scale: f64,
 }
 
 impl Truth {
@@ -106,8 +130,9 @@ impl TrueNuisances {
         use Disturbance as D;
         let strength = &spec.strength;
         let misled = spec.has(D::Thrcoef);
+        let (lag_up_s, lag_down_s) = spec.lags();
         Self {
-            lag_s: spec.strength_of(D::Lag, strength.lag_s),
+            lag_s: if lag_up_s == lag_down_s { lag_up_s } else { 0.0 },
             delay_s: spec.strength_of(D::Delay, strength.delay_s),
             reverse_ratio: if misled {
                 spec.thrusters.reverse / spec.thrusters.forward
@@ -120,6 +145,24 @@ impl TrueNuisances {
             tether_correlation_s: spec.strength_of(D::Tether, strength.tether_correlation_s),
             lever_m: spec.strength_of(D::Lever, strength.lever_m),
             swell_n: spec.strength_of(D::Swell, strength.swell_n),
+            lag_up_s,
+            lag_down_s,
+            slew_s: spec.strength_of(D::Slew, strength.slew_s),
+            inflow_one_sided: spec.inflow_one_sided(),
+            thrust_exponent: spec.exponent(),
+            sag_part: spec.strength_of(D::BatterySag, strength.sag_part),
+            swell_std_n: spec.strength_of(D::SwellNarrowBand, strength.swell_std_n),
+            drift_std_m_s: spec.strength_of(D::CurrentDrift, strength.drift_std_m_s),
+            averaging_s: spec.strength_of(D::VelocityAveraging, strength.averaging_s),
+            velocity_lag_s: spec.strength_of(D::VelocityLag, strength.velocity_lag_s),
+            dvl_scale: 1.0 + spec.strength_of(D::DvlScale, strength.dvl_scale_error),
         }
+    }
+}
+
+impl Default for TrueNuisances {
+    /// Of a twin that nothing disturbs.
+    fn default() -> Self {
+        Self::of(&TwinSpec::jason2())
     }
 }

@@ -14,6 +14,9 @@ const LONGEST_S: f64 = 86_400.0;
 /// More than this is no depth, mass or force of a vehicle.
 const LARGEST: f64 = 1e9;
 
+/// Stamps of a 10 Hz instrument that are off by no more than this stay in order, s.
+const MOST_JITTER_S: f64 = 0.045;
+
 impl TwinSpec {
     /// The twin of Jason 2: Tables 4 and 5 of the paper.
     pub fn jason2() -> Self {
@@ -119,6 +122,9 @@ impl TwinSpec {
             ("tether_correlation_s", s.tether_correlation_s),
             ("current_correlation_s", s.current_correlation_s),
             ("swell_period_s", s.swell_period_s),
+            ("drift_correlation_s", s.drift_correlation_s),
+            ("gap_s", s.gap_s),
+            ("gap_interval_s", s.gap_interval_s),
         ];
         times.iter().try_for_each(|(name, s)| above_zero(&format!("strength.{name}"), *s))?;
         let sizes = [
@@ -129,12 +135,50 @@ impl TwinSpec {
             ("lever_rate_rad_s", s.lever_rate_rad_s),
             ("swell_n", s.swell_n),
             ("inflow_loss", s.inflow_loss),
+            ("lag_up_s", s.lag_up_s),
+            ("lag_down_s", s.lag_down_s),
+            ("slew_s", s.slew_s),
+            ("inflow_one_sided_loss", s.inflow_one_sided_loss),
+            ("swell_std_n", s.swell_std_n),
+            ("drift_std_m_s", s.drift_std_m_s),
+            ("averaging_s", s.averaging_s),
+            ("velocity_lag_s", s.velocity_lag_s),
+            ("spike_m_s", s.spike_m_s),
+            ("spike_heading_deg", s.spike_heading_deg),
         ];
         sizes
             .iter()
             .try_for_each(|(name, size)| not_negative(&format!("strength.{name}"), *size))?;
-        finite("strength.current_m_s", s.current_m_s)?;
-        finite("strength.lever_m", s.lever_m)
+        let any = [
+            ("current_m_s", s.current_m_s),
+            ("lever_m", s.lever_m),
+            ("heading_drift_deg_min", s.heading_drift_deg_min),
+        ];
+        any.iter().try_for_each(|(name, size)| finite(&format!("strength.{name}"), *size))?;
+        self.check_bounded_strength()
+    }
+
+    /// Strengths that mean nothing beyond their bounds.
+    fn check_bounded_strength(&self) -> Result<(), Error> {
+        let s = &self.strength;
+        let bounded = [
+            ("thrust_exponent", s.thrust_exponent, 1.0..=3.0, "from 1 to 3"),
+            ("sag_part", s.sag_part, 0.0..=0.9, "from 0 to 0.9"),
+            ("swell_damping", s.swell_damping, 0.001..=0.9, "from 0.001 to 0.9"),
+            ("dvl_scale_error", s.dvl_scale_error, -0.5..=0.5, "from −0.5 to 0.5"),
+            ("spike_part", s.spike_part, 0.0..=0.5, "from 0 to 0.5"),
+            (
+                "stamp_jitter_s",
+                s.stamp_jitter_s,
+                0.0..=MOST_JITTER_S,
+                "from 0 to 0.045, or stamps of a 10 Hz instrument change places",
+            ),
+            ("thrust_log_s", s.thrust_log_s, 0.1..=10.0, "from 0.1 to 10 s"),
+        ];
+        let wrong = bounded.into_iter().find(|(_, value, bounds, _)| !bounds.contains(value));
+        wrong.map_or(Ok(()), |(name, value, _, expected)| {
+            Err(refused(&format!("strength.{name}"), &value.to_string(), expected))
+        })
     }
 }
 
@@ -192,6 +236,26 @@ mod tests {
     #[test]
     fn refuses_a_number_that_is_none() {
         assert!(message(|spec| spec.strength.tether_n = f64::NAN).contains("tether_n is NaN"));
+    }
+
+    #[test]
+    fn refuses_strengths_that_mean_nothing() {
+        let said = |change: fn(&mut crate::twin::DisturbanceStrength)| {
+            message(|spec| change(&mut spec.strength))
+        };
+        assert_eq!(
+            said(|s| s.thrust_exponent = 0.0),
+            "the twin's strength.thrust_exponent is 0; it must be from 1 to 3"
+        );
+        assert!(said(|s| s.stamp_jitter_s = 0.05).contains("change places"));
+        assert!(said(|s| s.swell_damping = f64::NAN).contains("swell_damping is NaN"));
+        assert!(said(|s| s.sag_part = 1.0).contains("from 0 to 0.9"));
+        assert!(said(|s| s.dvl_scale_error = -1.0).contains("from −0.5 to 0.5"));
+        assert!(said(|s| s.spike_part = -0.1).contains("spike_part is -0.1"));
+        assert!(said(|s| s.gap_s = 0.0).contains("above 0"));
+        assert!(said(|s| s.lag_down_s = -0.1).contains("0 or more"));
+        assert!(said(|s| s.thrust_log_s = 0.0).contains("from 0.1 to 10 s"));
+        assert!(said(|s| s.heading_drift_deg_min = f64::INFINITY).contains("a finite number"));
     }
 
     #[test]

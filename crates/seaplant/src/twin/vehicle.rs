@@ -100,6 +100,8 @@ impl TwinSpec {
             name: self.name.clone(),
             dry_mass_kg: Some(self.dry_mass_kg),
             size_m: self.size_m,
+            rigid_body: None,
+            buoyancy: None,
             thrusters: THRUSTERS.into_iter().map(mount).collect::<Result<_, _>>()?,
             sensors: Sensors {
                 dvl,

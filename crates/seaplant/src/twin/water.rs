@@ -2,12 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::Rotation3;
+use nalgebra::{Matrix2, Rotation3, Vector2};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::random::{Streams, ornstein_uhlenbeck};
-use super::{Disturbance, TwinSpec};
+use super::motion::STEP_S;
+use super::random::{Streams, normal, ornstein_uhlenbeck};
+use super::{Disturbance, DisturbanceStrength, STEPS_PER_TICK, TwinSpec};
 use crate::Dof;
 
 /// Everything that acts on the vehicle beside its thrusters, in one trial.
@@ -17,6 +18,8 @@ pub(super) struct Water {
     /// The tether's pull at each tick, N or N m.
     tether: Vec<f64>,
     swell: Sine,
+    /// Narrow-band swell at every half step, N or N m; empty if it is off.
+    waves: Vec<f64>,
     /// `(A22 − A11)` of the Munk moment, kg; zero but in yaw.
     munk: f64,
     /// Roll and pitch.
@@ -48,14 +51,10 @@ impl Water {
     pub(super) fn of(spec: &TwinSpec, dof: Dof, streams: &Streams<'_>, ticks: usize) -> Self {
         let strength = &spec.strength;
         let on = |disturbance, value| spec.strength_of(disturbance, value);
-        let mean = on(Disturbance::Current, strength.current_m_s);
-        let std = on(Disturbance::Current, strength.current_std_m_s);
-        let current =
-            ornstein_uhlenbeck(streams.of("current"), std, strength.current_correlation_s, ticks);
         let tether_std = on(Disturbance::Tether, strength.tether_n) * TwinSpec::arm(dof);
         let yawing = dof == Dof::Yaw;
         Self {
-            current: current.into_iter().map(|varying| mean + varying).collect(),
+            current: current(spec, streams, ticks),
             tether: ornstein_uhlenbeck(
                 streams.of("tether"),
                 tether_std,
@@ -66,6 +65,11 @@ impl Water {
                 amplitude: on(Disturbance::Swell, strength.swell_n) * TwinSpec::arm(dof),
                 omega: TAU / strength.swell_period_s,
                 phase: streams.of("swell").random_range(0.0..TAU),
+            },
+            waves: if spec.has(Disturbance::SwellNarrowBand) {
+                waves(streams.of("narrow-band swell"), strength, TwinSpec::arm(dof), ticks)
+            } else {
+                Vec::new()
             },
             munk: if yawing {
                 spec.plants[&Dof::Sway].mass - spec.plants[&Dof::Surge].mass
@@ -89,7 +93,7 @@ impl Water {
         if self.yawing { 0.0 } else { self.current[tick] }
     }
 
-    /// Tether, swell and Munk moment, N or N m.
+    /// Tether, both swells and Munk moment, N or N m.
     ///
     /// The Munk moment is `−(A22 − A11) u_r v_r`, where the vehicle that turns on the spot
     /// moves with `u_r = −c cos ψ`, `v_r = c sin ψ` through a current c to the north. The
@@ -101,7 +105,12 @@ impl Water {
         let c = self.current[tick];
         let heading = self.heading + turned;
         let munk = self.munk * c * c * heading.sin() * heading.cos();
-        self.tether[tick] + self.swell.at(t_s) + munk
+        self.tether[tick] + self.swell.at(t_s) + munk + self.wave(t_s)
+    }
+
+    /// The narrow-band swell at the start, middle or end of a step, N or N m.
+    fn wave(&self, t_s: f64) -> f64 {
+        self.waves.get((2.0 * t_s / STEP_S).round() as usize).copied().unwrap_or(0.0)
     }
 
     /// The attitude at a time, where the vehicle has turned by `position` with `velocity`
@@ -135,6 +144,56 @@ impl Sine {
     fn integral(&self, t_s: f64) -> f64 {
         self.amplitude / self.omega * (self.omega * t_s + self.phase).sin()
     }
+}
+
+/// The current of each tick, m/s: what is steady, what varies about it, and what drifts.
+fn current(spec: &TwinSpec, streams: &Streams<'_>, ticks: usize) -> Vec<f64> {
+    let strength = &spec.strength;
+    let mean = spec.strength_of(Disturbance::Current, strength.current_m_s);
+    let std = spec.strength_of(Disturbance::Current, strength.current_std_m_s);
+    let varying =
+        ornstein_uhlenbeck(streams.of("current"), std, strength.current_correlation_s, ticks);
+    let drift_std = spec.strength_of(Disturbance::CurrentDrift, strength.drift_std_m_s);
+    let drift = ornstein_uhlenbeck(
+        streams.of("current drift"),
+        drift_std,
+        strength.drift_correlation_s,
+        ticks,
+    );
+    varying.into_iter().zip(drift).map(|(varying, drift)| mean + varying + drift).collect()
+}
+
+/// Narrow-band swell, one value every half step, stationary from the start.
+///
+/// `F̈ + 2 ζ ω Ḟ + ω² F = ẇ` with white w: exact over each half step.
+///
+/// # Source
+/// [Fossen2021, ch. 10]: the second-order wave model.
+fn waves(mut rng: ChaCha8Rng, strength: &DisturbanceStrength, arm: f64, ticks: usize) -> Vec<f64> {
+    let (damping, omega) = (strength.swell_damping, TAU / strength.swell_period_s);
+    let (decay, ringing) = (damping * omega, omega * (1.0 - damping * damping).sqrt());
+    let h = 0.5 * STEP_S;
+    let (sin, cos) = (ringing * h).sin_cos();
+    let keep = (-decay * h).exp();
+    // State: ω ∫F and F; their stationary covariance is the identity.
+    let across = keep * sin * omega / ringing;
+    let slip = decay / ringing * sin;
+    let step = Matrix2::new(keep * (cos + slip), across, -across, keep * (cos - slip));
+    let renewed = Matrix2::identity() - step * step.transpose();
+    // Of a positive definite matrix, from the entry that is not nearly zero.
+    let from_both = renewed[(0, 1)] / renewed[(1, 1)].sqrt();
+    let from_first = (renewed[(0, 0)] - from_both * from_both).max(0.0).sqrt();
+    let mut state = Vector2::from_fn(|_, _| normal(&mut rng));
+    let size = strength.swell_std_n * arm;
+    let mut next = || {
+        let now = size * state[1];
+        let (first, both) = (normal(&mut rng), normal(&mut rng));
+        let new =
+            Vector2::new(from_first * first + from_both * both, renewed[(1, 1)].sqrt() * both);
+        state = step * state + new;
+        now
+    };
+    (0..=2 * STEPS_PER_TICK * ticks).map(|_| next()).collect()
 }
 
 fn wobble(mut rng: ChaCha8Rng, rms: f64) -> Vec<Sine> {
@@ -179,5 +238,67 @@ mod tests {
         let rms = ((0..40_000).map(square).sum::<f64>() / 40_000.0).sqrt();
         // Over an hour, twenty sinusoids beat out.
         assert!((rms / 0.03 - 1.0).abs() < 0.05, "{rms}");
+    }
+
+    /// Ten hours of narrow-band swell of 10 s, one value every half step.
+    fn long_swell() -> Vec<f64> {
+        let strength = DisturbanceStrength::default();
+        waves(Streams { seed: 1, trial: "t" }.of("w"), &strength, 1.0, 360_000)
+    }
+
+    fn correlation(x: &[f64], lag: usize) -> f64 {
+        let pairs = x.iter().zip(&x[lag..]);
+        pairs.map(|(a, b)| a * b).sum::<f64>() / (x.len() - lag) as f64
+    }
+
+    #[test]
+    fn narrow_band_swell_has_its_deviation_period_and_bandwidth() {
+        let swell = long_swell();
+        let variance = correlation(&swell, 0);
+        // It forgets in 1/(ζ ω) = 32 s: 1100 times in ten hours, so 3 % of variance.
+        assert!((variance.sqrt() / 70.0 - 1.0).abs() < 0.05, "{}", variance.sqrt());
+        // ρ(t) = e^(−ζωt) (cos ω_d t − ζ/√(1 − ζ²) sin ω_d t).
+        let omega = TAU / 10.0;
+        let (damped, part) = (omega * (1.0 - 0.05_f64.powi(2)).sqrt(), 0.05 / 0.9975_f64.sqrt());
+        for t in [2.5, 5.0, 10.0, 20.0] {
+            let phase = damped * t;
+            let exact = (-0.05 * omega * t).exp() * (phase.cos() - part * phase.sin());
+            let found = correlation(&swell, (t / (0.5 * STEP_S)).round() as usize) / variance;
+            assert!((found - exact).abs() < 0.05, "{t} s: {found} beside {exact}");
+        }
+    }
+
+    #[test]
+    fn narrow_band_swell_is_smooth_between_the_stages_of_a_step() {
+        let water = {
+            let mut spec = TwinSpec::jason2();
+            spec.disturbances.insert(Disturbance::SwellNarrowBand);
+            Water::of(&spec, Dof::Surge, &Streams { seed: 1, trial: "surge 1" }, 100)
+        };
+        assert_eq!(water.waves.len(), 1001);
+        for step in 0..499 {
+            let t = f64::from(step) * STEP_S;
+            let middle = 0.5 * (water.wave(t) + water.wave(t + STEP_S));
+            // Noise makes σ √(4 ζ ω · 0.01 s) a half step, and of that 1/√2 here; five deviations.
+            let off = water.wave(t + 0.5 * STEP_S) - middle;
+            assert!(off.abs() < 5.0 * 70.0 * 0.0251, "{step}: {off}");
+        }
+    }
+
+    #[test]
+    fn a_drifting_current_changes_over_minutes() {
+        let mut spec = TwinSpec::jason2();
+        spec.disturbances.insert(Disturbance::CurrentDrift);
+        let streams = Streams { seed: 1, trial: "surge 1" };
+        let current = Water::of(&spec, Dof::Surge, &streams, 600_000).current;
+        // 400 correlation times.
+        let std = correlation(&current, 0).sqrt();
+        assert!((std / 0.05 - 1.0).abs() < 0.1, "{std}");
+        let after_150_s = correlation(&current, 1500) / (std * std);
+        assert!((after_150_s - (-1.0_f64).exp()).abs() < 0.1, "{after_150_s}");
+        spec.disturbances.insert(Disturbance::Current);
+        let both = Water::of(&spec, Dof::Surge, &streams, 600_000).current;
+        let mean = both.iter().sum::<f64>() / both.len() as f64;
+        assert!((mean - 0.1).abs() < 0.02, "it comes on top: {mean}");
     }
 }

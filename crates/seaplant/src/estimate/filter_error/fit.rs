@@ -6,15 +6,21 @@ use nalgebra::{DMatrix, Matrix4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::minimise::{Optimum, scaled_inverse, unit_diagonal};
-use super::parameters::{UNKNOWNS, Unknown, Values};
-use super::problem::{Kind, Prior, Problem, Record};
+use super::candidate::{Candidate, Decision};
+use super::kalman::Innovation;
+use super::minimise::{Optimum, limits, scaled_inverse, unit_diagonal};
+use super::parameters::{Shape, Unknown, Values};
+use super::problem::{Belief, Kind, Prior, Problem, Record};
 use super::schedule::Measurements;
+use super::search::{Fitted, Search, Usual};
+use super::spikes::{innovations_of_another, strike_out};
 use super::strength::covariance_with_thrust;
-use super::structure::{Candidate, Decision, Fitted, Search, Usual};
 use super::together::TwoPlants;
 use crate::caveat::spoken;
-use crate::estimate::{DelayedFit, Estimate, Fit, Innovations, Method, Nuisances, check_trials};
+use crate::estimate::{
+    DelayedFit, Estimate, Fit, Innovations, Method, Nuisances, OutputErrorOptions, Waves,
+    check_trials, fit_output_error,
+};
 use crate::signal::autocorrelation;
 use crate::terms::Term;
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms, Timed};
@@ -44,20 +50,22 @@ pub struct Records<'a> {
     pub hold_out: &'a [AxisRecord],
     /// Runs at constant thrust: fitted together with the others if they agree with them.
     pub steady: &'a [AxisRecord],
+    /// Mass in air, kg, if it is known: the mass in water is no less.
+    pub dry_mass_kg: Option<f64>,
 }
 
 /// Fits the plant by maximum likelihood on the innovations of a Kalman filter.
 ///
 /// States are velocity, a slow disturbance and, where it was measured, position:
-/// `v̇ = α τ* + β(v−u)|v−u| + (μ − α k_in Σ|n|)(v−u) + bias + d`, `ḋ = −d/T_d + w`, `ṗ = v`.
+/// `v̇ = α τ* + β(v−u)|v−u| + (μ − α k_in Σ|n|)(v−u) + bias + d`, `ḋ = −d/T_d + w`, `ṗ = v`;
+/// waves, a current that varies and a velocity sensor that smooths add states of their own.
 /// Velocity and position are taken in at their own times, each with its own noise. Thrust
 /// τ* follows the logged one after a lag on propeller speed and a delay, with reverse
 /// thrust scaled by κ; u is a current, constant in each trial. It minimises
 /// `½ Σ (ln S + e²/S)` plus weak priors, by scoring on the Fisher information with
-/// analytic sensitivities. Lag, delay, κ, u, k_in and, unless `terms` are given, linear
-/// drag are admitted if the Bayesian information criterion asks for them and held-out
-/// records are predicted no worse; a bias force is left out if the logs show that it is
-/// too small to matter.
+/// analytic sensitivities, from several starts. Each [`Candidate`] is admitted if the Bayesian
+/// information criterion asks for it and held-out records are not predicted worse by more
+/// than chance; a bias force is left out if the logs show that it is too small to matter.
 ///
 /// Steady records are fitted with the others if a likelihood-ratio test finds that they ask
 /// for the same drag and bias force; else they are not, and [`Fit::steady_test`] has both.
@@ -82,63 +90,159 @@ pub fn fit_filter_error(
     let all_of = |axes: &[AxisRecord], kind| -> Vec<Record> {
         axes.iter().map(|axis| Record::of(axis, kind)).collect()
     };
-    let unsteady = all_of(axes, Kind::Unsteady);
-    let others = all_of(records.hold_out, Kind::Unsteady);
-    let first = Beginning::of(axes, start);
-    let mut search = Search {
-        records: &unsteady,
-        priors: &first.priors,
-        fixed: first.fixed(),
-        start: first.values,
-        hold_out: &others,
-        usual: Usual { speed: speed_rms(axes), thrust: force_rms(axes) },
-        quickest: QUICK_S.ln(),
-    };
+    let mut unsteady = all_of(axes, Kind::Unsteady);
+    let mut others = all_of(records.hold_out, Kind::Unsteady);
+    let first = Beginning::of(axes, start, records.dry_mass_kg);
     let can_be = |candidate: &&Candidate| {
         candidate.exists_in(axes) && !(candidate.is_term() && terms.is_some())
     };
-    let required = options.required.iter().filter(can_be);
+    let required: Vec<Candidate> = options.required.iter().filter(can_be).copied().collect();
     let mut unknowns = first.unknowns(terms);
-    unknowns.extend(required.map(|candidate| candidate.unknown()));
+    unknowns.extend(required.iter().flat_map(|c| c.unknowns()).map(|(unknown, _)| unknown));
+    let linear = required.contains(&Candidate::LinearThrust);
     let searched = options.candidates.iter().filter(can_be);
-    let candidates: Vec<Candidate> =
-        searched.filter(|candidate| !unknowns.contains(&candidate.unknown())).copied().collect();
-    let base = search.fit(&unknowns, None, &first.values);
+    let candidates: Vec<Candidate> = searched.filter(|c| !required.contains(c)).copied().collect();
+    let (mut spiked, begun) = strike_first(&mut unsteady, &mut others, &first, &unknowns, linear);
+    let starts = match candidates.is_empty() {
+        true => Vec::new(),
+        false => starts(&first.values, axes, start),
+    };
+    let search = Search {
+        records: &unsteady,
+        priors: &first.priors,
+        fixed: first.fixed(),
+        starts: &starts,
+        hold_out: &others,
+        usual: Usual { speed: speed_rms(axes), thrust: force_rms(axes) },
+        tried: candidates.len().max(1),
+    };
+    let base = search.fit(&unknowns, linear, None, &begun);
     let (fitted, structure) = search.run(base, &candidates);
     if !fitted.optimum.converged {
         return Err(Error::NotConverged { dof, iterations: fitted.optimum.iterations });
     }
-    let fitted = quicker(&mut search, fitted);
+    // A model that knows more takes less for a spike.
+    let mut clean = unsteady.clone();
+    let found = |k, _: &Record| fitted.problem.innovations(&fitted.optimum.theta, k);
+    let more = strike_out(&mut clean, found);
+    spiked += more;
+    let search = Search { records: &clean, ..search.clone() };
+    let fitted = if more == 0 { fitted } else { search.again(&fitted) };
     let mut fit = into_fit(dof, &fitted, structure, axes)?;
     if !records.steady.is_empty() {
         let steady = all_of(records.steady, Kind::Steady);
-        let all = [unsteady.clone(), steady].concat();
+        let all = [clean.clone(), steady].concat();
         let all_axes = [axes, records.steady].concat();
-        fit = join(fit, &fitted, &Search { records: &all, ..search }, &all_axes)?;
+        fit = join(fit, &fitted, &Search { records: &all, ..search.clone() }, &all_axes)?;
     }
     fit.caveats.extend(hurried_disturbance(&fit, axes));
+    fit.caveats.extend(struck_out(dof, spiked, &clean));
+    if !candidates.is_empty() {
+        fit.caveats.extend(lag_or_mass(&fit, &fitted, &search));
+    }
     Ok(fit)
 }
 
-/// Lets the disturbance be as quick as a sample where it wants to be quicker than anything
-/// that pulls at a vehicle from outside, as where a sensor smooths.
-///
-/// Not before the structure is found: a disturbance that forgets at once can take the place
-/// of a lag.
-fn quicker<'a>(search: &mut Search<'a>, fitted: Fitted<'a>) -> Fitted<'a> {
-    let place = fitted.problem.index(Unknown::LogCorrelation, 0);
-    let is_held = place.is_some_and(|place| fitted.optimum.theta[place] <= search.quickest);
-    if !is_held {
-        return fitted;
+/// Strikes out what the simplest model takes for spikes, from fitted and held-out records; how
+/// many there were in the fitted ones, and the values of that model.
+fn strike_first(
+    fitted: &mut [Record],
+    others: &mut [Record],
+    first: &Beginning,
+    unknowns: &[Unknown],
+    linear: bool,
+) -> (usize, Values) {
+    let records = fitted.to_vec();
+    let mut fixed = first.fixed();
+    fixed.shape.linear = linear;
+    let problem = Problem::new(&records, unknowns, &first.priors, fixed);
+    let base = Fitted::of(problem, None, &first.values);
+    let Fitted { problem, optimum } = &base;
+    strike_out(others, |_, other| innovations_of_another(problem, &optimum.theta, other));
+    let spikes = strike_out(fitted, |k, _| problem.innovations(&optimum.theta, k));
+    let is_own = |unknown: &&Unknown| !unknown.is_of_trial();
+    let mut values = first.values;
+    for unknown in unknowns.iter().filter(is_own) {
+        values.set(*unknown, problem.values(&optimum.theta, 0).get(*unknown));
     }
-    let wider = Search { quickest: QUICKEST_S.ln(), ..*search };
-    let found = wider.fit(fitted.problem.unknowns(), Some(&fitted), &search.fixed);
-    if !found.optimum.converged {
-        return fitted;
-    }
-    *search = wider;
-    found
+    (spikes, values)
 }
+
+fn struck_out(dof: Dof, spikes: usize, records: &[Record]) -> Option<Caveat> {
+    let left: usize = records.iter().map(Record::samples).sum();
+    (spikes > 0).then(|| {
+        let message = format!(
+            "{spikes} of {} samples in {dof} are spikes: far from what the model predicts, while the next sample is not; the filter error method left them out",
+            left + spikes
+        );
+        Caveat::note(CaveatCode::Outliers, message)
+    })
+}
+
+/// Whether another mass, with the lags of propeller and vehicle exchanged, explains the logs as
+/// well, so that only what is believed of propellers and dry mass tells them apart.
+///
+/// Thrust to speed is two first-order lags in a row, and a linear system does not show which
+/// comes first.
+fn lag_or_mass(fit: &Fit, fitted: &Fitted<'_>, search: &Search<'_>) -> Option<Caveat> {
+    let Fitted { problem, optimum } = fitted;
+    let values = problem.values(&optimum.theta, 0);
+    let slope = |speed: f64| -(values.get(Unknown::Mu) + 2.0 * values.get(Unknown::Beta) * speed);
+    let vehicle_s = 1.0 / slope(search.usual.speed);
+    let propeller_s = values.get(Unknown::Lag).max(LEAST_LAG_S);
+    // A vehicle that is slower than any propeller cannot be taken for one.
+    let (_, slowest_s) = limits(Unknown::Lag);
+    if !(vehicle_s > 0.0 && vehicle_s < slowest_s) || problem.index(Unknown::Slew, 0).is_some() {
+        return None;
+    }
+    let unbiased: Vec<Prior> = search
+        .priors
+        .iter()
+        .filter(|prior| !matches!(prior.unknown, Unknown::Lag | Unknown::Alpha))
+        .copied()
+        .collect();
+    let mut unknowns = problem.unknowns().to_vec();
+    if !unknowns.contains(&Unknown::Lag) {
+        unknowns.push(Unknown::Lag);
+    }
+    let plain = Search { priors: &unbiased, ..search.clone() };
+    let mut exchanged = values;
+    let factor = vehicle_s / propeller_s;
+    exchanged.set(Unknown::Lag, vehicle_s);
+    for unknown in [Unknown::Alpha, Unknown::Beta, Unknown::Mu, Unknown::Bias] {
+        exchanged.set(unknown, factor * values.get(unknown));
+    }
+    let linear = problem.is_linear();
+    let other = plain.fit(&unknowns, linear, None, &exchanged);
+    let here = plain.fit(&unknowns, linear, Some(fitted), &exchanged);
+    let mass = |fitted: &Fitted<'_>| {
+        1.0 / fitted.problem.values(&fitted.optimum.theta, 0).get(Unknown::Alpha)
+    };
+    let (own, other_mass) = (1.0 / values.get(Unknown::Alpha), mass(&other));
+    let as_likely = other.optimum.cost < here.optimum.cost + AS_LIKELY;
+    let differs = (other_mass / own).ln().abs() > CLEARLY_ANOTHER;
+    let other_lag = other.problem.values(&other.optimum.theta, 0).get(Unknown::Lag);
+    (other.optimum.converged && as_likely && differs).then(|| {
+        let units = fit.dof.units();
+        let message = format!(
+            "the logs in {} explain as well a mass of {} {} with a propeller lag of {} s: the lag of the propeller and that of the vehicle exchange, and only what is usual for propellers{} decides for {} {}; state dry_mass_kg, or log the measured propeller speed",
+            fit.dof,
+            spoken(other_mass),
+            units.mass,
+            spoken(other_lag),
+            if search.priors.len() > unbiased.len() + 1 { " and the dry mass" } else { "" },
+            spoken(own),
+            units.mass
+        );
+        Caveat::warning(CaveatCode::LagOrMass, message)
+    })
+}
+
+/// Half a unit of likelihood ratio of 4: the odds are below seven to one.
+const AS_LIKELY: f64 = 2.0;
+
+/// The logarithm by which another mass is clearly another: 30 %.
+const CLEARLY_ANOTHER: f64 = 0.26;
 
 /// Fits all trials, steady ones among them, if these ask for the same plant as the others.
 fn join(
@@ -170,56 +274,35 @@ struct Beginning {
 }
 
 impl Beginning {
-    fn of(axes: &[AxisRecord], start: &DelayedFit) -> Self {
-        let mut values = Values([0.0; UNKNOWNS]);
-        let lumped = start.fit.lumped;
+    fn of(axes: &[AxisRecord], start: &DelayedFit, dry_mass_kg: Option<f64>) -> Self {
+        let propellers = Propellers::of(axes);
+        let mut values =
+            Values::none(Shape { full_speed: propellers.full_speed, ..Shape::default() });
+        for (unknown, start) in Candidate::ALL.into_iter().flat_map(Candidate::unknowns) {
+            values.set(unknown, start);
+        }
         let mut set = |unknown, value| values.set(unknown, value);
-        // A wrong-signed mass is no place to start from; the scale of thrust is.
-        set(Unknown::Alpha, lumped.alpha.abs().max(f64::MIN_POSITIVE));
-        set(Unknown::Beta, lumped.beta.min(0.0));
-        set(Unknown::Mu, lumped.mu.min(0.0));
-        set(Unknown::Bias, lumped.bias);
         // What comes late may lag or be delayed; in doubt, half and half.
         let late_s = start.delay_s.max(0.0);
         set(Unknown::Lag, (0.5 * late_s).max(LEAST_LAG_S));
         set(Unknown::Delay, start.delay_s - 0.5 * late_s);
-        let disturbance = (TYPICAL_DISTURBANCE * lumped.alpha.abs() * force_rms(axes)).max(1e-9);
-        set(Unknown::LogDisturbance, disturbance.ln());
-        set(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln());
-        let measurements: Vec<Measurements> = axes.iter().map(Measurements::of).collect();
-        let velocities = measurements.iter().filter_map(Measurements::velocity);
-        let positions = measurements.iter().filter_map(Measurements::position);
-        let noise = [
-            (Unknown::LogVelocityNoise, sample_noise(velocities)),
-            (Unknown::LogPositionNoise, sample_noise(positions)),
-        ];
-        let noise: Vec<(Unknown, f64)> =
-            noise.into_iter().filter_map(|(u, std)| Some((u, std?.max(1e-7).ln()))).collect();
+        set(Unknown::Slew, 0.0);
+        let alpha = start.fit.lumped.alpha.abs();
+        let disturbance = (TYPICAL_DISTURBANCE * alpha * force_rms(axes)).max(1e-9);
+        let noise = instrument_noise(axes);
         noise.iter().for_each(|(unknown, log_std)| set(*unknown, *log_std));
-        let speeds = axes.iter().flat_map(AxisRecord::tracks).map(|t| t.forward.sqrt());
-        let gain = speeds.fold(0.0_f64, f64::max).max(f64::MIN_POSITIVE);
-        let prior = |unknown, mean, std| Prior { unknown, mean, std };
-        let mut priors = vec![
-            prior(Unknown::Lag, 0.0, 0.5),
-            prior(Unknown::Delay, 0.0, 0.5),
-            prior(Unknown::LogReverseRatio, 0.0, 0.3),
-            prior(Unknown::Current, 0.0, 0.15),
-            // 1 N s²/(rad m) for thrusters of 0.04 N/(rad/s)², and alike for others.
-            prior(Unknown::Inflow, 0.0, 5.0 * gain),
-            prior(Unknown::LeverFirst, 0.0, 0.5),
-            prior(Unknown::LeverSecond, 0.0, 0.5),
-            prior(Unknown::Turning, 1.0, 0.5),
-            prior(Unknown::VelocityOffset, 0.0, OFFSET_PART * speed_rms(axes)),
-            prior(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln(), 1.5),
-            prior(Unknown::LogDisturbance, disturbance.ln(), 2.0),
-        ];
-        priors.extend(noise.iter().map(|(unknown, log_std)| prior(*unknown, *log_std, 2.0)));
+        plant(&mut values, &start.fit.lumped);
+        values.set(Unknown::LogDisturbance, disturbance.ln());
+        values.set(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln());
+        let mut priors = priors(axes, &propellers, dry_mass_kg);
+        priors.push(normal(Unknown::LogDisturbance, disturbance.ln(), 2.0));
+        priors.extend(noise.iter().map(|(unknown, log_std)| normal(*unknown, *log_std, 2.0)));
         Self { values, priors, noise: noise.into_iter().map(|(unknown, _)| unknown).collect() }
     }
 
     /// Values of what is not fitted: no nuisance, no term.
     fn fixed(&self) -> Values {
-        let mut fixed = Values([0.0; UNKNOWNS]);
+        let mut fixed = Values::none(self.values.shape);
         for unknown in [
             Unknown::LogDisturbance,
             Unknown::LogCorrelation,
@@ -239,6 +322,134 @@ impl Beginning {
         let of_terms = terms.into_iter().map(unknown_of);
         of_terms.chain(noise).chain(self.noise.iter().copied()).chain(offset).collect()
     }
+}
+
+/// The noise of each instrument that there is, as its logarithm.
+fn instrument_noise(axes: &[AxisRecord]) -> Vec<(Unknown, f64)> {
+    let measurements: Vec<Measurements> = axes.iter().flat_map(Measurements::parts_of).collect();
+    let velocities = measurements.iter().filter_map(Measurements::velocity);
+    let positions = measurements.iter().filter_map(Measurements::position);
+    [
+        (Unknown::LogVelocityNoise, sample_noise(velocities)),
+        (Unknown::LogPositionNoise, sample_noise(positions)),
+    ]
+    .into_iter()
+    .filter_map(|(unknown, std)| Some((unknown, std?.max(1e-7).ln())))
+    .collect()
+}
+
+/// The thrusters of an axis, as far as propellers are alike.
+struct Propellers {
+    /// The greatest propeller speed.
+    full_speed: f64,
+    /// The greatest thrust of one, N.
+    thrust: f64,
+    /// √k of the strongest, N^½/(rad/s).
+    gain: f64,
+}
+
+impl Propellers {
+    fn of(axes: &[AxisRecord]) -> Self {
+        let mut all = Self { full_speed: 0.0, thrust: 0.0, gain: f64::MIN_POSITIVE };
+        for track in axes.iter().flat_map(AxisRecord::tracks) {
+            let fastest = track.speed.values().iter().fold(0.0_f64, |max, n| max.max(n.abs()));
+            all.full_speed = all.full_speed.max(fastest);
+            all.thrust = all.thrust.max(track.forward.max(track.reverse) * fastest * fastest);
+            all.gain = all.gain.max(track.forward.sqrt());
+        }
+        all
+    }
+
+    /// How slow a propeller of that thrust may be, s: 0.15 s at 50 N.
+    ///
+    /// Tip speeds are alike, so that thrust grows as the square of a propeller's size and the
+    /// time of a turn as the size itself; it takes some turns to bring the water along.
+    fn typical_lag_s(&self) -> f64 {
+        (0.15 * (self.thrust / 50.0).sqrt()).clamp(0.1, 1.0)
+    }
+}
+
+const fn normal(unknown: Unknown, mean: f64, std: f64) -> Prior {
+    Prior { unknown, belief: Belief::Normal { mean, std } }
+}
+
+/// How far a thrust curve may make the mass seem to be below the dry mass.
+const DRY_MASS_LOG_STD: f64 = 0.1;
+
+fn priors(axes: &[AxisRecord], propellers: &Propellers, dry_mass_kg: Option<f64>) -> Vec<Prior> {
+    let is_translation = axes.iter().all(|axis| !axis.dof.is_rotation());
+    // Water only adds to the mass.
+    let dry = dry_mass_kg.filter(|dry| is_translation && *dry > 0.0).map(|dry| Prior {
+        unknown: Unknown::Alpha,
+        belief: Belief::AtMost { limit: 1.0 / dry, log_std: DRY_MASS_LOG_STD },
+    });
+    // 1 N s²/(rad m) for thrusters of 0.04 N/(rad/s)², and alike for others.
+    let inflow = 5.0 * propellers.gain;
+    [
+        normal(Unknown::Lag, 0.0, propellers.typical_lag_s()),
+        normal(Unknown::LogLagRatio, 0.0, 1.0),
+        normal(Unknown::Slew, 0.0, 1.0),
+        normal(Unknown::Delay, 0.0, 0.5),
+        normal(Unknown::LogReverseRatio, 0.0, 0.3),
+        normal(Unknown::Current, 0.0, 0.15),
+        normal(Unknown::Inflow, 0.0, inflow),
+        normal(Unknown::InflowAhead, 0.0, inflow),
+        normal(Unknown::Exponent, 0.0, 0.3),
+        normal(Unknown::LeverFirst, 0.0, 0.5),
+        normal(Unknown::LeverSecond, 0.0, 0.5),
+        normal(Unknown::Turning, 1.0, 0.5),
+        normal(Unknown::VelocityOffset, 0.0, OFFSET_PART * speed_rms(axes)),
+        normal(Unknown::VelocityScale, 0.0, 0.1),
+        normal(Unknown::LogSensorLag, (0.3_f64).ln(), 1.0),
+        normal(Unknown::LogSensorWindow, (0.6_f64).ln(), 1.0),
+        normal(Unknown::LogSwellFrequency, 0.0, 1.0),
+        normal(Unknown::LogSwellDamping, (0.1_f64).ln(), 1.0),
+        normal(Unknown::LogDrift, (0.05_f64).ln(), 1.0),
+        normal(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln(), 1.5),
+    ]
+    .into_iter()
+    .chain(dry)
+    .collect()
+}
+
+/// Sets a plant to start from.
+fn plant(values: &mut Values, lumped: &LumpedParameters) {
+    // A wrong-signed mass is no place to start from; the scale of thrust is.
+    values.set(Unknown::Alpha, lumped.alpha.abs().max(f64::MIN_POSITIVE));
+    values.set(Unknown::Beta, lumped.beta.min(0.0));
+    values.set(Unknown::Mu, lumped.mu.min(0.0));
+    values.set(Unknown::Bias, lumped.bias);
+}
+
+/// Disturbances that forget as quickly and as slowly as these, s, are starts of their own.
+const CORRELATIONS_S: [f64; 4] = [30.0, 3.0, 0.3, 300.0];
+
+/// Starts from the plant of equation error with disturbances of several memories, and from
+/// those of output error with and without linear drag.
+fn starts(common: &Values, axes: &[AxisRecord], start: &DelayedFit) -> Vec<Values> {
+    let with = |lumped: &LumpedParameters, correlation_s: f64| {
+        let mut values = *common;
+        plant(&mut values, lumped);
+        values.set(Unknown::LogCorrelation, correlation_s.ln());
+        // As much at low frequencies, whatever the memory.
+        let weaker = 0.5 * (correlation_s / TYPICAL_CORRELATION_S).ln();
+        values.set(Unknown::LogDisturbance, common.get(Unknown::LogDisturbance) - weaker);
+        values
+    };
+    let own = &start.fit.lumped;
+    let mut all: Vec<Values> = CORRELATIONS_S.map(|t| with(own, t)).into();
+    let timely: Vec<AxisRecord> = axes.iter().map(|axis| axis.delayed(start.delay_s)).collect();
+    let quadratic = [Term::Force, Term::Quadratic, Term::Bias];
+    for terms in [&quadratic[..], &Term::ALL] {
+        let Ok(terms) = Terms::new(terms) else { continue };
+        let options = OutputErrorOptions::default();
+        if let Ok(fit) = fit_output_error(start.fit.dof, &timely, terms, own, &options)
+            && fit.lumped.alpha > 0.0
+        {
+            all.push(with(&fit.lumped, CORRELATIONS_S[1]));
+        }
+    }
+    all
 }
 
 const fn unknown_of(term: Term) -> Unknown {
@@ -316,8 +527,11 @@ fn into_fit(
     let of_thrust = &all - of_logs;
     let samples = problem.samples();
     let freedom = freedom(problem);
-    let innovations: Vec<Vec<f64>> =
-        (0..problem.records.len()).map(|k| problem.innovations(&optimum.theta, k)).collect();
+    let innovations: Vec<Vec<f64>> = (0..problem.records.len())
+        .map(|k| {
+            problem.innovations(&optimum.theta, k).iter().map(Innovation::normalised).collect()
+        })
+        .collect();
     let values = problem.values(&optimum.theta, 0);
     let mut fit = Fit {
         dof,
@@ -385,6 +599,17 @@ fn nuisances(
         inflow: estimate(Unknown::Inflow, 0),
         current: by_trial(Unknown::Current),
         velocity_offset: by_trial(Unknown::VelocityOffset),
+        lag_ratio: estimate(Unknown::LogLagRatio, 0).map(exponential),
+        slew_s: estimate(Unknown::Slew, 0),
+        inflow_ahead: estimate(Unknown::InflowAhead, 0),
+        exponent: estimate(Unknown::Exponent, 0).map(|off| off.moved(2.0)),
+        full_speed: problem.fixed.shape.full_speed,
+        linear_thrust: problem.is_linear(),
+        velocity_scale: estimate(Unknown::VelocityScale, 0).map(|off| off.moved(1.0)),
+        sensor_lag_s: estimate(Unknown::LogSensorLag, 0).map(exponential),
+        sensor_window_s: estimate(Unknown::LogSensorWindow, 0).map(exponential),
+        swell: waves(&estimate, exponential),
+        current_drift: estimate(Unknown::LogDrift, 0).map(exponential),
         turning: estimate(Unknown::Turning, 0),
         lever_m: [estimate(Unknown::LeverFirst, 0), estimate(Unknown::LeverSecond, 0)],
         disturbance: estimate(Unknown::LogDisturbance, 0).map(exponential),
@@ -394,14 +619,30 @@ fn nuisances(
     }
 }
 
+/// Waves in the numbers that a seaman knows.
+fn waves(
+    estimate: &dyn Fn(Unknown, usize) -> Option<Estimate>,
+    exponential: impl Fn(Estimate) -> Estimate,
+) -> Option<Waves> {
+    let frequency = estimate(Unknown::LogSwellFrequency, 0)?;
+    let log_period = Estimate {
+        value: std::f64::consts::TAU.ln() - frequency.value,
+        low95: std::f64::consts::TAU.ln() - frequency.high95,
+        high95: std::f64::consts::TAU.ln() - frequency.low95,
+        ..frequency
+    };
+    Some(Waves {
+        strength: exponential(estimate(Unknown::LogSwell, 0)?),
+        period_s: exponential(log_period),
+        damping: exponential(estimate(Unknown::LogSwellDamping, 0)?),
+    })
+}
+
 /// A disturbance below this part of what thrust does is none to speak of.
 const SLIGHT_DISTURBANCE: f64 = 0.05;
 
-/// Tethers, currents and swell change over longer than this, s …
+/// Tethers, currents and swell change over longer than this, s.
 const QUICK_S: f64 = 1.0;
-
-/// … and a disturbance that forgets within this is noise.
-const QUICKEST_S: f64 = 0.05;
 
 /// A disturbance that is quicker than anything that pulls at a vehicle from outside.
 fn hurried_disturbance(fit: &Fit, axes: &[AxisRecord]) -> Option<Caveat> {
@@ -466,6 +707,10 @@ fn caveats(fit: &Fit, innovations: &[Vec<f64>]) -> Vec<Caveat> {
 
 fn condition(information: &DMatrix<f64>) -> f64 {
     let scale = unit_diagonal(information);
-    let eigen = (&scale * information * &scale).symmetric_eigenvalues();
+    let scaled = &scale * information * &scale;
+    if !scaled.iter().all(|x| x.is_finite()) {
+        return f64::INFINITY;
+    }
+    let eigen = scaled.symmetric_eigenvalues();
     (eigen.max() / eigen.min().max(f64::MIN_POSITIVE)).sqrt()
 }

@@ -1,13 +1,18 @@
 //! The extended Kalman filter of one trial, with the sensitivities of its innovations.
 //!
-//! States velocity v, disturbance d and, where it is measured, position p:
-//! `v̇ = α τ* + (β|r| + μ − α k_in γ) r + bias + d` with r = v − u, `ḋ = −d/T + w`, `ṗ = v`.
+//! States velocity v, a slow disturbance d and, where the model has them, position p, what the
+//! velocity sensor makes of v, waves and a current that varies:
+//! `v̇ = α τ* + (β|r| + μ − α k_in γ) r + bias + d + ẇ` with r = v − u − c, `ḋ = −d/T + noise`,
+//! `ṗ = v`.
+
+#![expect(clippy::needless_range_loop, reason = "states are numbered as in the matrices")]
 
 use nalgebra::{DMatrix, DVector};
 
-use super::drive::{Drive, Push, SHAPING};
-use super::parameters::{Active, Unknown, Values};
-use super::schedule::{Measured, Measurements, Stop};
+use super::discrete::{Sensing, Slow, Waves};
+use super::drive::{Drive, OF_SPEED, Push, SHAPING};
+use super::parameters::{Active, Sensor, Unknown, Values};
+use super::schedule::{Instrument, Measured, Measurements, Stop};
 
 /// Where the filter starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,80 +36,180 @@ pub(crate) struct Likelihood {
     pub(crate) gradient: DVector<f64>,
     /// The Fisher information, Σ (e_i e_j / S + ½ S_i S_j / S²); shape (n, n).
     pub(crate) information: DMatrix<f64>,
-    /// e/√S of each measurement, if they were asked for.
-    pub(crate) innovations: Vec<f64>,
+    /// What each measurement surprises by, if that was asked for.
+    pub(crate) innovations: Vec<Innovation>,
+}
+
+/// What the filter failed to predict of one measurement.
+///
+/// Single precision is enough to judge by, and a day of log holds a million.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Innovation {
+    pub(crate) instrument: Instrument,
+    /// Measured less predicted.
+    pub(crate) error: f32,
+    /// The standard deviation that the filter expects of it.
+    pub(crate) std: f32,
+    /// The part of it that the filter takes over into what it predicts next.
+    pub(crate) gain: f32,
+}
+
+impl Innovation {
+    /// e/√S.
+    pub(crate) fn normalised(&self) -> f64 {
+        f64::from(self.error) / f64::from(self.std)
+    }
+}
+
+impl Likelihood {
+    /// Of no measurement.
+    pub(crate) fn of_nothing(active: &Active, wanted: Wanted) -> Self {
+        let n = if wanted == Wanted::Sensitivities { active.len() } else { 0 };
+        let (gradient, information) = (DVector::zeros(n), DMatrix::zeros(n, n));
+        Self { cost: 0.0, gradient, information, innovations: Vec::new() }
+    }
+
+    /// Of two parts of a trial that are followed from states of their own.
+    pub(crate) fn and(mut self, other: Self) -> Self {
+        self.cost += other.cost;
+        self.gradient += other.gradient;
+        self.information += other.information;
+        self.innovations.extend(other.innovations);
+        self
+    }
 }
 
 /// How a state or covariance changes with each fitted unknown. N is at least their number;
 /// the width is known to the compiler so that it works on several at once.
 type Row<const N: usize> = [f64; N];
 
-/// Mean and covariance of the states, with their sensitivities.
-struct State<const N: usize> {
-    v: f64,
-    d: f64,
-    p: f64,
-    vv: f64,
-    vd: f64,
-    dd: f64,
-    pp: f64,
-    pv: f64,
-    pd: f64,
-    v_by: Row<N>,
-    d_by: Row<N>,
-    p_by: Row<N>,
-    vv_by: Row<N>,
-    vd_by: Row<N>,
-    dd_by: Row<N>,
-    pp_by: Row<N>,
-    pv_by: Row<N>,
-    pd_by: Row<N>,
+/// The place of velocity among the states, and of the slow disturbance.
+const V: usize = 0;
+const D: usize = 1;
+
+/// Where the other states stand.
+#[derive(Clone, Copy, Debug)]
+struct Layout {
+    position: Option<usize>,
+    /// What the velocity sensor shows: velocity itself, or a state.
+    seen: usize,
+    sensor: Sensor,
+    /// w and ẇ.
+    waves: Option<usize>,
+    current: Option<usize>,
+    states: usize,
+}
+
+impl Layout {
+    fn of(values: &Values, has_position: bool) -> Self {
+        let mut states = 2;
+        let mut take = |wanted: bool, n: usize| {
+            let at = states;
+            states += if wanted { n } else { 0 };
+            wanted.then_some(at)
+        };
+        let sensor = values.shape.sensor;
+        let position = take(has_position, 1);
+        let seen = take(sensor != Sensor::Prompt, Sensing::states(sensor)).unwrap_or(V);
+        let waves = take(values.shape.swell, 2);
+        let current = take(values.shape.drift, 1);
+        Self { position, seen, sensor, waves, current, states }
+    }
+
+    /// Which states each state depends on a step later.
+    fn sources<const S: usize>(&self) -> [Sources<S>; S] {
+        let mut all = [Sources { at: [0; S], len: 0 }; S];
+        let moved_by_all =
+            |k: usize| k == V || Some(k) == self.position || self.sensing().contains(&k);
+        for (k, sources) in all.iter_mut().enumerate().take(self.states) {
+            for from in 0..self.states {
+                let own_wave = self
+                    .waves
+                    .is_some_and(|w| (w..w + 2).contains(&k) && (w..w + 2).contains(&from));
+                // Neither position nor a sensor acts on anything else.
+                let acts = Some(from) != self.position && !self.sensing().contains(&from);
+                let own_sensor = self.sensing().contains(&k) && self.sensing().contains(&from);
+                if k == from || own_wave || own_sensor || (moved_by_all(k) && acts) {
+                    sources.at[sources.len] = from;
+                    sources.len += 1;
+                }
+            }
+        }
+        all
+    }
+
+    fn sensing(&self) -> std::ops::Range<usize> {
+        self.seen..self.seen + Sensing::states(self.sensor)
+    }
+}
+
+/// The states that one depends on.
+#[derive(Clone, Copy)]
+struct Sources<const S: usize> {
+    at: [usize; S],
+    len: usize,
+}
+
+/// A matrix over the states.
+type Square<const S: usize> = [[f64; S]; S];
+
+/// Mean and covariance of the states, with their sensitivities; of the covariance the upper
+/// half is kept.
+struct State<const S: usize, const N: usize> {
+    x: [f64; S],
+    p: Square<S>,
+    x_by: [Row<N>; S],
+    p_by: [[Row<N>; S]; S],
 }
 
 /// What depends on the length of a step alone.
 #[derive(Clone, Copy)]
 struct Discrete {
     h: f64,
-    /// d decays by this.
-    rho: f64,
-    rho_by_t: f64,
-    /// Process noise.
-    q_vv: f64,
-    q_vd: f64,
-    q_dd: f64,
-    q_dd_by_t: f64,
+    slow: Slow,
+    slow_by_t: Slow,
+    sense: Sensing,
+    sense_by: Sensing,
+    waves: Waves,
+    waves_by_frequency: Waves,
+    waves_by_damping: Waves,
+    drift: Slow,
 }
 
-/// The filter of one trial at one set of values, with `N` columns of sensitivities and
-/// with or without a position state.
-struct Kalman<'a, const N: usize, const POSITION: bool> {
+/// The filter of one trial at one set of values, with `S` states and `N` columns of
+/// sensitivities.
+struct Kalman<'a, const S: usize, const N: usize> {
     active: &'a Active,
+    values: &'a Values,
+    layout: Layout,
+    sources: [Sources<S>; S],
     alpha: f64,
     beta: f64,
     mu: f64,
     bias: f64,
     current: f64,
-    inflow: f64,
+    /// k_in forward through the water, and backward, of propellers that push each way.
+    inflow: Inflow,
     turning: f64,
     lever: [f64; 2],
     offset: f64,
+    scale: f64,
     sigma2: f64,
     inverse_t: f64,
-    r_velocity: f64,
-    r_position: f64,
-    /// 1 in the column of an unknown, if it is fitted.
-    is_beta: Row<N>,
-    is_sigma: Row<N>,
-    is_t: Row<N>,
-    r_velocity_by: Row<N>,
-    r_position_by: Row<N>,
-    is_lever: [Row<N>; 2],
-    is_offset: Row<N>,
-    state: State<N>,
+    noise: [f64; 2],
+    state: State<S, N>,
     cost: f64,
     gradient: Row<N>,
     information: [Row<N>; N],
-    innovations: Option<Vec<f64>>,
+    innovations: Option<Vec<Innovation>>,
+}
+
+/// What inflow takes: from all propellers, and beside that from those that push the way the
+/// vehicle goes.
+#[derive(Clone, Copy)]
+struct Inflow {
+    all: f64,
+    ahead: f64,
 }
 
 /// What to find out beside the cost.
@@ -114,7 +219,7 @@ pub(crate) enum Wanted {
     Cost,
     /// Gradient and information.
     Sensitivities,
-    /// The normalised innovations.
+    /// The innovations.
     Innovations,
 }
 
@@ -128,70 +233,69 @@ pub(crate) fn likelihood(
     wanted: Wanted,
 ) -> Likelihood {
     let columns = if wanted == Wanted::Sensitivities { active.len() } else { 0 };
-    let steps = measurements.steps();
+    let layout = Layout::of(values, measurements.position().is_some());
     macro_rules! run {
-        ($n:literal) => {
-            if measurements.position().is_some() {
-                Kalman::<$n, true>::new(active, values, start, wanted).run(steps, drive)
-            } else {
-                Kalman::<$n, false>::new(active, values, start, wanted).run(steps, drive)
-            }
+        ($s:literal, $n:literal) => {
+            Kalman::<$s, $n>::new(active, values, layout, start)
+                .noting(wanted, measurements.samples())
+                .run(measurements.steps(), drive)
         };
     }
-    match columns {
-        0 => run!(0),
-        1..=6 => run!(6),
-        7..=8 => run!(8),
-        9..=10 => run!(10),
-        11..=12 => run!(12),
-        13..=14 => run!(14),
-        _ => run!(18),
+    // The usual sizes are met closely; each size is compiled by itself.
+    match (layout.states, columns) {
+        (2, 0) => run!(2, 0),
+        (2, 1..=8) => run!(2, 8),
+        (2, 9..=12) => run!(2, 12),
+        (2, 13..=16) => run!(2, 16),
+        (2, _) => run!(2, 32),
+        (3, 0) => run!(3, 0),
+        (3, 1..=12) => run!(3, 12),
+        (3, 13..=16) => run!(3, 16),
+        (3, _) => run!(3, 32),
+        (4..=5, 0) => run!(5, 0),
+        (4..=5, 1..=16) => run!(5, 16),
+        (4..=5, _) => run!(5, 32),
+        (_, 0) => run!(8, 0),
+        (_, 1..=20) => run!(8, 20),
+        (_, _) => run!(8, 32),
     }
 }
 
-impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
-    fn new(active: &'a Active, values: &Values, start: Start, wanted: Wanted) -> Self {
+impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
+    fn new(active: &'a Active, values: &'a Values, layout: Layout, start: Start) -> Self {
         let of = |unknown| values.get(unknown);
-        let one_at = |unknown, x: f64| {
-            let mut row = [0.0; N];
-            if let Some(j) = active.column(unknown).filter(|j| *j < N) {
-                row[j] = x;
-            }
-            row
-        };
         let sigma2 = (2.0 * of(Unknown::LogDisturbance)).exp();
-        let r_velocity = (2.0 * of(Unknown::LogVelocityNoise)).exp();
-        let r_position = (2.0 * of(Unknown::LogPositionNoise)).exp();
-        let mut state = State::at(start, sigma2);
-        state.dd_by = one_at(Unknown::LogDisturbance, 2.0 * sigma2);
+        let noise = [Unknown::LogVelocityNoise, Unknown::LogPositionNoise];
         Self {
             active,
+            values,
+            layout,
+            sources: layout.sources(),
             alpha: of(Unknown::Alpha),
             beta: of(Unknown::Beta),
             mu: of(Unknown::Mu),
             bias: of(Unknown::Bias),
             current: of(Unknown::Current),
-            inflow: of(Unknown::Inflow),
+            inflow: Inflow { all: of(Unknown::Inflow), ahead: of(Unknown::InflowAhead) },
             turning: of(Unknown::Turning),
             lever: [of(Unknown::LeverFirst), of(Unknown::LeverSecond)],
             offset: of(Unknown::VelocityOffset),
+            scale: 1.0 + of(Unknown::VelocityScale),
             sigma2,
             inverse_t: (-of(Unknown::LogCorrelation)).exp(),
-            r_velocity,
-            r_position,
-            is_beta: one_at(Unknown::Beta, 1.0),
-            is_sigma: one_at(Unknown::LogDisturbance, 1.0),
-            is_t: one_at(Unknown::LogCorrelation, 1.0),
-            r_velocity_by: one_at(Unknown::LogVelocityNoise, 2.0 * r_velocity),
-            r_position_by: one_at(Unknown::LogPositionNoise, 2.0 * r_position),
-            is_lever: [one_at(Unknown::LeverFirst, 1.0), one_at(Unknown::LeverSecond, 1.0)],
-            is_offset: one_at(Unknown::VelocityOffset, 1.0),
-            state,
+            noise: noise.map(|unknown| (2.0 * of(unknown)).exp()),
+            state: State::at(start, &layout, values, active),
             cost: 0.0,
             gradient: [0.0; N],
             information: [[0.0; N]; N],
-            innovations: (wanted == Wanted::Innovations).then(Vec::new),
+            innovations: None,
         }
+    }
+
+    fn noting(mut self, wanted: Wanted, samples: usize) -> Self {
+        let is_wanted = wanted == Wanted::Innovations;
+        self.innovations = is_wanted.then(|| Vec::with_capacity(samples));
+        self
     }
 
     /// Runs the filter over the trial.
@@ -208,7 +312,7 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
             self.measure(&stop.measured);
         }
         let n = self.active.len().min(N);
-        let is_finite = self.cost.is_finite() && self.state.v.is_finite();
+        let is_finite = self.cost.is_finite() && self.state.x[V].is_finite();
         Likelihood {
             cost: if is_finite { self.cost } else { f64::INFINITY },
             gradient: DVector::from_fn(n, |j, _| self.gradient[j]),
@@ -217,157 +321,555 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
         }
     }
 
+    fn column(&self, unknown: Unknown) -> Option<usize> {
+        self.active.column(unknown).filter(|j| *j < N)
+    }
+
     fn discrete(&self, h: f64) -> Discrete {
-        let rho = (-h * self.inverse_t).exp();
-        let rho_by_t = rho * h * self.inverse_t;
-        let q = 2.0 * self.sigma2 * self.inverse_t;
+        let (slow, slow_by_t) = Slow::over(h, self.sigma2, self.inverse_t);
+        let (sense, sense_by) = Sensing::over(self.layout.sensor, h, self.values);
+        let has_waves = self.layout.waves.is_some();
+        let waves = |of: &dyn Fn() -> Waves| if has_waves { of() } else { Waves::default() };
+        let by = |unknown| {
+            waves(&|| match self.column(unknown) {
+                Some(_) => Waves::by(unknown, h, self.values),
+                None => Waves::default(),
+            })
+        };
+        let drift = (2.0 * self.values.get(Unknown::LogDrift)).exp();
         Discrete {
             h,
-            rho,
-            rho_by_t,
-            q_vv: q * h * h * h / 3.0,
-            q_vd: 0.5 * q * h * h,
-            q_dd: self.sigma2 * (1.0 - rho * rho),
-            q_dd_by_t: -2.0 * self.sigma2 * rho * rho_by_t,
+            slow,
+            slow_by_t,
+            sense,
+            sense_by,
+            waves: waves(&|| Waves::over(h, self.values)),
+            waves_by_frequency: by(Unknown::LogSwellFrequency),
+            waves_by_damping: by(Unknown::LogSwellDamping),
+            drift: Slow::over(h, drift, 1.0 / DRIFT_CORRELATION_S).0,
         }
     }
 
-    /// One step: the mean by its Taylor series to third order, the covariance by the
-    /// transition matrix to second.
+    /// One step: the mean by its Taylor series to third order, with what is linear in closed
+    /// form, and the covariance by the derivative of the same map.
     fn predict(&mut self, push: &Push, step: &Discrete) {
-        let Discrete { h, rho, .. } = *step;
-        let s = &self.state;
-        let r = s.v - self.current;
+        let x = &self.state.x;
+        let c = self.layout.current.map_or(0.0, |k| x[k]);
+        let r = x[V] - self.current - c;
+        let gamma = usize::from(r < 0.0);
         let (speed, sign) = (r.abs(), r.signum());
-        let linear = self.mu - self.alpha * self.inflow * push.gamma;
+        let Inflow { all, ahead } = self.inflow;
+        let lost = all * (push.gamma[0] + push.gamma[1]) + ahead * push.gamma[gamma];
+        let linear = self.mu - self.alpha * lost;
         let a = 2.0 * self.beta * speed + linear;
         let f = self.alpha * push.tau
             + (self.beta * speed + linear) * r
             + self.bias
-            + self.turning * push.turning
-            + s.d;
+            + self.turning * push.turning;
         let bend = 2.0 * self.beta * sign;
-        let t = self.inverse_t;
-        let g2 = a * f - s.d * t;
-        let g3 = a * g2 + bend * f * f + s.d * t * t;
-        let (h2, h3) = (0.5 * h * h, h * h * h / 6.0);
-
-        let phi = 1.0 + h * a + h2 * a * a;
-        let psi = h + h2 * (a - t);
-        let eta = h + h2 * a;
-        let (cov_v, cov_d) = (phi * s.vv + psi * s.vd, phi * s.vd + psi * s.dd);
-        let (cov_pv, cov_pd) = (s.pv + eta * s.vv + h2 * s.vd, s.pd + eta * s.vd + h2 * s.dd);
-        let cov_p = s.pp + eta * s.pv + h2 * s.pd;
-
+        let now = Now { r, speed, sign, gamma, lost, a, f, bend, map: self.map(f, a, bend, step) };
+        // Covariances go by the slope of drag and leave its bend out.
+        let straight = Now { bend: 0.0, map: self.map(f, a, 0.0, step), ..now };
+        let phi = self.transition(&straight, step);
+        let q = self.process_noise(step);
         if N > 0 {
-            let (f_by, a_by) = self.partials(push, r, speed, sign);
-            self.predict_sensitivities(&Step {
-                step,
-                f_by,
-                a_by,
-                a,
-                f,
-                g2,
-                bend,
-                sign,
-                h2,
-                h3,
-                phi,
-                psi,
-                eta,
-                cov_v,
-                cov_d,
-                cov_pv,
-                cov_pd,
-            });
+            self.predict_sensitivities(push, &now, &phi, step);
         }
+        self.state.x = self.moved(&now, step);
+        self.state.p = self.spread(&phi, &q);
+    }
 
-        let s = &mut self.state;
-        if POSITION {
-            s.p += h * s.v + h2 * f + h3 * g2;
-            s.pp = cov_p + eta * cov_pv + h2 * cov_pd;
-            s.pv = phi * cov_pv + psi * cov_pd;
-            s.pd = rho * cov_pd;
+    /// Coefficients of the map over a step.
+    fn map(&self, f: f64, a: f64, bend: f64, step: &Discrete) -> Map {
+        let h = step.h;
+        let (h2, h3) = (0.5 * h * h, h * h * h / 6.0);
+        let x = &self.state.x;
+        let wave = self.layout.waves.map_or(0.0, |w| {
+            let [e, _] = step.waves.e;
+            (e[0] - 1.0) * x[w] + e[1] * x[w + 1]
+        });
+        let pushed = step.slow.once * x[D] + wave;
+        Map {
+            h2,
+            h3,
+            wave,
+            // Forces that vary in a step act on a sensor by their mean.
+            g1: f + pushed / h,
+            // ∂v(h)/∂v(0), but for what bend does to d and waves.
+            of_v: 1.0
+                + h * a
+                + h2 * (a * a + bend * f)
+                + h3 * (a * a * a + 4.0 * a * bend * f)
+                + bend * (step.slow.twice * x[D] + 0.5 * h * wave),
         }
-        s.v += h * f + h2 * g2 + h3 * g3;
-        s.d *= rho;
-        s.vv = phi * cov_v + psi * cov_d + step.q_vv;
-        s.vd = rho * cov_d + step.q_vd;
-        s.dd = rho * rho * s.dd + step.q_dd;
+    }
+
+    /// The states after a step.
+    fn moved(&self, now: &Now, step: &Discrete) -> [f64; S] {
+        let Now { a, f, bend, map: Map { h2, h3, wave, g1, .. }, .. } = *now;
+        let (h, slow) = (step.h, &step.slow);
+        let from = &self.state.x;
+        let mut to = *from;
+        to[V] += h * f
+            + h2 * a * f
+            + h3 * (a * a * f + bend * f * f)
+            + (slow.once + a * slow.twice) * from[D]
+            + (1.0 + 0.5 * a * h) * wave;
+        to[D] *= slow.rho;
+        if let Some(p) = self.layout.position {
+            to[p] += h * from[V] + h2 * f + h3 * a * f + slow.twice * from[D] + 0.5 * h * wave;
+        }
+        let (states, first) = (Sensing::states(self.layout.sensor), self.layout.seen);
+        for i in 0..states {
+            let Sensing { e, j0, j1, j2 } = &step.sense;
+            let own: f64 = (0..states).map(|j| e[i][j] * from[first + j]).sum();
+            to[first + i] = own + j0[i] * from[V] + j1[i] * g1 + 0.5 * j2[i] * a * g1;
+        }
+        if let Some(w) = self.layout.waves {
+            let e = &step.waves.e;
+            for i in 0..2 {
+                to[w + i] = e[i][0] * from[w] + e[i][1] * from[w + 1];
+            }
+        }
+        if let Some(c) = self.layout.current {
+            to[c] *= step.drift.rho;
+        }
+        to
+    }
+
+    /// The derivative of the states after a step by those before.
+    fn transition(&self, now: &Now, step: &Discrete) -> Square<S> {
+        let Now { a, f, bend, map: Map { h2, h3, of_v, g1, .. }, .. } = *now;
+        let (h, slow) = (step.h, &step.slow);
+        let Layout { position, seen, waves, current, sensor, .. } = self.layout;
+        let mut phi = [[0.0; S]; S];
+        // A force that is one at the start of the step, by the states that it is from.
+        let forces = |row: &mut [f64; S], by_d: f64, by_wave: f64| {
+            row[D] += by_d;
+            if let Some(w) = waves {
+                let e = step.waves.e[0];
+                row[w] += by_wave * (e[0] - 1.0);
+                row[w + 1] += by_wave * e[1];
+            }
+        };
+        let against = |row: &mut [f64; S], by_v: f64| {
+            if let Some(c) = current {
+                row[c] -= by_v;
+            }
+        };
+        phi[V][V] = of_v;
+        forces(&mut phi[V], slow.once + a * slow.twice, 1.0 + 0.5 * a * h);
+        against(&mut phi[V], of_v - 1.0);
+        phi[D][D] = slow.rho;
+        if let Some(p) = position {
+            let by_v = h2 * a + h3 * (a * a + bend * f);
+            phi[p][p] = 1.0;
+            phi[p][V] = h + by_v;
+            forces(&mut phi[p], slow.twice, 0.5 * h);
+            against(&mut phi[p], by_v);
+        }
+        let states = Sensing::states(sensor);
+        for i in 0..states {
+            let Sensing { e, j0, j1, j2 } = &step.sense;
+            for j in 0..states {
+                phi[seen + i][seen + j] = e[i][j];
+            }
+            let by_g1 = j1[i] + 0.5 * j2[i] * a;
+            let by_r = by_g1 * a + 0.5 * j2[i] * bend * g1;
+            phi[seen + i][V] = j0[i] + by_r;
+            forces(&mut phi[seen + i], by_g1 * slow.once / h, by_g1 / h);
+            against(&mut phi[seen + i], by_r);
+        }
+        if let Some(w) = waves {
+            for i in 0..2 {
+                phi[w + i][w] = step.waves.e[i][0];
+                phi[w + i][w + 1] = step.waves.e[i][1];
+            }
+        }
+        if let Some(c) = current {
+            phi[c][c] = step.drift.rho;
+        }
+        phi
+    }
+
+    /// How the transition of covariances changes with the slope of drag.
+    fn transition_by_slope(&self, now: &Now, step: &Discrete) -> Square<S> {
+        let Now { a, map: Map { h2, h3, .. }, .. } = *now;
+        let h = step.h;
+        let Layout { position, seen, waves, current, sensor, .. } = self.layout;
+        let mut phi = [[0.0; S]; S];
+        phi[V][V] = h + h * h * a + 3.0 * h3 * a * a;
+        phi[V][D] = step.slow.twice;
+        if let Some(w) = waves {
+            phi[V][w] = 0.5 * h * (step.waves.e[0][0] - 1.0);
+            phi[V][w + 1] = 0.5 * h * step.waves.e[0][1];
+        }
+        if let Some(p) = position {
+            phi[p][V] = h2 + 2.0 * h3 * a;
+        }
+        for i in 0..Sensing::states(sensor) {
+            let Sensing { j1, j2, .. } = &step.sense;
+            phi[seen + i][V] = j1[i] + j2[i] * a;
+            let by_force = 0.5 * j2[i] / h;
+            phi[seen + i][D] = by_force * step.slow.once;
+            if let Some(w) = waves {
+                phi[seen + i][w] = by_force * (step.waves.e[0][0] - 1.0);
+                phi[seen + i][w + 1] = by_force * step.waves.e[0][1];
+            }
+        }
+        if let Some(c) = current {
+            for row in &mut phi {
+                row[c] -= row[V];
+            }
+        }
+        phi
+    }
+
+    fn process_noise(&self, step: &Discrete) -> Square<S> {
+        let mut q = [[0.0; S]; S];
+        add_slow(&mut q, &step.slow);
+        if let Some(w) = self.layout.waves {
+            add_waves(&mut q, w, &step.waves);
+        }
+        if let Some(c) = self.layout.current {
+            q[c][c] = step.drift.q_dd;
+        }
+        q
+    }
+
+    /// Φ P Φᵀ + Q, upper half.
+    fn spread(&self, phi: &Square<S>, q: &Square<S>) -> Square<S> {
+        let p = &self.state.p;
+        let mut half = [[0.0; S]; S];
+        for (i, row) in half.iter_mut().enumerate() {
+            for (k, x) in row.iter_mut().enumerate() {
+                *x = self.over(i, |l| phi[i][l] * p[l.min(k)][l.max(k)]);
+            }
+        }
+        let mut to = *q;
+        for i in 0..S {
+            for j in i..S {
+                to[i][j] += self.over(j, |l| half[i][l] * phi[j][l]);
+            }
+        }
+        to
+    }
+
+    /// A sum over the states that state `i` depends on.
+    #[inline]
+    fn over(&self, i: usize, of: impl Fn(usize) -> f64) -> f64 {
+        if S <= 3 {
+            return (0..S).map(of).sum();
+        }
+        let Sources { at, len } = &self.sources[i];
+        at[..*len].iter().map(|l| of(*l)).sum()
+    }
+
+    /// `Ψ P Φᵀ` and its transpose, upper half: what a change Ψ of the transition does.
+    fn turned(&self, psi: &Square<S>, phi: &Square<S>) -> Square<S> {
+        let p = &self.state.p;
+        let mut half = [[0.0; S]; S];
+        for (i, row) in half.iter_mut().enumerate() {
+            for (k, x) in row.iter_mut().enumerate() {
+                *x = (0..S).map(|l| psi[i][l] * p[l.min(k)][l.max(k)]).sum();
+            }
+        }
+        let of = |i: usize, j: usize| self.over(j, |l| half[i][l] * phi[j][l]);
+        let mut to = [[0.0; S]; S];
+        for i in 0..S {
+            for j in i..S {
+                to[i][j] = of(i, j) + of(j, i);
+            }
+        }
+        to
     }
 
     /// ∂f and ∂a by each fitted unknown, the states held.
-    fn partials(&self, push: &Push, r: f64, speed: f64, sign: f64) -> (Row<N>, Row<N>) {
+    fn partials(&self, push: &Push, now: &Now) -> (Row<N>, Row<N>) {
         let (mut f_by, mut a_by) = ([0.0; N], [0.0; N]);
-        let gamma = push.gamma;
-        let a = 2.0 * self.beta * speed + self.mu - self.alpha * self.inflow * gamma;
+        let Now { r, speed, sign, gamma, lost, a, .. } = *now;
         let mut set = |unknown, f: f64, a: f64| {
             if let Some(j) = self.active.column(unknown).filter(|j| *j < N) {
                 f_by[j] = f;
                 a_by[j] = a;
             }
         };
-        set(Unknown::Alpha, push.tau - self.inflow * gamma * r, -self.inflow * gamma);
+        set(Unknown::Alpha, push.tau - lost * r, -lost);
         set(Unknown::Beta, speed * r, 2.0 * speed);
         set(Unknown::Mu, r, 1.0);
         set(Unknown::Bias, 1.0, 0.0);
         set(Unknown::Turning, push.turning, 0.0);
         set(Unknown::Current, -a, -2.0 * self.beta * sign);
-        set(Unknown::Inflow, -self.alpha * gamma * r, -self.alpha * gamma);
+        for (unknown, by) in [
+            (Unknown::Inflow, push.gamma[0] + push.gamma[1]),
+            (Unknown::InflowAhead, push.gamma[gamma]),
+        ] {
+            set(unknown, -self.alpha * by * r, -self.alpha * by);
+        }
         for (i, unknown) in SHAPING.into_iter().enumerate() {
-            let lost = self.inflow * push.gamma_by[i];
-            let f = self.alpha * (push.tau_by[i] - lost * r);
-            set(unknown, f, -self.alpha * lost);
+            let lost = if i < OF_SPEED {
+                let [forward, backward] = push.gamma_by.map(|by| by[i]);
+                self.inflow.all * (forward + backward) + self.inflow.ahead * push.gamma_by[gamma][i]
+            } else {
+                0.0
+            };
+            set(unknown, self.alpha * (push.tau_by[i] - lost * r), -self.alpha * lost);
         }
         (f_by, a_by)
     }
 
-    fn predict_sensitivities(&mut self, x: &Step<'_, N>) {
-        let Discrete { h, rho, .. } = *x.step;
-        let t = self.inverse_t;
-        let s = &mut self.state;
-        for j in 0..N {
-            let (is_t, is_sigma, is_beta) = (self.is_t[j], self.is_sigma[j], self.is_beta[j]);
-            let (v, d) = (s.v_by[j], s.d_by[j]);
-            let f = x.f_by[j] + x.a * v + d;
-            let a = x.a_by[j] + x.bend * v;
-            let g2 = a * x.f + x.a * f - d * t + is_t * s.d * t;
-            let g3 = a * x.g2
-                + x.a * g2
-                + 2.0 * x.bend * x.f * f
-                + is_beta * 2.0 * x.sign * x.f * x.f
-                + d * t * t
-                - is_t * 2.0 * s.d * t * t;
-            let phi = (h + 2.0 * x.h2 * x.a) * a;
-            let psi = x.h2 * (a + is_t * t);
-            let (vv, vd, dd) = (s.vv_by[j], s.vd_by[j], s.dd_by[j]);
-            let rho_by = is_t * x.step.rho_by_t;
-            let cov_v = phi * s.vv + x.phi * vv + psi * s.vd + x.psi * vd;
-            let cov_d = phi * s.vd + x.phi * vd + psi * s.dd + x.psi * dd;
-            if POSITION {
-                let eta = x.h2 * a;
-                let (pp, pv, pd) = (s.pp_by[j], s.pv_by[j], s.pd_by[j]);
-                let cov_pv = pv + eta * s.vv + x.eta * vv + x.h2 * vd;
-                let cov_pd = pd + eta * s.vd + x.eta * vd + x.h2 * dd;
-                let cov_p = pp + eta * s.pv + x.eta * pv + x.h2 * pd;
-                s.p_by[j] += h * v + x.h2 * f + x.h3 * g2;
-                s.pp_by[j] = cov_p + eta * x.cov_pv + x.eta * cov_pv + x.h2 * cov_pd;
-                s.pv_by[j] = phi * x.cov_pv + x.phi * cov_pv + psi * x.cov_pd + x.psi * cov_pd;
-                s.pd_by[j] = rho_by * x.cov_pd + rho * cov_pd;
-            }
-            s.v_by[j] = v + h * f + x.h2 * g2 + x.h3 * g3;
-            s.d_by[j] = rho * d + rho_by * s.d;
-            s.vv_by[j] = phi * x.cov_v
-                + x.phi * cov_v
-                + psi * x.cov_d
-                + x.psi * cov_d
-                + (2.0 * is_sigma - is_t) * x.step.q_vv;
-            s.vd_by[j] = rho_by * x.cov_d + rho * cov_d + (2.0 * is_sigma - is_t) * x.step.q_vd;
-            s.dd_by[j] = 2.0 * rho * rho_by * s.dd
-                + rho * rho * dd
-                + 2.0 * is_sigma * x.step.q_dd
-                + is_t * x.step.q_dd_by_t;
+    fn predict_sensitivities(&mut self, push: &Push, now: &Now, phi: &Square<S>, step: &Discrete) {
+        let (f_by, a_by) = self.partials(push, now);
+        let own = self.own_sensitivities(&f_by, &a_by, now, step);
+        let slope = self.turned(&self.transition_by_slope(now, step), phi);
+        let special = self.special(now, phi, step);
+        let mut a_all = a_by;
+        for (j, a) in a_all.iter_mut().enumerate() {
+            let c = self.layout.current.map_or(0.0, |c| self.state.x_by[c][j]);
+            *a += now.bend * (self.state.x_by[V][j] - c);
         }
+        let exact = self.transition(now, step);
+        let mut x_by = own;
+        for (i, row) in x_by.iter_mut().enumerate() {
+            self.each_source(i, |l| {
+                for (x, from) in row.iter_mut().zip(&self.state.x_by[l]) {
+                    *x += exact[i][l] * from;
+                }
+            });
+        }
+        let mut half = [[[0.0; N]; S]; S];
+        for (i, rows) in half.iter_mut().enumerate() {
+            for (k, row) in rows.iter_mut().enumerate() {
+                self.each_source(i, |l| {
+                    let p_by = &self.state.p_by[l.min(k)][l.max(k)];
+                    for (x, p) in row.iter_mut().zip(p_by) {
+                        *x += phi[i][l] * p;
+                    }
+                });
+            }
+        }
+        let mut p_by = [[[0.0; N]; S]; S];
+        for i in 0..S {
+            for j in i..S {
+                let row = &mut p_by[i][j];
+                for (x, a) in row.iter_mut().zip(&a_all) {
+                    *x = slope[i][j] * a;
+                }
+                self.each_source(j, |l| {
+                    for (x, half) in row.iter_mut().zip(&half[i][l]) {
+                        *x += half * phi[j][l];
+                    }
+                });
+            }
+        }
+        for (column, change) in special.iter().flatten() {
+            for i in 0..S {
+                for j in i..S {
+                    p_by[i][j][*column] += change[i][j];
+                }
+            }
+        }
+        self.state.x_by = x_by;
+        self.state.p_by = p_by;
+    }
+
+    #[inline]
+    fn each_source(&self, i: usize, mut with: impl FnMut(usize)) {
+        if S <= 3 {
+            (0..S).for_each(with);
+            return;
+        }
+        let Sources { at, len } = &self.sources[i];
+        at[..*len].iter().for_each(|l| with(*l));
+    }
+
+    /// How the states after a step change with the unknowns, those before held.
+    fn own_sensitivities(
+        &self,
+        f_by: &Row<N>,
+        a_by: &Row<N>,
+        now: &Now,
+        step: &Discrete,
+    ) -> [Row<N>; S] {
+        let Now { a, f, bend, sign, map: Map { h2, h3, wave, g1, .. }, .. } = *now;
+        let (h, slow) = (step.h, &step.slow);
+        let x = &self.state.x;
+        let mut own = [[0.0; N]; S];
+        for j in 0..N {
+            let (f_j, a_j) = (f_by[j], a_by[j]);
+            own[V][j] = h * f_j
+                + h2 * (a_j * f + a * f_j)
+                + h3 * (2.0 * a * a_j * f + a * a * f_j + 2.0 * bend * f * f_j)
+                + a_j * (slow.twice * x[D] + 0.5 * h * wave);
+            if let Some(p) = self.layout.position {
+                own[p][j] = h2 * f_j + h3 * (a_j * f + a * f_j);
+            }
+            for i in 0..Sensing::states(self.layout.sensor) {
+                let Sensing { j1, j2, .. } = &step.sense;
+                own[self.layout.seen + i][j] = j1[i] * f_j + 0.5 * j2[i] * (a_j * g1 + a * f_j);
+            }
+        }
+        if let Some(j) = self.column(Unknown::Beta) {
+            own[V][j] += 2.0 * h3 * sign * f * f;
+        }
+        self.own_of_noise(&mut own, now, step);
+        own
+    }
+
+    /// The part of [`Kalman::own_sensitivities`] by what shapes the other states.
+    fn own_of_noise(&self, own: &mut [Row<N>; S], now: &Now, step: &Discrete) {
+        let Now { a, map: Map { g1, .. }, .. } = *now;
+        let (h, x) = (step.h, &self.state.x);
+        let seen = self.layout.seen;
+        let sensing = Sensing::states(self.layout.sensor);
+        if let Some(j) = self.column(Unknown::LogCorrelation) {
+            let (by, d) = (&step.slow_by_t, x[D]);
+            let effect = [(by.once + a * by.twice) * d, by.twice * d, by.once * d];
+            self.force_by(own, j, effect, a, step);
+            own[D][j] += by.rho * d;
+        }
+        for (unknown, by) in [
+            (Unknown::LogSwellFrequency, &step.waves_by_frequency),
+            (Unknown::LogSwellDamping, &step.waves_by_damping),
+        ] {
+            let Some((j, w)) = self.column(unknown).zip(self.layout.waves) else { continue };
+            let change = [0, 1].map(|i| by.e[i][0] * x[w] + by.e[i][1] * x[w + 1]);
+            let effect = [(1.0 + 0.5 * a * h) * change[0], 0.5 * h * change[0], change[0]];
+            self.force_by(own, j, effect, a, step);
+            own[w][j] += change[0];
+            own[w + 1][j] += change[1];
+        }
+        for unknown in [Unknown::LogSensorLag, Unknown::LogSensorWindow] {
+            let Some(j) = self.column(unknown) else { continue };
+            let Sensing { e, j0, j1, j2 } = &step.sense_by;
+            for i in 0..sensing {
+                let past: f64 = (0..sensing).map(|k| e[i][k] * x[seen + k]).sum();
+                own[seen + i][j] += past + j0[i] * x[V] + j1[i] * g1 + 0.5 * j2[i] * a * g1;
+            }
+        }
+    }
+
+    /// What a force that changes with an unknown does to velocity and position; a sensor sees
+    /// the last, the velocity that it adds.
+    fn force_by(
+        &self,
+        own: &mut [Row<N>; S],
+        j: usize,
+        [velocity, position, added]: [f64; 3],
+        a: f64,
+        step: &Discrete,
+    ) {
+        own[V][j] += velocity;
+        if let Some(p) = self.layout.position {
+            own[p][j] += position;
+        }
+        for i in 0..Sensing::states(self.layout.sensor) {
+            let Sensing { j1, j2, .. } = &step.sense;
+            own[self.layout.seen + i][j] += (j1[i] + 0.5 * j2[i] * a) * added / step.h;
+        }
+    }
+
+    /// How the covariance after a step changes with what shapes the states beside velocity:
+    /// the column of the unknown, and the change.
+    fn special(
+        &self,
+        now: &Now,
+        phi: &Square<S>,
+        step: &Discrete,
+    ) -> [Option<(usize, Square<S>)>; 7] {
+        let a = now.a;
+        let h = step.h;
+        let Layout { position, seen, sensor, waves, current, .. } = self.layout;
+        let sensing = Sensing::states(sensor);
+        let correlation = self.column(Unknown::LogCorrelation).map(|j| {
+            let by = &step.slow_by_t;
+            let mut psi = [[0.0; S]; S];
+            psi[V][D] = by.once + a * by.twice;
+            psi[D][D] = by.rho;
+            if let Some(p) = position {
+                psi[p][D] = by.twice;
+            }
+            for i in 0..sensing {
+                let by_g1 = step.sense.j1[i] + 0.5 * step.sense.j2[i] * a;
+                psi[seen + i][D] = by_g1 * by.once / h;
+            }
+            let mut change = self.turned(&psi, phi);
+            add_slow(&mut change, by);
+            (j, change)
+        });
+        let disturbance = self.column(Unknown::LogDisturbance).map(|j| {
+            let mut change = [[0.0; S]; S];
+            let Slow { q_vv, q_vd, q_dd, .. } = step.slow;
+            let twice = Slow { q_vv: 2.0 * q_vv, q_vd: 2.0 * q_vd, q_dd: 2.0 * q_dd, ..step.slow };
+            add_slow(&mut change, &twice);
+            (j, change)
+        });
+        let sensor_time = |unknown| {
+            self.column(unknown).map(|j| {
+                let Sensing { e, j0, j1, j2 } = &step.sense_by;
+                let mut psi = [[0.0; S]; S];
+                for i in 0..sensing {
+                    for k in 0..sensing {
+                        psi[seen + i][seen + k] = e[i][k];
+                    }
+                    let by_force = j1[i] + 0.5 * j2[i] * a;
+                    psi[seen + i][V] = j0[i] + by_force * a;
+                    psi[seen + i][D] = by_force * step.slow.once / h;
+                    if let Some(w) = waves {
+                        psi[seen + i][w] = by_force * (step.waves.e[0][0] - 1.0) / h;
+                        psi[seen + i][w + 1] = by_force * step.waves.e[0][1] / h;
+                    }
+                    if let Some(c) = current {
+                        psi[seen + i][c] = -by_force * a;
+                    }
+                }
+                (j, self.turned(&psi, phi))
+            })
+        };
+        let of_waves = |unknown, by: &Waves| {
+            let (j, w) = self.column(unknown).zip(waves)?;
+            let mut psi = [[0.0; S]; S];
+            for k in 0..2 {
+                psi[V][w + k] = (1.0 + 0.5 * a * h) * by.e[0][k];
+                if let Some(p) = position {
+                    psi[p][w + k] = 0.5 * h * by.e[0][k];
+                }
+                for i in 0..2 {
+                    psi[w + i][w + k] = by.e[i][k];
+                }
+                for i in 0..sensing {
+                    let by_force = (step.sense.j1[i] + 0.5 * step.sense.j2[i] * a) / h;
+                    psi[seen + i][w + k] = by_force * by.e[0][k];
+                }
+            }
+            let mut change = self.turned(&psi, phi);
+            add_waves(&mut change, w, by);
+            Some((j, change))
+        };
+        let swell = self.column(Unknown::LogSwell).zip(waves).map(|(j, w)| {
+            let mut change = [[0.0; S]; S];
+            let twice = Waves { q: step.waves.q.map(|q| 2.0 * q), ..step.waves };
+            add_waves(&mut change, w, &twice);
+            (j, change)
+        });
+        let drift = self.column(Unknown::LogDrift).zip(current).map(|(j, c)| {
+            let mut change = [[0.0; S]; S];
+            change[c][c] = 2.0 * step.drift.q_dd;
+            (j, change)
+        });
+        let sensor_unknown = match sensor {
+            Sensor::Window => Unknown::LogSensorWindow,
+            _ => Unknown::LogSensorLag,
+        };
+        [
+            correlation,
+            disturbance,
+            sensor_time(sensor_unknown),
+            of_waves(Unknown::LogSwellFrequency, &step.waves_by_frequency),
+            of_waves(Unknown::LogSwellDamping, &step.waves_by_damping),
+            swell,
+            drift,
+        ]
     }
 
     /// Takes in what was measured at an instant.
@@ -375,86 +877,97 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
         if let Some(y) = measured.velocity {
             self.measure_velocity(y, measured.lever);
         }
-        if let (true, Some(y)) = (POSITION, measured.position) {
-            self.measure_position(y);
+        if let Some((y, p)) = measured.position.zip(self.layout.position) {
+            let error = y - self.state.x[p];
+            self.take_in(Instrument::Position, p, 1.0, error, [0.0; N]);
         }
     }
 
     fn measure_velocity(&mut self, y: f64, rates: [f64; 2]) {
-        let (r, r_by) = (self.r_velocity, self.r_velocity_by);
-        let s = &mut self.state;
+        let seen = self.layout.seen;
         let turning = self.lever[0] * rates[0] + self.lever[1] * rates[1];
-        let (e, total) = (y - turning - self.offset - s.v, s.vv + r);
-        let (mut e_by, mut total_by) = ([0.0; N], [0.0; N]);
-        let (gain_p, gain_v, gain_d) = (s.pv / total, s.vv / total, s.vd / total);
-        for j in 0..N {
-            e_by[j] = -s.v_by[j]
-                - self.is_lever[0][j] * rates[0]
-                - self.is_lever[1][j] * rates[1]
-                - self.is_offset[j];
-            total_by[j] = s.vv_by[j] + r_by[j];
-            let gain_v_by = (s.vv_by[j] - gain_v * total_by[j]) / total;
-            let gain_d_by = (s.vd_by[j] - gain_d * total_by[j]) / total;
-            if POSITION {
-                let gain_p_by = (s.pv_by[j] - gain_p * total_by[j]) / total;
-                s.pp_by[j] -= gain_p_by * s.pv + gain_p * s.pv_by[j];
-                s.pd_by[j] -= gain_p_by * s.vd + gain_p * s.vd_by[j];
-                s.p_by[j] += gain_p_by * e + gain_p * e_by[j];
-                s.pv_by[j] = r_by[j] * gain_p + r * gain_p_by;
+        let shown = self.state.x[seen];
+        let error = y - turning - self.offset - self.scale * shown;
+        let mut own = [0.0; N];
+        let by = [
+            (Unknown::LeverFirst, -rates[0]),
+            (Unknown::LeverSecond, -rates[1]),
+            (Unknown::VelocityOffset, -1.0),
+            (Unknown::VelocityScale, -shown),
+        ];
+        for (unknown, by) in by {
+            if let Some(j) = self.column(unknown) {
+                own[j] = by;
             }
-            s.dd_by[j] -= gain_d_by * s.vd + gain_d * s.vd_by[j];
-            s.d_by[j] += gain_d_by * e + gain_d * e_by[j];
-            s.v_by[j] += gain_v_by * e + gain_v * e_by[j];
-            s.vv_by[j] = r_by[j] * gain_v + r * gain_v_by;
-            s.vd_by[j] = r_by[j] * gain_d + r * gain_d_by;
         }
-        if POSITION {
-            s.p += gain_p * e;
-            s.pp -= gain_p * s.pv;
-            s.pd -= gain_p * s.vd;
-            s.pv = r * gain_p;
-        }
-        s.v += gain_v * e;
-        s.d += gain_d * e;
-        s.dd -= gain_d * s.vd;
-        s.vv = r * gain_v;
-        s.vd = r * gain_d;
-        self.account(e, total, &e_by, &total_by);
+        self.take_in(Instrument::Velocity, seen, self.scale, error, own);
     }
 
-    fn measure_position(&mut self, y: f64) {
-        let (r, r_by) = (self.r_position, self.r_position_by);
+    /// Takes in a measurement of `g x[i]`, with what its error changes by beside the state.
+    fn take_in(&mut self, instrument: Instrument, i: usize, g: f64, e: f64, own: Row<N>) {
+        let r = self.noise[instrument as usize];
+        let noise_by = self.column(match instrument {
+            Instrument::Velocity => Unknown::LogVelocityNoise,
+            Instrument::Position => Unknown::LogPositionNoise,
+        });
+        let scale_by = match instrument {
+            Instrument::Velocity => self.column(Unknown::VelocityScale),
+            Instrument::Position => None,
+        };
         let s = &mut self.state;
-        let (e, total) = (y - s.p, s.pp + r);
-        let (mut e_by, mut total_by) = ([0.0; N], [0.0; N]);
-        let gain_p = s.pp / total;
-        let gain_v = s.pv / total;
-        let gain_d = s.pd / total;
-        for j in 0..N {
-            e_by[j] = -s.p_by[j];
-            total_by[j] = s.pp_by[j] + r_by[j];
-            let gain_p_by = (s.pp_by[j] - gain_p * total_by[j]) / total;
-            let gain_v_by = (s.pv_by[j] - gain_v * total_by[j]) / total;
-            let gain_d_by = (s.pd_by[j] - gain_d * total_by[j]) / total;
-            s.p_by[j] += gain_p_by * e + gain_p * e_by[j];
-            s.v_by[j] += gain_v_by * e + gain_v * e_by[j];
-            s.d_by[j] += gain_d_by * e + gain_d * e_by[j];
-            s.vv_by[j] -= gain_v_by * s.pv + gain_v * s.pv_by[j];
-            s.vd_by[j] -= gain_v_by * s.pd + gain_v * s.pd_by[j];
-            s.dd_by[j] -= gain_d_by * s.pd + gain_d * s.pd_by[j];
-            s.pp_by[j] = r_by[j] * gain_p + r * gain_p_by;
-            s.pv_by[j] = r_by[j] * gain_v + r * gain_v_by;
-            s.pd_by[j] = r_by[j] * gain_d + r * gain_d_by;
+        let column: [f64; S] = std::array::from_fn(|k| g * s.p[i.min(k)][i.max(k)]);
+        let total = g * column[i] + r;
+        let weight = 1.0 / total;
+        let (mut e_by, mut total_by) = (own, [0.0; N]);
+        if N > 0 {
+            let mut column_by: [Row<N>; S] = [[0.0; N]; S];
+            for (k, row) in column_by.iter_mut().enumerate() {
+                for (x, p) in row.iter_mut().zip(&s.p_by[i.min(k)][i.max(k)]) {
+                    *x = g * p;
+                }
+            }
+            if let Some(j) = scale_by {
+                for (row, c) in column_by.iter_mut().zip(&column) {
+                    row[j] += c / g;
+                }
+            }
+            for j in 0..N {
+                e_by[j] -= g * s.x_by[i][j];
+                total_by[j] = g * column_by[i][j];
+            }
+            if let Some(j) = scale_by {
+                total_by[j] += column[i];
+            }
+            if let Some(j) = noise_by {
+                total_by[j] += 2.0 * r;
+            }
+            let (pull, pull_total) = (e * weight, e * weight * weight);
+            for k in 0..S {
+                for j in 0..N {
+                    s.x_by[k][j] += column_by[k][j] * pull + column[k] * weight * e_by[j]
+                        - column[k] * pull_total * total_by[j];
+                }
+                for l in k..S {
+                    let both = column[k] * column[l] * weight * weight;
+                    let (ck, cl) = (column[k] * weight, column[l] * weight);
+                    for j in 0..N {
+                        s.p_by[k][l][j] -=
+                            column_by[k][j] * cl + ck * column_by[l][j] - both * total_by[j];
+                    }
+                }
+            }
         }
-        s.p += gain_p * e;
-        s.v += gain_v * e;
-        s.d += gain_d * e;
-        s.vv -= gain_v * s.pv;
-        s.vd -= gain_v * s.pd;
-        s.dd -= gain_d * s.pd;
-        s.pp = r * gain_p;
-        s.pv = r * gain_v;
-        s.pd = r * gain_d;
+        for k in 0..S {
+            s.x[k] += column[k] * e * weight;
+            for l in k..S {
+                s.p[k][l] -= column[k] * column[l] * weight;
+            }
+        }
+        if let Some(innovations) = &mut self.innovations {
+            let gain = g * column[i] * weight;
+            let (error, std, gain) = (e as f32, total.sqrt() as f32, gain as f32);
+            innovations.push(Innovation { instrument, error, std, gain });
+        }
         self.account(e, total, &e_by, &total_by);
     }
 
@@ -462,9 +975,6 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
     fn account(&mut self, e: f64, total: f64, e_by: &Row<N>, total_by: &Row<N>) {
         let weight = 1.0 / total;
         self.cost += 0.5 * (total.ln() + e * e * weight);
-        if let Some(innovations) = &mut self.innovations {
-            innovations.push(e * weight.sqrt());
-        }
         let half = 0.5 * weight * (1.0 - e * e * weight);
         for j in 0..N {
             self.gradient[j] += e_by[j] * e * weight + total_by[j] * half;
@@ -477,48 +987,100 @@ impl<'a, const N: usize, const POSITION: bool> Kalman<'a, N, POSITION> {
     }
 }
 
-/// A step as its sensitivities need it.
-struct Step<'a, const N: usize> {
-    step: &'a Discrete,
-    f_by: Row<N>,
-    a_by: Row<N>,
-    a: f64,
-    f: f64,
-    g2: f64,
-    bend: f64,
-    sign: f64,
-    h2: f64,
-    h3: f64,
-    phi: f64,
-    psi: f64,
-    eta: f64,
-    cov_v: f64,
-    cov_d: f64,
-    cov_pv: f64,
-    cov_pd: f64,
+/// A current of the sea changes over minutes, s.
+const DRIFT_CORRELATION_S: f64 = 120.0;
+
+fn add_slow<const S: usize>(q: &mut Square<S>, slow: &Slow) {
+    q[V][V] += slow.q_vv;
+    q[V][D] += slow.q_vd;
+    q[D][D] += slow.q_dd;
 }
 
-impl<const N: usize> State<N> {
-    fn at(start: Start, sigma2: f64) -> Self {
-        Self {
-            v: start.velocity,
-            d: 0.0,
-            p: start.position,
-            vv: start.velocity_variance,
-            vd: 0.0,
-            dd: sigma2,
-            pp: start.position_variance,
-            pv: 0.0,
-            pd: 0.0,
-            v_by: [0.0; N],
-            d_by: [0.0; N],
-            p_by: [0.0; N],
-            vv_by: [0.0; N],
-            vd_by: [0.0; N],
-            dd_by: [0.0; N],
-            pp_by: [0.0; N],
-            pv_by: [0.0; N],
-            pd_by: [0.0; N],
+/// The velocity that waves add in a step is the change of w, and so is its noise.
+fn add_waves<const S: usize>(q: &mut Square<S>, w: usize, waves: &Waves) {
+    let [of_w, both, of_rate] = waves.q;
+    q[V][V] += of_w;
+    q[V][w] += of_w;
+    q[V][w + 1] += both;
+    q[w][w] += of_w;
+    q[w][w + 1] += both;
+    q[w + 1][w + 1] += of_rate;
+}
+
+/// What the plant does at the start of a step.
+struct Now {
+    /// Velocity through the water.
+    r: f64,
+    speed: f64,
+    sign: f64,
+    /// Which propellers push the way the vehicle goes.
+    gamma: usize,
+    /// Thrust lost per speed.
+    lost: f64,
+    /// Slope of the acceleration, and the acceleration but for d and waves.
+    a: f64,
+    f: f64,
+    /// How the slope changes with velocity.
+    bend: f64,
+    map: Map,
+}
+
+/// The map over a step.
+#[derive(Clone, Copy)]
+struct Map {
+    h2: f64,
+    h3: f64,
+    /// The velocity that waves add.
+    wave: f64,
+    /// Mean acceleration.
+    g1: f64,
+    /// ∂v(h)/∂v(0).
+    of_v: f64,
+}
+
+impl<const S: usize, const N: usize> State<S, N> {
+    fn at(start: Start, layout: &Layout, values: &Values, active: &Active) -> Self {
+        let sigma2 = (2.0 * values.get(Unknown::LogDisturbance)).exp();
+        let mut state =
+            Self { x: [0.0; S], p: [[0.0; S]; S], x_by: [[0.0; N]; S], p_by: [[[0.0; N]; S]; S] };
+        let column = |unknown| active.column(unknown).filter(|j| *j < N);
+        state.x[V] = start.velocity;
+        state.p[V][V] = start.velocity_variance;
+        state.p[D][D] = sigma2;
+        if let Some(j) = column(Unknown::LogDisturbance) {
+            state.p_by[D][D][j] = 2.0 * sigma2;
         }
+        if let Some(p) = layout.position {
+            state.x[p] = start.position;
+            state.p[p][p] = start.position_variance;
+        }
+        if let Some(first) = layout.sensing().next() {
+            // A sensor shows what the vehicle has done for a while.
+            state.x[first] = start.velocity;
+            state.p[V][first] = start.velocity_variance;
+            for k in layout.sensing() {
+                state.p[k][k] = start.velocity_variance;
+            }
+        }
+        if let Some(w) = layout.waves {
+            let [of_w, of_rate] = Waves::variances(values);
+            state.p[w][w] = of_w;
+            state.p[w + 1][w + 1] = of_rate;
+            if let Some(j) = column(Unknown::LogSwell) {
+                state.p_by[w][w][j] = 2.0 * of_w;
+                state.p_by[w + 1][w + 1][j] = 2.0 * of_rate;
+            }
+            if let Some(j) = column(Unknown::LogSwellFrequency) {
+                state.p_by[w][w][j] = -2.0 * of_w;
+            }
+        }
+        if let Some(c) = layout.current {
+            let drift = (2.0 * values.get(Unknown::LogDrift)).exp();
+            state.p[c][c] = drift;
+            if let Some(j) = column(Unknown::LogDrift) {
+                state.p_by[c][c][j] = 2.0 * drift;
+            }
+        }
+        state
     }
 }

@@ -15,7 +15,8 @@ pub(crate) struct Optimum {
     pub(crate) iterations: usize,
 }
 
-const MOST_ITERATIONS: usize = 60;
+/// A fit that takes more has lost its way.
+pub(crate) const MOST_ITERATIONS: usize = 60;
 const FIRST_DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-9;
 const MOST_DAMPING: f64 = 1e9;
@@ -35,18 +36,21 @@ const POOR_GAIN: f64 = 0.02;
 /// After this many poor steps in a row the cost has a kink here.
 const POOR_STEPS: usize = 3;
 
-/// Minimises the cost from a start.
+/// Minimises the cost from a start, in so many iterations at most.
 ///
 /// Logged thrust jumps, so the cost has a kink in the delay wherever a jump meets the end
 /// of a step. Where descent ends at one, the delay stays there and the rest goes on.
-pub(crate) fn minimise(problem: &Problem<'_>, start: DVector<f64>) -> Optimum {
+pub(crate) fn minimise(
+    problem: &Problem<'_>,
+    start: DVector<f64>,
+    most_iterations: usize,
+) -> Optimum {
     let unknowns = problem.numbers();
     let mut descent = Descent { theta: start, damping: FIRST_DAMPING, at_kink: false, poor: 0 };
     let mut here = problem.evaluate(&descent.theta);
-    for iterations in 0..MOST_ITERATIONS {
-        let free = descent.free(problem, unknowns, &here.1);
-        let step =
-            damped_step(&here.2, &here.1, &descent.room(problem, unknowns), &free, LEAST_DAMPING);
+    for iterations in 0..most_iterations {
+        let free = descent.free(unknowns, &here.1);
+        let step = damped_step(&here.2, &here.1, &descent.room(unknowns), &free, LEAST_DAMPING);
         let promise = step.map_or(f64::INFINITY, |step| promise(&here.2, &here.1, &step));
         let moved = promise >= CONVERGED && descent.step(problem, unknowns, &here, &free);
         if !moved {
@@ -67,7 +71,7 @@ pub(crate) fn minimise(problem: &Problem<'_>, start: DVector<f64>) -> Optimum {
         }
     }
     let (cost, _, information) = here;
-    let (theta, iterations) = (descent.theta, MOST_ITERATIONS);
+    let (theta, iterations) = (descent.theta, most_iterations);
     Optimum { theta, cost, information, converged: false, iterations }
 }
 
@@ -87,13 +91,8 @@ impl Descent {
         self.poor = 0;
     }
 
-    fn free(
-        &self,
-        problem: &Problem<'_>,
-        unknowns: &[Unknown],
-        gradient: &DVector<f64>,
-    ) -> Vec<bool> {
-        let mut free = free(problem, unknowns, &self.theta, gradient);
+    fn free(&self, unknowns: &[Unknown], gradient: &DVector<f64>) -> Vec<bool> {
+        let mut free = free(unknowns, &self.theta, gradient);
         for (free, unknown) in free.iter_mut().zip(unknowns) {
             *free &= !(self.at_kink && *unknown == Unknown::Delay);
         }
@@ -101,9 +100,9 @@ impl Descent {
     }
 
     /// How far down and up each number may go.
-    fn room(&self, problem: &Problem<'_>, unknowns: &[Unknown]) -> Vec<(f64, f64)> {
+    fn room(&self, unknowns: &[Unknown]) -> Vec<(f64, f64)> {
         let of = |(unknown, at): (&Unknown, &f64)| {
-            let (low, high) = problem.limits(*unknown);
+            let (low, high) = limits(*unknown);
             (low - at, high - at)
         };
         unknowns.iter().zip(self.theta.iter()).map(of).collect()
@@ -118,9 +117,9 @@ impl Descent {
         free: &[bool],
     ) -> bool {
         while self.damping < MOST_DAMPING {
-            let room = self.room(problem, unknowns);
+            let room = self.room(unknowns);
             let next = damped_step(information, gradient, &room, free, self.damping)
-                .map(|step| within(problem, unknowns, &self.theta, &step))
+                .map(|step| within(unknowns, &self.theta, &step))
                 .filter(|next| problem.cost(next) < *cost);
             if let Some(next) = next {
                 self.theta = next;
@@ -134,14 +133,9 @@ impl Descent {
 }
 
 /// Which numbers may move: not those at a limit that the cost pushes them against.
-fn free(
-    problem: &Problem<'_>,
-    unknowns: &[Unknown],
-    theta: &DVector<f64>,
-    gradient: &DVector<f64>,
-) -> Vec<bool> {
+fn free(unknowns: &[Unknown], theta: &DVector<f64>, gradient: &DVector<f64>) -> Vec<bool> {
     let is_free = |(j, unknown): (usize, &Unknown)| {
-        let (low, high) = problem.limits(*unknown);
+        let (low, high) = limits(*unknown);
         !(theta[j] <= low && gradient[j] > 0.0 || theta[j] >= high && gradient[j] < 0.0)
     };
     unknowns.iter().enumerate().map(is_free).collect()
@@ -200,19 +194,30 @@ fn promise(information: &DMatrix<f64>, gradient: &DVector<f64>, step: &DVector<f
 pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
     match unknown {
         Unknown::Alpha => (f64::MIN_POSITIVE, f64::INFINITY),
+        // Drag brakes, and inflow takes thrust away.
+        Unknown::Beta | Unknown::Mu => (f64::NEG_INFINITY, 0.0),
+        Unknown::Inflow | Unknown::InflowAhead => (0.0, f64::INFINITY),
         Unknown::Lag => (0.0, 3.0),
+        Unknown::LogLagRatio => (-2.5, 2.5),
+        Unknown::Slew => (0.0, 10.0),
         Unknown::Delay => (-1.0, 3.0),
         Unknown::LogReverseRatio | Unknown::LogForwardRatio => (-1.5, 1.5),
-        // A disturbance of an hour is a bias; how quick it may be, the problem says.
-        Unknown::LogCorrelation => (f64::NEG_INFINITY, 8.0),
-        Unknown::LogDisturbance | Unknown::LogVelocityNoise | Unknown::LogPositionNoise => {
-            (-25.0, 5.0)
-        }
-        Unknown::Beta
-        | Unknown::Mu
-        | Unknown::Bias
+        // Between thrust that is linear in speed and thrust that is cubic.
+        Unknown::Exponent => (-1.0, 1.0),
+        Unknown::VelocityScale => (-0.5, 1.0),
+        Unknown::LogSensorLag | Unknown::LogSensorWindow => (-4.0, 1.6),
+        // Waves of 1 s to 1 min, from a swell of one period to a sea of many.
+        Unknown::LogSwellFrequency => (-2.3, 1.84),
+        Unknown::LogSwellDamping => (-5.0, -0.4),
+        // A disturbance of an hour is a bias, and one that forgets in 0.05 s is noise.
+        Unknown::LogCorrelation => (-3.0, 8.0),
+        Unknown::LogDisturbance
+        | Unknown::LogSwell
+        | Unknown::LogDrift
+        | Unknown::LogVelocityNoise
+        | Unknown::LogPositionNoise => (-25.0, 5.0),
+        Unknown::Bias
         | Unknown::Current
-        | Unknown::Inflow
         | Unknown::LeverFirst
         | Unknown::LeverSecond
         | Unknown::VelocityOffset
@@ -221,22 +226,23 @@ pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
 }
 
 /// A step cut to limits, and to what a parabola can be trusted for.
-fn within(
-    problem: &Problem<'_>,
-    unknowns: &[Unknown],
-    theta: &DVector<f64>,
-    step: &DVector<f64>,
-) -> DVector<f64> {
+fn within(unknowns: &[Unknown], theta: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
     DVector::from_fn(theta.len(), |j, _| {
         let from = theta[j];
-        let (low, high) = problem.limits(unknowns[j]);
+        let (low, high) = limits(unknowns[j]);
         let (near, far) = match unknowns[j] {
             Unknown::Alpha => (from / 4.0, from * 4.0),
             Unknown::Current => (from - 0.2, from + 0.2),
-            Unknown::LogCorrelation => (from - 1.0, from + 1.0),
-            Unknown::LogDisturbance | Unknown::LogVelocityNoise | Unknown::LogPositionNoise => {
-                (from - 1.5, from + 1.5)
+            Unknown::LogCorrelation | Unknown::LogSensorLag | Unknown::LogSensorWindow => {
+                (from - 1.0, from + 1.0)
             }
+            Unknown::LogSwellFrequency => (from - 0.2, from + 0.2),
+            Unknown::LogDisturbance
+            | Unknown::LogSwell
+            | Unknown::LogSwellDamping
+            | Unknown::LogDrift
+            | Unknown::LogVelocityNoise
+            | Unknown::LogPositionNoise => (from - 1.5, from + 1.5),
             _ => (f64::NEG_INFINITY, f64::INFINITY),
         };
         (from + step[j]).clamp(near, far).clamp(low, high)

@@ -15,6 +15,10 @@ pub(crate) enum Unknown {
     Current,
     /// First-order lag of propeller speed, s.
     Lag,
+    /// Logarithm of the lag of a propeller that slows down over that of one that speeds up.
+    LogLagRatio,
+    /// Time that a propeller of limited rate needs from rest to full speed, s.
+    Slew,
     /// Delay of thrust, s.
     Delay,
     /// Logarithm of the reverse-thrust ratio κ.
@@ -24,6 +28,11 @@ pub(crate) enum Unknown {
     LogForwardRatio,
     /// Thrust lost to inflow, k_in.
     Inflow,
+    /// Thrust lost to inflow by propellers that push the way the vehicle goes, beside
+    /// [`Unknown::Inflow`].
+    InflowAhead,
+    /// Exponent of thrust over propeller speed, less 2.
+    Exponent,
     /// Lever arm of the velocity sensor that navigation did not know, first axis, m.
     LeverFirst,
     /// The same along the second axis, m.
@@ -32,10 +41,24 @@ pub(crate) enum Unknown {
     Turning,
     /// What the velocity sensor reads at rest, m/s; seen beside position, one for each trial.
     VelocityOffset,
+    /// What the velocity sensor reads too much, as a part of velocity; seen beside position.
+    VelocityScale,
+    /// Logarithm of the first-order lag of the velocity sensor, s.
+    LogSensorLag,
+    /// Logarithm of the time over which the velocity sensor averages, s.
+    LogSensorWindow,
     /// Logarithm of the standard deviation of the disturbance, m/s².
     LogDisturbance,
     /// Logarithm of its correlation time, s.
     LogCorrelation,
+    /// Logarithm of the standard deviation of what waves do, m/s².
+    LogSwell,
+    /// Logarithm of the waves' angular frequency, rad/s.
+    LogSwellFrequency,
+    /// Logarithm of the waves' relative damping: how narrow their band is.
+    LogSwellDamping,
+    /// Logarithm of the standard deviation of what the current varies by in a trial, m/s.
+    LogDrift,
     /// Logarithm of the standard deviation of a velocity sample, m/s.
     LogVelocityNoise,
     /// Logarithm of the standard deviation of a position sample, m.
@@ -47,22 +70,71 @@ impl Unknown {
     pub(crate) const fn is_of_trial(self) -> bool {
         matches!(self, Self::Current | Self::VelocityOffset)
     }
+
+    /// Whether it says how much is left to chance.
+    pub(crate) const fn is_noise(self) -> bool {
+        matches!(self, Self::LogDisturbance | Self::LogVelocityNoise | Self::LogPositionNoise)
+    }
 }
 
 /// How many unknowns there are.
-pub(crate) const UNKNOWNS: usize = 18;
+pub(crate) const UNKNOWNS: usize = Unknown::LogPositionNoise as usize + 1;
 
 /// Values of all unknowns for one trial; those that are not fitted keep theirs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Values(pub(crate) [f64; UNKNOWNS]);
+pub(crate) struct Values {
+    numbers: [f64; UNKNOWNS],
+    /// What thrust is made of beside the unknowns.
+    pub(crate) shape: Shape,
+}
+
+/// What is known of thrust, or decided by trying both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shape {
+    /// The greatest propeller speed: where another exponent leaves thrust as it is, and what
+    /// a propeller of limited rate needs its time for.
+    pub(crate) full_speed: f64,
+    /// Whether logged speeds move linearly from sample to sample; else they are held.
+    pub(crate) linear: bool,
+    /// Whether the velocity sensor lags or averages.
+    pub(crate) sensor: Sensor,
+    /// Whether waves push.
+    pub(crate) swell: bool,
+    /// Whether the current varies in a trial.
+    pub(crate) drift: bool,
+}
+
+/// What a velocity sensor does to velocity before it is logged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Sensor {
+    /// Nothing.
+    #[default]
+    Prompt,
+    /// A first-order lag.
+    Lag,
+    /// An average over a window.
+    Window,
+}
+
+impl Default for Shape {
+    fn default() -> Self {
+        let sensor = Sensor::Prompt;
+        Self { full_speed: 1.0, linear: false, sensor, swell: false, drift: false }
+    }
+}
 
 impl Values {
+    /// All zero: no term, no nuisance.
+    pub(crate) fn none(shape: Shape) -> Self {
+        Self { numbers: [0.0; UNKNOWNS], shape }
+    }
+
     pub(crate) fn get(&self, unknown: Unknown) -> f64 {
-        self.0[unknown as usize]
+        self.numbers[unknown as usize]
     }
 
     pub(crate) fn set(&mut self, unknown: Unknown, value: f64) {
-        self.0[unknown as usize] = value;
+        self.numbers[unknown as usize] = value;
     }
 }
 

@@ -3,18 +3,48 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::drive::Drive;
-use super::kalman::{Likelihood, Start, Wanted, likelihood};
-use super::minimise::limits;
-use super::parameters::{Active, Unknown, Values};
-use super::schedule::Measurements;
+use super::kalman::{Innovation, Likelihood, Start, Wanted, likelihood};
+use super::parameters::{Active, Sensor, Shape, Unknown, Values};
+use super::schedule::{Instrument, Measurements};
+use super::spikes::spikes;
 use crate::{AxisRecord, ThrusterTrack, Timed};
 
-/// What is believed of an unknown before any log is read: a normal distribution.
+/// What is believed of an unknown before any log is read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Prior {
     pub(crate) unknown: Unknown,
-    pub(crate) mean: f64,
-    pub(crate) std: f64,
+    pub(crate) belief: Belief,
+}
+
+/// A distribution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Belief {
+    /// A normal distribution.
+    Normal { mean: f64, std: f64 },
+    /// Nothing is believed below a limit; above it, a normal distribution of the logarithm.
+    AtMost { limit: f64, log_std: f64 },
+}
+
+impl Belief {
+    /// What a value costs, with the first and the second derivative, of which the second is
+    /// that of a parabola.
+    fn cost(self, x: f64) -> (f64, f64, f64) {
+        match self {
+            Self::Normal { mean, std } => {
+                let precision = 1.0 / (std * std);
+                let off = x - mean;
+                (0.5 * precision * off * off, precision * off, precision)
+            }
+            Self::AtMost { limit, log_std } => {
+                let above = (x / limit).ln();
+                if above.is_nan() || above <= 0.0 {
+                    return (0.0, 0.0, 0.0);
+                }
+                let precision = 1.0 / (log_std * log_std);
+                (0.5 * precision * above * above, precision * above / x, precision / (x * x))
+            }
+        }
+    }
 }
 
 /// One trial, ready for the filter.
@@ -23,10 +53,16 @@ pub(crate) struct Record {
     pub(crate) trial: String,
     tracks: Vec<ThrusterTrack>,
     turning: Option<Timed>,
-    pub(crate) measurements: Measurements,
-    start: Start,
+    parts: Vec<Part>,
     /// Trials of one kind may have a plant of their own: see [`Problem::apart`].
     pub(crate) kind: Kind,
+}
+
+/// What can be followed from one state at the start.
+#[derive(Clone, Debug)]
+struct Part {
+    measurements: Measurements,
+    start: Start,
 }
 
 /// What a trial is of.
@@ -43,12 +79,57 @@ const START_PART: f64 = 0.3;
 
 impl Record {
     pub(crate) fn of(axis: &AxisRecord, kind: Kind) -> Self {
-        let velocity = axis.velocity().map_or_else(|_| Vec::new(), |v| v.values().to_vec());
-        let fastest = velocity.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
-        let early = &velocity[..velocity.len().min(5)];
-        let first = early.iter().sum::<f64>() / early.len().max(1) as f64;
+        let velocity = axis.velocity().ok();
+        let speeds = velocity.iter().flat_map(|velocity| velocity.values());
+        let fastest = speeds.fold(0.0_f64, |max, v| max.max(v.abs()));
         let spread = (START_PART * fastest).max(f64::MIN_POSITIVE);
-        let measurements = Measurements::of(axis);
+        let part = |measurements| Part::of(measurements, velocity.as_ref(), spread);
+        Self {
+            trial: axis.trial.clone(),
+            tracks: axis.tracks(),
+            turning: axis.turning.clone(),
+            parts: Measurements::parts_of(axis).into_iter().map(part).collect(),
+            kind,
+        }
+    }
+
+    /// How many measurements there are.
+    pub(crate) fn samples(&self) -> usize {
+        self.parts.iter().map(|part| part.measurements.samples()).sum()
+    }
+
+    /// How often an instrument measures, s; `None` if there is none.
+    pub(crate) fn period_s(&self, instrument: Instrument) -> Option<f64> {
+        let series =
+            self.parts.iter().filter_map(|part| part.measurements.of_instrument(instrument));
+        let longest = series.max_by_key(|series| series.len())?;
+        Some(longest.period_s()).filter(|period_s| *period_s > 0.0)
+    }
+
+    /// Strikes out the spikes among measurements, of which these are the innovations; how many
+    /// there were.
+    pub(crate) fn strike_out(&mut self, innovations: &[Innovation]) -> usize {
+        let (mut rest, mut count) = (innovations, 0);
+        for part in &mut self.parts {
+            let (own, others) = rest.split_at(part.measurements.samples().min(rest.len()));
+            let found = spikes(own);
+            count += found.len();
+            part.measurements.strike_out(&found);
+            rest = others;
+        }
+        count
+    }
+}
+
+impl Part {
+    /// A part that starts at about the first velocities after its first measurement.
+    fn of(measurements: Measurements, velocity: Option<&Timed>, spread: f64) -> Self {
+        let early = velocity.map_or(&[][..], |velocity| {
+            let from = velocity.time_s().partition_point(|t| *t < measurements.first_s());
+            let early = velocity.values().get(from..).unwrap_or_default();
+            &early[..early.len().min(5)]
+        });
+        let first = early.iter().sum::<f64>() / early.len().max(1) as f64;
         let position = measurements.position();
         // It may have moved between the first velocity and the first position.
         let wait_s = position.map_or(0.0, |p| p.first_s() - measurements.first_s());
@@ -59,14 +140,7 @@ impl Record {
             position: position.map_or(0.0, |p| p.values()[0] - wait_s * first),
             position_variance: (spread * sample_s.max(wait_s)).powi(2).max(f64::MIN_POSITIVE),
         };
-        Self {
-            trial: axis.trial.clone(),
-            tracks: axis.tracks(),
-            turning: axis.turning.clone(),
-            measurements,
-            start,
-            kind,
-        }
+        Self { measurements, start }
     }
 }
 
@@ -91,8 +165,6 @@ pub(crate) struct Problem<'a> {
     pub(crate) priors: &'a [Prior],
     /// Values of what is not fitted.
     pub(crate) fixed: Values,
-    /// The logarithm of the shortest time in which a disturbance may forget, s.
-    quickest: f64,
 }
 
 impl<'a> Problem<'a> {
@@ -136,7 +208,9 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        Self { records, active, places, numbers, priors, fixed, quickest: 0.0 }
+        let mut fixed = fixed;
+        fixed.shape = shape_with(fixed.shape, unknowns);
+        Self { records, active, places, numbers, priors, fixed }
     }
 
     /// The same problem with one more number, the last, that all trials share.
@@ -148,15 +222,9 @@ impl<'a> Problem<'a> {
         wider
     }
 
-    /// The same problem with disturbances as quick as that.
-    pub(crate) fn with_quickest(self, quickest: f64) -> Self {
-        Self { quickest, ..self }
-    }
-
-    /// Where a number means something.
-    pub(crate) fn limits(&self, unknown: Unknown) -> (f64, f64) {
-        let (low, high) = limits(unknown);
-        (if unknown == Unknown::LogCorrelation { self.quickest } else { low }, high)
+    /// Whether logged propeller speeds are taken to move linearly between samples.
+    pub(crate) fn is_linear(&self) -> bool {
+        self.fixed.shape.linear
     }
 
     /// How many numbers are fitted.
@@ -210,15 +278,15 @@ impl<'a> Problem<'a> {
             }
         }
         for (place, prior) in self.priors_in_place() {
-            let off = theta[place] - prior.mean;
-            gradient[place] += off / (prior.std * prior.std);
-            information[(place, place)] += 1.0 / (prior.std * prior.std);
+            let (_, slope, curvature) = prior.belief.cost(theta[place]);
+            gradient[place] += slope;
+            information[(place, place)] += curvature;
         }
         (cost, gradient, information)
     }
 
-    /// Normalised innovations of one trial.
-    pub(crate) fn innovations(&self, theta: &DVector<f64>, record: usize) -> Vec<f64> {
+    /// Innovations of one trial.
+    pub(crate) fn innovations(&self, theta: &DVector<f64>, record: usize) -> Vec<Innovation> {
         self.likelihood(theta, record, Wanted::Innovations).innovations
     }
 
@@ -227,23 +295,42 @@ impl<'a> Problem<'a> {
     }
 
     fn likelihood_of(&self, record: &Record, values: &Values, wanted: Wanted) -> Likelihood {
-        let Record { tracks, turning, measurements, start, .. } = record;
-        let drive = Drive::new(tracks, turning.as_ref(), values, measurements.first_s());
-        likelihood(measurements, drive, &self.active, values, *start, wanted)
+        let Record { tracks, turning, parts, .. } = record;
+        let of = |Part { measurements, start }: &Part| {
+            let drive = Drive::new(tracks, turning.as_ref(), values, measurements.first_s());
+            likelihood(measurements, drive, &self.active, values, *start, wanted)
+        };
+        let all = parts.iter().map(of).reduce(Likelihood::and);
+        all.unwrap_or_else(|| Likelihood::of_nothing(&self.active, wanted))
     }
 
     /// A trial that was not fitted, at the values of those that were; what each trial has by
-    /// itself is left to be found.
-    pub(crate) fn of_another<'b>(&'b self, theta: &DVector<f64>, other: &'b Record) -> Problem<'b> {
-        let own = self.active.unknowns.iter().copied().filter(|unknown| unknown.is_of_trial());
-        let own: Vec<Unknown> = own.collect();
-        Problem::new(std::slice::from_ref(other), &own, self.priors, self.values(theta, 0))
+    /// itself, and its noise, is left to be found, from the start that comes with it.
+    pub(crate) fn of_another<'b>(
+        &'b self,
+        theta: &DVector<f64>,
+        other: &'b Record,
+    ) -> (Problem<'b>, DVector<f64>) {
+        let is_own = |unknown: &Unknown| unknown.is_of_trial() || unknown.is_noise();
+        let measures = |unknown: &Unknown| match unknown {
+            Unknown::LogVelocityNoise => other.period_s(Instrument::Velocity).is_some(),
+            Unknown::LogPositionNoise => other.period_s(Instrument::Position).is_some(),
+            _ => true,
+        };
+        let own: Vec<Unknown> =
+            self.active.unknowns.iter().copied().filter(|u| is_own(u) && measures(u)).collect();
+        let fitted = self.values(theta, 0);
+        let problem = Problem::new(std::slice::from_ref(other), &own, self.priors, fitted);
+        // A current is of a place and a heading: that of another trial is no start.
+        let start = |unknown: &Unknown| {
+            if unknown.is_of_trial() { 0.0 } else { fitted.get(*unknown) }
+        };
+        let start = DVector::from_iterator(problem.len(), problem.numbers.iter().map(start));
+        (problem, start)
     }
 
     fn prior_cost(&self, theta: &DVector<f64>) -> f64 {
-        let of = |(place, prior): (usize, Prior)| {
-            0.5 * ((theta[place] - prior.mean) / prior.std).powi(2)
-        };
+        let of = |(place, prior): (usize, Prior)| prior.belief.cost(theta[place]).0;
         self.priors_in_place().map(of).sum()
     }
 
@@ -256,6 +343,21 @@ impl<'a> Problem<'a> {
 
     /// How many measurements there are.
     pub(crate) fn samples(&self) -> usize {
-        self.records.iter().map(|record| record.measurements.samples()).sum()
+        self.records.iter().map(Record::samples).sum()
     }
+}
+
+/// What the unknowns say of the shape of a model.
+fn shape_with(shape: Shape, unknowns: &[Unknown]) -> Shape {
+    let has = |unknown: Unknown| unknowns.contains(&unknown);
+    let sensor = if has(Unknown::LogSensorLag) {
+        Sensor::Lag
+    } else if has(Unknown::LogSensorWindow) {
+        Sensor::Window
+    } else {
+        shape.sensor
+    };
+    let swell = shape.swell || has(Unknown::LogSwell);
+    let drift = shape.drift || has(Unknown::LogDrift);
+    Shape { sensor, swell, drift, ..shape }
 }

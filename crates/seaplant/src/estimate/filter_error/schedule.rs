@@ -1,11 +1,16 @@
 //! The steps of a trial: where the filter predicts to, and what was measured there.
 
+use std::collections::BTreeSet;
+
 use crate::navigation::Motion;
 use crate::series::ROUNDING_S;
 use crate::{AxisRecord, Timed};
 
 /// The longest step, s: drag changes a vehicle's speed over seconds.
 pub(crate) const LONGEST_STEP_S: f64 = 0.1;
+
+/// A new state explains so many samples whatever the plant.
+const LEAST_SAMPLES: usize = 3;
 
 /// What was measured at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,6 +21,15 @@ pub(crate) struct Measured {
     pub(crate) position: Option<f64>,
     /// What a metre of unknown lever arm adds to the velocity, for two axes.
     pub(crate) lever: [f64; 2],
+}
+
+/// What measures a degree of freedom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Instrument {
+    /// m/s or rad/s.
+    Velocity,
+    /// m or rad.
+    Position,
 }
 
 /// The end of a step.
@@ -50,12 +64,68 @@ impl Measurements {
         Self { velocity, position, lever: lever.unwrap_or_default() }
     }
 
+    /// [`Measurements::of`] a record, apart where it must be followed from a new state: after
+    /// long gaps, gaps of force and turns that nobody saw.
+    pub(crate) fn parts_of(axis: &AxisRecord) -> Vec<Self> {
+        let (whole, mut spans) = (Self::of(axis), axis.parts());
+        // One instrument may start before the other, or go on after it.
+        if let Some(first) = spans.first_mut() {
+            first.0 = f64::NEG_INFINITY;
+        }
+        if let Some(last) = spans.last_mut() {
+            last.1 = f64::INFINITY;
+        }
+        let parts = spans.into_iter().map(|(from_s, to_s)| whole.window(from_s, to_s));
+        parts.filter(|part| part.samples() >= LEAST_SAMPLES).collect()
+    }
+
+    fn window(&self, from_s: f64, to_s: f64) -> Self {
+        let cut = |series: &Timed| series.window(from_s, to_s);
+        let velocity = self.velocity.as_ref().and_then(cut);
+        let before = |velocity: &Timed| velocity.time_s().partition_point(|t| *t < from_s);
+        let rows = self.velocity.as_ref().zip(velocity.as_ref());
+        let rows = rows.map(|(all, part)| before(all)..before(all) + part.len());
+        let lever = rows.and_then(|rows| self.lever.get(rows)).unwrap_or_default();
+        Self { lever: lever.to_vec(), position: self.position.as_ref().and_then(cut), velocity }
+    }
+
     pub(crate) fn velocity(&self) -> Option<&Timed> {
         self.velocity.as_ref()
     }
 
     pub(crate) fn position(&self) -> Option<&Timed> {
         self.position.as_ref()
+    }
+
+    /// What one instrument measured.
+    pub(crate) fn of_instrument(&self, instrument: Instrument) -> Option<&Timed> {
+        match instrument {
+            Instrument::Velocity => self.velocity(),
+            Instrument::Position => self.position(),
+        }
+    }
+
+    /// Leaves out samples by their instrument and number; at least two of each stay.
+    pub(crate) fn strike_out(&mut self, samples: &BTreeSet<(Instrument, usize)>) {
+        let is_out = |instrument, k| samples.contains(&(instrument, k));
+        let kept = |series: &Timed, instrument| {
+            let (t, x) = (series.time_s(), series.values());
+            let kept = (0..series.len()).filter(|k| !is_out(instrument, *k));
+            let (t, x): (Vec<f64>, Vec<f64>) = kept.map(|k| (t[k], x[k])).unzip();
+            (t.len() > 1).then(|| Timed::new("what is left of a series", t, x).ok())?
+        };
+        if let Some(velocity) = &self.velocity
+            && let Some(left) = kept(velocity, Instrument::Velocity)
+        {
+            let mut numbered = 0..;
+            self.lever.retain(|_| numbered.next().is_none_or(|k| !is_out(Instrument::Velocity, k)));
+            self.velocity = Some(left);
+        }
+        if let Some(position) = &self.position
+            && let Some(left) = kept(position, Instrument::Position)
+        {
+            self.position = Some(left);
+        }
     }
 
     /// How many measurements there are.
@@ -149,19 +219,20 @@ pub(crate) fn steps_through(times_s: &[f64]) -> Steps<impl Iterator<Item = (f64,
     Steps::new(times_s.iter().map(|&t| (t, Measured::default())))
 }
 
-/// ∫ x dt of a held signal, for times that rise.
+/// ∫ x dt of a signal that is held or moves linearly from sample to sample, for times that rise.
 #[derive(Clone, Debug)]
-pub(crate) struct HeldIntegral<'a> {
+pub(crate) struct SignalIntegral<'a> {
     series: &'a Timed,
+    linear: bool,
     /// The sample in effect.
     at: usize,
     /// The integral up to it.
     before: f64,
 }
 
-impl<'a> HeldIntegral<'a> {
-    pub(crate) fn new(series: &'a Timed) -> Self {
-        Self { series, at: 0, before: 0.0 }
+impl<'a> SignalIntegral<'a> {
+    pub(crate) fn new(series: &'a Timed, linear: bool) -> Self {
+        Self { series, linear, at: 0, before: 0.0 }
     }
 
     /// The integral up to `t_s`, from the first sample on, and the signal there.
@@ -169,10 +240,17 @@ impl<'a> HeldIntegral<'a> {
     pub(crate) fn until(&mut self, t_s: f64) -> (f64, f64) {
         let (t, x) = (self.series.time_s(), self.series.values());
         while self.at + 1 < t.len() && t[self.at + 1] <= t_s {
-            self.before += x[self.at] * (t[self.at + 1] - t[self.at]);
+            let end = if self.linear { x[self.at + 1] } else { x[self.at] };
+            self.before += 0.5 * (x[self.at] + end) * (t[self.at + 1] - t[self.at]);
             self.at += 1;
         }
-        (self.before + x[self.at] * (t_s - t[self.at]), x[self.at])
+        let (from, since) = (x[self.at], t_s - t[self.at]);
+        // Before the first sample and after the last the signal is held.
+        if !self.linear || since <= 0.0 || self.at + 1 == t.len() {
+            return (self.before + from * since, from);
+        }
+        let slope = (x[self.at + 1] - from) / (t[self.at + 1] - t[self.at]);
+        (self.before + from * since + 0.5 * slope * since * since, from + slope * since)
     }
 }
 
@@ -218,12 +296,66 @@ mod tests {
     }
 
     #[test]
+    fn a_gap_of_years_is_not_stepped_through() {
+        let seconds = |from_s: f64| (0..50).map(move |k| from_s + 0.1 * f64::from(k));
+        let times: Vec<f64> = seconds(0.0).chain(seconds(1.7e9)).collect();
+        let still = |times: &[f64]| series(times, &vec![0.5; times.len()]);
+        let axis = AxisRecord {
+            dof: crate::Dof::Heave,
+            trial: "a".to_owned(),
+            force: series(&[0.0], &[1.0]),
+            thrusters: Vec::new(),
+            motion: Motion::Velocity(still(&times)),
+            lever_rates: Some([still(&times), still(&times)]),
+            turning: None,
+            position: None,
+            cuts: Vec::new(),
+        };
+        let parts = Measurements::parts_of(&axis);
+        assert_eq!(parts.iter().map(Measurements::samples).collect::<Vec<_>>(), [50, 50]);
+        for part in parts {
+            let stops: Vec<Stop> = part.steps().collect();
+            assert!(stops.len() <= 100, "{}", stops.len());
+            assert!(
+                stops
+                    .iter()
+                    .filter(|stop| stop.measured.velocity.is_some())
+                    .all(|stop| stop.measured.lever == [0.5; 2])
+            );
+        }
+    }
+
+    #[test]
     fn an_integral_of_held_samples_goes_on_before_and_after_them() {
         let held = series(&[0.0, 1.0, 3.0], &[2.0, -1.0, 4.0]);
-        let mut integral = HeldIntegral::new(&held);
+        let mut integral = SignalIntegral::new(&held, false);
         assert_eq!(integral.until(-0.5), (-1.0, 2.0));
         assert_eq!(integral.until(0.5), (1.0, 2.0));
         assert_eq!(integral.until(2.0), (1.0, -1.0));
         assert_eq!(integral.until(4.0), (4.0, 4.0));
+    }
+
+    #[test]
+    fn an_integral_of_linear_samples_is_that_of_trapezia() {
+        let moving = series(&[0.0, 1.0, 3.0], &[2.0, -1.0, 4.0]);
+        let mut integral = SignalIntegral::new(&moving, true);
+        assert_eq!(integral.until(-0.5), (-1.0, 2.0));
+        assert_eq!(integral.until(0.5), (0.625, 0.5));
+        assert_eq!(integral.until(2.0), (0.75, 1.5));
+        assert_eq!(integral.until(4.0), (7.5, 4.0));
+    }
+
+    #[test]
+    fn what_is_struck_out_is_not_measured() {
+        let mut measurements = Measurements {
+            velocity: Some(series(&[0.0, 0.1, 0.2], &[1.0, 9.0, 3.0])),
+            position: Some(series(&[0.0, 0.2], &[10.0, 12.0])),
+            lever: vec![[0.1, 0.0], [0.2, 0.0], [0.3, 0.0]],
+        };
+        measurements.strike_out(&BTreeSet::from([(Instrument::Velocity, 1)]));
+        let left: Vec<f64> =
+            measurements.steps().filter_map(|stop| stop.measured.velocity).collect();
+        assert_eq!(left, [1.0, 3.0]);
+        assert_eq!((measurements.samples(), measurements.lever[1]), (4, [0.3, 0.0]));
     }
 }

@@ -6,7 +6,7 @@ use super::fit::{freedom, lumped, plant_covariance, terms_of};
 use super::minimise::scaled_inverse;
 use super::parameters::Unknown;
 use super::problem::{Kind, Problem};
-use super::structure::{Fitted, Search};
+use super::search::{Fitted, Search};
 use crate::estimate::PhysicalEstimates;
 
 /// Whether steady runs ask for the drag and bias force that unsteady trials ask for.
@@ -42,10 +42,10 @@ impl<'a> TwoPlants<'a> {
     /// `None` if no optimum is reached.
     pub(super) fn fit(unsteady: &Fitted<'_>, search: &Search<'a>) -> Option<Self> {
         let unknowns = unsteady.problem.unknowns();
-        let together = search.fit(unknowns, Some(unsteady), &search.fixed);
-        let Search { records, priors, fixed, .. } = *search;
-        let problem = Problem::apart(records, unknowns, &MAY_DIFFER, priors, fixed)
-            .with_quickest(search.quickest);
+        let together = search.again(unsteady);
+        let Search { records, priors, .. } = *search;
+        let fixed = together.problem.fixed;
+        let problem = Problem::apart(records, unknowns, &MAY_DIFFER, priors, fixed);
         let apart = Fitted::of(problem, Some(&together), &fixed);
         let converged = together.optimum.converged && apart.optimum.converged;
         converged.then_some(Self { together, apart })

@@ -15,7 +15,7 @@ use crate::estimate::Fit;
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
 
 /// Fewer draws than this do not tell a covariance.
-const LEAST_DRAWS: usize = 50;
+pub(super) const LEAST_DRAWS: usize = 50;
 
 /// A record is drawn in at least so many blocks.
 const LEAST_BLOCKS: f64 = 8.0;
@@ -53,6 +53,7 @@ const LEAST_BLOCKS: f64 = 8.0;
 ///     lever_rates: None,
 ///     turning: None,
 ///     position: None,
+///     cuts: Vec::new(),
 /// };
 /// let options = OutputErrorOptions::default();
 /// let (fit, bootstrap) =

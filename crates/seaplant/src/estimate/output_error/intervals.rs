@@ -37,10 +37,13 @@ impl Bread {
         let mut scale = Vector4::zeros();
         fitted.iter().for_each(|&term| scale[term as usize] = reduced.scale[term as usize]);
         let mut information = reduced.information.component_mul(&(scale * scale.transpose()));
-        let eigen = DMatrix::from_fn(needed, needed, |i, j| {
+        let of_terms = DMatrix::from_fn(needed, needed, |i, j| {
             information[(fitted[i] as usize, fitted[j] as usize)]
-        })
-        .symmetric_eigenvalues();
+        });
+        if !of_terms.iter().all(|x| x.is_finite()) {
+            return Err(Error::TooLarge { dof });
+        }
+        let eigen = of_terms.symmetric_eigenvalues();
         // Eigenvalues of JᵀJ are the squares of J's singular values.
         let floor = EXCITATION_FLOOR.powi(2) * eigen.max();
         let rank = eigen.iter().filter(|value| **value > floor).count();

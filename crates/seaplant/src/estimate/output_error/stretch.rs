@@ -1,6 +1,6 @@
-//! Stretches of record without a gap in force, cut into integration steps.
+//! Stretches of record that can be followed from one state, cut into integration steps.
 
-use crate::evaluate::{between_gaps, starting_velocity};
+use crate::evaluate::starting_velocity;
 use crate::navigation::Motion;
 use crate::series::ROUNDING_S;
 use crate::{AxisRecord, Error, State, Timed};
@@ -62,7 +62,7 @@ impl Stretch {
         let series = axis.motion.series();
         let velocity = axis.velocity()?;
         let mut stretches = Vec::new();
-        for (from_s, to_s) in between_gaps(axis, series) {
+        for (from_s, to_s) in axis.parts() {
             let parts = series.window(from_s, to_s).zip(velocity.window(from_s, to_s));
             let Some((part, velocity)) = parts else { continue };
             if part.len() > LEAST_SAMPLES {

@@ -142,6 +142,9 @@ impl<'a> System<'a> {
             self.scale[j] * self.along(i, |rows| &rows.terms[term])
         });
         let rhs = DVector::from_fn(needed, |i, _| self.along(i, |rows| &rows.v_dot));
+        if !cross.iter().all(|x| x.is_finite()) {
+            return Err(Error::TooLarge { dof });
+        }
         let values = cross.singular_values();
         // Products of columns: the square of what is asked of the columns themselves.
         let floor = EXCITATION_FLOOR.powi(2) * values.max();

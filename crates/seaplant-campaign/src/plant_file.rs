@@ -1,0 +1,160 @@
+//! What campaign.toml and vehicle.toml say of plants of several axes.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use seaplant::plant::{Basis, Buoyancy, RigidBody, Symmetry};
+use seaplant::{CoupledPlan, Dof};
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+/// A plant of several axes: `[[plant]]` in campaign.toml.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlantEntry {
+    /// Its axes: surge, sway, heave, roll, pitch, yaw.
+    pub axes: Vec<Dof>,
+    /// Which axes the mass matrix may couple: `port-starboard` (the default), `none` for all, or
+    /// `diagonal` for no two.
+    #[serde(default)]
+    pub symmetry: Symmetry,
+    /// Terms beside the usual ones, such as \"yaw: |v|r\"; u v w p q r, positive on the side of
+    /// damping.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<String>,
+    /// Whether damping of one axis by another is added where the trials ask for it.
+    #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
+    pub find_couplings: bool,
+}
+
+const fn yes() -> bool {
+    true
+}
+
+/// What is known of a vehicle dry: `[rigid_body]` in vehicle.toml.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RigidBodyEntry {
+    /// Mass in air, kg; `dry_mass_kg` if it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
+    /// Centre of gravity from the vehicle's origin, m.
+    pub centre_of_gravity_m: [f64; 3],
+    /// Inertia about the centre of gravity, kg m²; products of inertia stand twice.
+    pub inertia_kg_m2: [[f64; 3]; 3],
+}
+
+/// What the water carries: `[buoyancy]` in vehicle.toml.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BuoyancyEntry {
+    /// Mass of the displaced water, kg.
+    pub displaced_kg: f64,
+    /// Centre of buoyancy from the vehicle's origin, m.
+    pub centre_m: [f64; 3],
+}
+
+impl PlantEntry {
+    /// The plant that is asked for; `path` is what messages call the file.
+    pub(crate) fn plan(&self, path: &Path) -> Result<CoupledPlan, Error> {
+        let refuse = |key: &str, error: seaplant::Error| Error::value(path, key, error.to_string());
+        let mut terms: Vec<Basis> = Vec::new();
+        for text in &self.terms {
+            terms.push(text.parse().map_err(|error| refuse("terms", error))?);
+        }
+        let plan = CoupledPlan {
+            axes: self.axes.clone(),
+            symmetry: self.symmetry,
+            terms,
+            search: self.find_couplings,
+        };
+        plan.structure().map_err(|error| refuse("plant", error))?;
+        Ok(plan)
+    }
+}
+
+/// The axes of each plant of several axes.
+pub(crate) fn coupled_axes(plans: &[CoupledPlan]) -> Vec<Vec<Dof>> {
+    plans.iter().map(|plan| plan.axes.clone()).collect()
+}
+
+/// All plants that a campaign asks for.
+pub(crate) fn plans(path: &Path, entries: &[PlantEntry]) -> Result<Vec<CoupledPlan>, Error> {
+    let plans = entries.iter().map(|entry| entry.plan(path)).collect::<Result<Vec<_>, _>>()?;
+    let mut axes: Vec<Dof> = plans.iter().flat_map(|plan| plan.axes.clone()).collect();
+    axes.sort();
+    if let Some(pair) = axes.windows(2).find(|pair| pair[0] == pair[1]) {
+        let reason = format!("{} is an axis of two plants; give it to one", pair[0]);
+        return Err(Error::value(path, "plant", reason));
+    }
+    Ok(plans)
+}
+
+impl RigidBodyEntry {
+    /// The rigid body; the mass in air if it states none of its own.
+    pub(crate) fn body(&self, path: &Path, dry_mass_kg: Option<f64>) -> Result<RigidBody, Error> {
+        let mass_kg = self.mass_kg.or(dry_mass_kg).ok_or_else(|| {
+            let reason = "states no mass; add mass_kg, or dry_mass_kg above";
+            Error::value(path, "rigid_body", reason)
+        })?;
+        RigidBody::new(mass_kg, self.centre_of_gravity_m, self.inertia_kg_m2)
+            .map_err(|error| Error::value(path, "rigid_body", error.to_string()))
+    }
+}
+
+impl BuoyancyEntry {
+    pub(crate) fn buoyancy(&self, path: &Path) -> Result<Buoyancy, Error> {
+        Buoyancy::new(self.displaced_kg, self.centre_m)
+            .map_err(|error| Error::value(path, "buoyancy", error.to_string()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(axes: &[Dof], terms: &[&str]) -> PlantEntry {
+        PlantEntry {
+            axes: axes.to_vec(),
+            symmetry: Symmetry::default(),
+            terms: terms.iter().map(ToString::to_string).collect(),
+            find_couplings: true,
+        }
+    }
+
+    fn error(entries: &[PlantEntry]) -> String {
+        plans(Path::new("campaign.toml"), entries).expect_err("wrong").to_string()
+    }
+
+    #[test]
+    fn a_term_that_cannot_be_read_shows_its_place() {
+        let message = error(&[entry(&[Dof::Sway, Dof::Yaw], &["yaw: v|x|"])]);
+        assert!(
+            message.contains("campaign.toml: terms") && message.contains("character 8"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn an_axis_belongs_to_one_plant() {
+        let message = error(&[entry(&[Dof::Sway, Dof::Yaw], &[]), entry(&[Dof::Yaw], &[])]);
+        assert!(message.contains("yaw is an axis of two plants"), "{message}");
+    }
+
+    #[test]
+    fn a_rigid_body_that_cannot_be_is_refused_by_its_key() {
+        let entry = RigidBodyEntry {
+            mass_kg: None,
+            centre_of_gravity_m: [0.0; 3],
+            inertia_kg_m2: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 5.0]],
+        };
+        let path = Path::new("vehicle.toml");
+        let message = entry.body(path, Some(10.0)).expect_err("impossible").to_string();
+        assert!(
+            message.contains("rigid_body") && message.contains("sum of the others"),
+            "{message}"
+        );
+        assert!(entry.body(path, None).expect_err("no mass").to_string().contains("mass_kg"));
+    }
+}

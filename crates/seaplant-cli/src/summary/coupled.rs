@@ -1,0 +1,91 @@
+//! What `identify` says of plants of several axes.
+
+use std::fmt::Write;
+
+use seaplant::Dof;
+use seaplant::results::{AxisScore, Coefficient, CoupledPlant, Parameter, ToldBy};
+use seaplant_report::number::{Rounded, or_absent};
+
+use super::{align, plain_table, push_caveats};
+use crate::output::{FAINT, STRONG};
+
+/// A block for each plant: what each axis has by itself, how axes couple, how it predicts.
+pub(super) fn block(plant: &CoupledPlant) -> String {
+    let mut text = String::new();
+    let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
+    let _ = writeln!(
+        text,
+        "{STRONG}{}{STRONG:#} together, by {}: {} coefficients",
+        names.join(", "),
+        plant.method,
+        plant.parameters.len()
+    );
+    let _ = writeln!(text, "{}", coefficients(plant));
+    let where_ = if plant.hold_out.is_some() { "held out" } else { "on its own trials" };
+    let _ = writeln!(text, "  simulated from forces alone, {where_}:\n{}", scores(plant));
+    push_caveats(&mut text, &plant.caveats);
+    text.push('\n');
+    text
+}
+
+/// In the order of the axes, then mass, damping, the rest.
+fn coefficients(plant: &CoupledPlant) -> String {
+    let rank = |name: &str, x: &Coefficient| {
+        let first = x.on.first().copied().unwrap_or(Dof::Surge);
+        let kind =
+            usize::from(!name.starts_with("mass.")) + usize::from(!name.contains(['.', ':']));
+        (kind, first, x.on.len(), name.chars().count())
+    };
+    let mut sorted: Vec<(&String, &Coefficient)> = plant.parameters.iter().collect();
+    sorted.sort_by_key(|(name, x)| rank(name, x));
+    let mut table = plain_table();
+    for (name, x) in sorted {
+        table.add_row(row(name, x));
+    }
+    align(&mut table, 1..4);
+    table.to_string().trim_end().to_owned()
+}
+
+fn row(name: &str, x: &Coefficient) -> Vec<String> {
+    let Rounded { value, std, low95, high95 } = Rounded::of(&Parameter {
+        value: x.value,
+        std: x.std,
+        low95: x.low95,
+        high95: x.high95,
+        unit: x.unit.clone(),
+    });
+    let remark = match x.told_by {
+        ToldBy::Data => String::new(),
+        ToldBy::Limit => format!("{FAINT}not above zero{FAINT:#}"),
+        ToldBy::Nothing => format!("{FAINT}hardly told by these trials{FAINT:#}"),
+    };
+    vec![
+        format!("  {name}"),
+        value,
+        format!("± {std}"),
+        format!("[{low95}, {high95}]"),
+        x.unit.clone(),
+        remark,
+    ]
+}
+
+fn scores(plant: &CoupledPlant) -> String {
+    let score = plant.hold_out.as_ref().unwrap_or(&plant.fit);
+    let mut table = plain_table();
+    for (dof, AxisScore { mean_abs_error, null_error, r2, .. }) in &score.by_axis {
+        let alone = plant.single_axes.get(dof).map(|score| match score.r2 {
+            Some(r2) => format!("by itself {r2:.3}"),
+            None => "by itself it runs away".to_owned(),
+        });
+        let unit = dof.units().velocity;
+        table.add_row(vec![
+            format!("    {dof}"),
+            format!("e = {}", or_absent(*mean_abs_error, 3)),
+            format!("{unit}, {} for a model that never moves", or_absent(Some(*null_error), 3)),
+            r2.map_or(String::new(), |r2| format!("R² {r2:.3}")),
+            alone.unwrap_or_default(),
+        ]);
+    }
+    align(&mut table, 1..2);
+    table.to_string().trim_end().to_owned()
+}

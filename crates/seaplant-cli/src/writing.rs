@@ -1,0 +1,304 @@
+//! What is written: whole or not at all, never over what is read, nor over what is not ours.
+
+mod aside;
+mod manifest;
+
+use std::fs;
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+
+pub use aside::{Aside, leave_nothing_behind};
+pub use manifest::{Made, is_complete};
+
+use aside::{Hidden, placing, remove_leftovers};
+use manifest::{MANIFEST, Manifest};
+
+/// A file to write, its path relative to a folder.
+pub struct File {
+    /// Where.
+    pub path: String,
+    /// What.
+    pub bytes: Vec<u8>,
+}
+
+/// What may be written over.
+#[derive(Clone, Copy, Debug)]
+pub struct Permit<'a> {
+    /// What was read, which never is.
+    pub inputs: &'a [PathBuf],
+    /// Whether files that Seaplant did not write are, too.
+    pub force: bool,
+    /// The flag that says so.
+    pub flag: &'static str,
+}
+
+impl<'a> Permit<'a> {
+    /// With `--force`.
+    pub fn of(inputs: &'a [PathBuf], force: bool) -> Self {
+        Self { inputs, force, flag: "--force" }
+    }
+
+    /// Refuses to write over what was read.
+    fn check_input(self, target: &Path) -> Result<()> {
+        let Ok(there) = target.canonicalize() else { return Ok(()) };
+        let is_it = |input: &PathBuf| input.canonicalize().is_ok_and(|input| input == there);
+        if self.inputs.iter().any(is_it) {
+            bail!("{} was read and would be written over; choose another --out", target.display());
+        }
+        Ok(())
+    }
+}
+
+/// A folder to write to.
+#[derive(Clone, Copy, Debug)]
+pub struct Target<'a> {
+    /// Which.
+    pub folder: &'a Path,
+    /// What the files are, where the folder keeps a list of them; without one, whoever calls
+    /// decides what may be written over.
+    pub made: Option<Made>,
+    /// What may be written over.
+    pub permit: Permit<'a>,
+}
+
+impl Target<'_> {
+    /// [`fill_folder`](Self::fill), from files in memory.
+    pub fn write(&self, files: &[File]) -> Result<()> {
+        self.fill(|aside| {
+            let mut put = |file: &File| aside.write(&file.path, |out| out.write_all(&file.bytes));
+            files.iter().try_for_each(&mut put)
+        })
+    }
+
+    /// Refuses files that could not be written, before they are made at some cost.
+    pub fn check(&self, paths: &[&str]) -> Result<()> {
+        let manifest = Manifest::read(self.folder);
+        let check = |path: &&str| self.check_file(path, &manifest);
+        paths.iter().try_for_each(check).with_context(|| self.cannot())
+    }
+
+    /// Writes files into the folder, all or none: they are written aside first and moved into
+    /// place when every one is complete; if one cannot be moved, all that were are taken back.
+    ///
+    /// Files of the same kind that an earlier run made, and this one does not, are removed. Others
+    /// stay as they are. While files are moved, the folder's list says so.
+    pub fn fill(&self, fill: impl FnOnce(&mut Aside) -> Result<()>) -> Result<()> {
+        let mut made = Vec::new();
+        let written = self.fill_into(fill, &mut made);
+        if written.is_err() {
+            // Only an empty folder can be removed, so nothing of value is lost.
+            made.iter().rev().for_each(|folder| _ = fs::remove_dir(folder));
+        }
+        written.with_context(|| self.cannot())
+    }
+
+    fn cannot(&self) -> String {
+        format!("cannot write to {}; nothing was changed there", self.folder.display())
+    }
+
+    fn fill_into(
+        &self,
+        fill: impl FnOnce(&mut Aside) -> Result<()>,
+        made: &mut Vec<PathBuf>,
+    ) -> Result<()> {
+        make_folder(self.folder, made)?;
+        remove_leftovers(self.folder);
+        let mut aside = Aside::new(Hidden::in_folder(self.folder, made)?);
+        fill(&mut aside)?;
+        // From here to the end an interrupt waits, and so does another run that writes here.
+        let _placing = placing();
+        let _alone = lock(self.folder);
+        let before = Manifest::read(self.folder);
+        aside.paths().try_for_each(|path| self.check_file(path, &before))?;
+        let mut moves = Moves::new(self.folder, &aside);
+        let Some(kind) = self.made else { return moves.make(&aside, &[], made) };
+        let after = before.with(kind, aside.hashes());
+        let stale = before.stale(kind, &after, self.folder);
+        before.beside(&after).write(self.folder, &aside)?;
+        let moved = moves.make(&aside, &stale, made);
+        if moved.is_err() && before.is_empty() {
+            let _ = fs::remove_file(self.folder.join(MANIFEST));
+        } else {
+            let now = if moved.is_ok() { &after } else { &before };
+            now.write(self.folder, &aside)?;
+        }
+        moved
+    }
+
+    /// Refuses to write over an input, or what is not ours, or through a link.
+    fn check_file(&self, path: &str, manifest: &Manifest) -> Result<()> {
+        let target = self.folder.join(path);
+        let mut inner = self.folder.to_owned();
+        for part in Path::new(path).parent().unwrap_or(Path::new("")) {
+            inner.push(part);
+            if inner.is_symlink() {
+                bail!("{} is a link that may lead elsewhere; move it away", inner.display());
+            }
+        }
+        if target.is_dir() {
+            bail!("{} is a folder where a file is needed; move it away", target.display());
+        }
+        self.permit.check_input(&target)?;
+        let is_foreign = || target.symlink_metadata().is_ok() && !manifest.made(path, self.folder);
+        if self.made.is_some() && !self.permit.force && is_foreign() {
+            bail!(
+                "{} is there already, and not as Seaplant wrote it; choose another --out, or write \
+                 over it with {}",
+                target.display(),
+                self.permit.flag
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The files that are moved, to be moved back if one cannot be.
+struct Moves<'a> {
+    folder: &'a Path,
+    aside: PathBuf,
+    /// Where each was, and is.
+    made: Vec<[PathBuf; 2]>,
+}
+
+impl<'a> Moves<'a> {
+    fn new(folder: &'a Path, aside: &Aside) -> Self {
+        Self { folder, aside: aside.path().to_owned(), made: Vec::new() }
+    }
+
+    /// Moves what is stale out of its place, and what is new into it.
+    fn make(&mut self, aside: &Aside, stale: &[String], made: &mut Vec<PathBuf>) -> Result<()> {
+        let moved = self.make_all(aside, stale, made);
+        if moved.is_err() {
+            // As well as can be: the error that led here is the one to tell.
+            self.made.iter().rev().for_each(|[from, to]| _ = fs::rename(to, from));
+        }
+        moved
+    }
+
+    fn make_all(&mut self, aside: &Aside, stale: &[String], made: &mut Vec<PathBuf>) -> Result<()> {
+        for path in stale {
+            self.put_away(&self.folder.join(path))?;
+        }
+        let mut folders = vec![self.folder.to_owned()];
+        for (k, path) in aside.paths().enumerate() {
+            let target = self.folder.join(path);
+            let parent = target.parent().unwrap_or(self.folder).to_owned();
+            make_folder(&parent, made)?;
+            self.put_away(&target)?;
+            self.go(aside.new_file(k), target)?;
+            if !folders.contains(&parent) {
+                folders.push(parent);
+            }
+        }
+        folders.iter().for_each(|folder| sync_folder(folder));
+        Ok(())
+    }
+
+    fn put_away(&mut self, target: &Path) -> Result<()> {
+        if target.symlink_metadata().is_err() {
+            return Ok(());
+        }
+        let old = self.aside.join(format!("{}.old", self.made.len()));
+        self.go(target.to_owned(), old)
+    }
+
+    fn go(&mut self, from: PathBuf, to: PathBuf) -> Result<()> {
+        fs::rename(&from, &to).with_context(|| format!("cannot put {} in place", to.display()))?;
+        self.made.push([from, to]);
+        Ok(())
+    }
+}
+
+/// Makes a folder and those that it lies in; the new ones are added to `made`.
+fn make_folder(folder: &Path, made: &mut Vec<PathBuf>) -> Result<()> {
+    let missing = folder.ancestors().take_while(|path| *path != Path::new("") && !path.exists());
+    let missing: Vec<PathBuf> = missing.map(Path::to_owned).collect();
+    let there = missing.last().map_or(Some(folder), |first| first.parent());
+    if let Some(file) = there.filter(|path| path.is_file()) {
+        bail!("{} is a file where a folder is needed; move it away", file.display());
+    }
+    let result = fs::create_dir_all(folder);
+    made.extend(missing.into_iter().rev());
+    result.with_context(|| format!("cannot make the folder {}", folder.display()))
+}
+
+/// Keeps other runs from writing to a folder until it is dropped, where the system can.
+fn lock(folder: &Path) -> Option<fs::File> {
+    let file = fs::File::open(folder).ok()?;
+    file.lock().ok().map(|()| file)
+}
+
+/// Makes what was moved in a folder last through a loss of power, where the system can.
+fn sync_folder(folder: &Path) {
+    let _ = fs::File::open(folder).and_then(|folder| folder.sync_all());
+}
+
+/// Writes one file, whole or not at all; a device or a pipe is written to as it is.
+///
+/// One that is there already is written over if `is_ours` knows it by its first bytes.
+pub fn write_file(
+    path: &Path,
+    bytes: &[u8],
+    permit: Permit<'_>,
+    is_ours: impl Fn(&[u8]) -> bool,
+) -> Result<()> {
+    let cannot = || format!("cannot write {}; it was not changed", path.display());
+    let is_special = fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
+    if is_special {
+        return write_whole(path, |out| out.write_all(bytes)).map(drop);
+    }
+    check_single(path, permit, is_ours).with_context(cannot)?;
+    let folder = match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    let write = || -> Result<()> {
+        remove_leftovers(folder);
+        // In a folder of its own, a file gets the permissions that files get here.
+        let aside = Hidden::in_folder(folder, &[])?;
+        let new = aside.path().join("new");
+        write_whole(&new, |out| out.write_all(bytes))?.sync_all()?;
+        fs::rename(new, path)?;
+        sync_folder(folder);
+        Ok(())
+    };
+    write().with_context(cannot)
+}
+
+/// Refuses one file that may not be written over, before it is made at some cost.
+pub fn check_single(
+    path: &Path,
+    permit: Permit<'_>,
+    is_ours: impl Fn(&[u8]) -> bool,
+) -> Result<()> {
+    if path.is_dir() {
+        bail!("it is a folder; name a file in it");
+    }
+    permit.check_input(path)?;
+    if path.is_file() && !permit.force && !is_ours(&first_bytes(path)) {
+        let flag = permit.flag;
+        bail!("it was not written by this command; name another, or write over it with {flag}");
+    }
+    Ok(())
+}
+
+/// Enough to know a file by; none of one that cannot be read.
+fn first_bytes(path: &Path) -> Vec<u8> {
+    const ENOUGH: u64 = 4096;
+    let mut bytes = Vec::new();
+    let _ = fs::File::open(path).and_then(|file| file.take(ENOUGH).read_to_end(&mut bytes));
+    bytes
+}
+
+fn write_whole(
+    path: &Path,
+    content: impl FnOnce(&mut fs::File) -> io::Result<()>,
+) -> Result<fs::File> {
+    let mut file = fs::File::create(path)?;
+    content(&mut file)
+        .and_then(|()| file.flush())
+        .with_context(|| format!("cannot write {}", path.display()))?;
+    Ok(file)
+}

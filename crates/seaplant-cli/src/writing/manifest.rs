@@ -1,0 +1,141 @@
+//! The list of what Seaplant wrote to a folder: what it may write over, and whether it is whole.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Read, Write};
+use std::path::Path;
+
+use anyhow::Result;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::aside::Aside;
+use super::{sync_folder, write_whole};
+
+/// What it is called.
+pub(super) const MANIFEST: &str = "seaplant-files.json";
+
+/// Its version.
+const SCHEMA: &str = "seaplant/files/1";
+
+/// What files are made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Made {
+    /// A twin: its campaign and logs. What was made of an earlier one goes with it.
+    Campaign,
+    /// Of a campaign: results, report, figures, tables.
+    Report,
+}
+
+impl Made {
+    /// Whether files of one kind are nothing any more once those of this kind are made anew.
+    const fn replaces(self, other: Self) -> bool {
+        matches!((self, other), (Self::Campaign, _) | (Self::Report, Self::Report))
+    }
+}
+
+/// A file that was written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Entry {
+    made: Made,
+    sha256: String,
+    /// Of the file that this replaces, while it does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    before: Option<String>,
+}
+
+/// The files of a folder.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Manifest {
+    schema: String,
+    /// Whether all files are of one run; not while they are replaced, nor after a run that was
+    /// killed then.
+    complete: bool,
+    files: BTreeMap<String, Entry>,
+}
+
+/// Whether the files of a folder are of one run, as far as its list says.
+pub fn is_complete(folder: &Path) -> bool {
+    Manifest::read(folder).complete
+}
+
+impl Manifest {
+    /// The list in a folder; an empty one if there is none, or it cannot be read.
+    pub(super) fn read(folder: &Path) -> Self {
+        let read = || -> Option<Self> {
+            let bytes = seaplant_campaign::read_bounded(&folder.join(MANIFEST), MOST_BYTES).ok()?;
+            serde_json::from_slice(&bytes).ok()
+        };
+        let empty = || Self { schema: SCHEMA.to_owned(), complete: true, files: BTreeMap::new() };
+        read().filter(|manifest| manifest.schema == SCHEMA).unwrap_or_else(empty)
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.files.is_empty()
+    }
+
+    /// Whether a file is there as Seaplant wrote it.
+    pub(super) fn made(&self, path: &str, folder: &Path) -> bool {
+        let Some(Entry { sha256, before, .. }) = self.files.get(path) else { return false };
+        let file = folder.join(path);
+        // A link leads to what somebody else put there.
+        !file.is_symlink()
+            && hash_of(&file).is_ok_and(|found| found == *sha256 || Some(found) == *before)
+    }
+
+    /// The list once new files are in place.
+    pub(super) fn with(&self, made: Made, new: &[(String, String)]) -> Self {
+        let mut files = self.files.clone();
+        files.retain(|_, entry| !made.replaces(entry.made));
+        for (path, sha256) in new {
+            let entry = Entry { made, sha256: sha256.clone(), before: None };
+            files.insert(path.clone(), entry);
+        }
+        Self { schema: SCHEMA.to_owned(), complete: true, files }
+    }
+
+    /// The list while files are replaced: those before and after.
+    pub(super) fn beside(&self, after: &Self) -> Self {
+        let mut files = self.files.clone();
+        for (path, entry) in &after.files {
+            let before = self.files.get(path).map(|before| before.sha256.clone());
+            files.insert(path.clone(), Entry { before, ..entry.clone() });
+        }
+        Self { schema: SCHEMA.to_owned(), complete: false, files }
+    }
+
+    /// Files of this list that are no part of the next and may go: they are as they were written.
+    pub(super) fn stale(&self, made: Made, after: &Self, folder: &Path) -> Vec<String> {
+        let is_stale = |(path, entry): &(&String, &Entry)| {
+            made.replaces(entry.made) && !after.files.contains_key(*path) && self.made(path, folder)
+        };
+        self.files.iter().filter(is_stale).map(|(path, _)| path.clone()).collect()
+    }
+
+    /// Puts the list in its place, whole.
+    pub(super) fn write(&self, folder: &Path, aside: &Aside) -> Result<()> {
+        let new = aside.path().join(MANIFEST);
+        let text = serde_json::to_string_pretty(self)? + "\n";
+        write_whole(&new, |out| out.write_all(text.as_bytes()))?.sync_all()?;
+        fs::rename(&new, folder.join(MANIFEST))?;
+        sync_folder(folder);
+        Ok(())
+    }
+}
+
+/// A hundred thousand files take a few of these.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// The SHA-256 of a file.
+pub(super) fn hash_of(path: &Path) -> io::Result<String> {
+    let (mut hash, mut file) = (Sha256::new(), fs::File::open(path)?);
+    let mut part = vec![0; 64 * 1024];
+    loop {
+        match file.read(&mut part)? {
+            0 => break,
+            read => hash.update(&part[..read]),
+        }
+    }
+    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}

@@ -1,0 +1,139 @@
+//! What would run for ever, or fill the memory: refused at once, in words.
+//!
+//! No test measures time: one that hangs is ended by whoever runs the tests.
+
+use crate::workshop::{Workshop, assert_within, number};
+
+const QUADRATIC: &str = "forward = 0.04, reverse = 0.04";
+
+/// The sled's log with its column of propeller speed as a force, and a number in place of one.
+fn with_wrench(workshop: &Workshop, number: &str) {
+    workshop.change("log.csv", "prop [rpm]", "tau [N]");
+    workshop.change(
+        "campaign.toml",
+        "\"thruster.prop.speed\" = { column = \"prop\" }",
+        "\"wrench.surge\" = { column = \"tau\" }",
+    );
+    let text = workshop.read("log.csv");
+    let rows =
+        text.lines().enumerate().map(|(k, row)| match row.split(',').collect::<Vec<_>>()[..] {
+            [time_s, _, speed] if k == 601 => format!("{time_s},{number},{speed}\n"),
+            _ => format!("{row}\n"),
+        });
+    workshop.write("log.csv", rows.collect::<String>());
+}
+
+#[test]
+fn a_force_whose_square_overflows_is_refused_with_its_time() {
+    for number in ["1e154", "-1.7976931348623157e308"] {
+        let workshop = Workshop::new();
+        with_wrench(&workshop, number);
+        let message = workshop.refusal();
+        let start = "trial `run 1`, wrench.surge: column `tau` holds ";
+        assert!(message.starts_with(start), "{message}");
+        let end = " N at 60 s, which no vehicle has; check the unit, and drop faulty samples";
+        assert!(message.ends_with(end), "{message}");
+    }
+}
+
+#[test]
+fn a_curve_whose_forces_overflow_is_refused_in_its_line() {
+    for number in ["1e154", "1e300"] {
+        let workshop = Workshop::new();
+        let law = format!("forward = {number}, reverse = 0.04");
+        workshop.change("vehicle.toml", QUADRATIC, &law);
+        let message = workshop.refusal();
+        assert!(message.contains("curve: holds a number above 1e9; check its unit"), "{message}");
+        assert!(message.ends_with("^^^^^"), "{message}");
+    }
+}
+
+#[test]
+fn speeds_whose_squares_overflow_end_every_method() {
+    let workshop = Workshop::new();
+    let text = workshop.read("log.csv");
+    let rows = text.lines().enumerate().map(|(k, row)| match row.rsplit_once(',') {
+        Some((before, _)) if k > 600 => format!("{before},1.7e308\n"),
+        _ => format!("{row}\n"),
+    });
+    workshop.write("log.csv", rows.collect::<String>());
+    let words = "the surge trial holds numbers so large that their squares are not finite";
+    for method in seaplant::Method::ALL {
+        let words_given = ["identify", "campaign.toml", "--out", "out", "--method", method.name()];
+        let message = workshop.failure(&words_given);
+        assert!(message.contains(words), "{method}: {message}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_or_a_device_is_no_file_to_read() {
+    let no_file = "is no regular file but a pipe or a device; save what it gives to a file and \
+                   name that";
+    for name in ["log.csv", "vehicle.toml", "campaign.toml"] {
+        let workshop = Workshop::new();
+        std::fs::remove_file(workshop.join(name)).expect("a file");
+        let made = std::process::Command::new("mkfifo").arg(workshop.join(name)).status();
+        assert!(made.expect("mkfifo runs").success());
+        let refused = workshop.seaplant(&["identify", "campaign.toml"]).assert().code(1);
+        let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        assert!(said.trim_end().ends_with(&format!("{name} {no_file}")), "{said}");
+    }
+    let workshop = Workshop::new();
+    for words in [
+        &["identify", "/dev/zero"][..],
+        &["inspect", "/dev/zero"],
+        &["init", "/dev/zero", "--out", "begun"],
+        &["thruster", "/dev/zero"],
+        &["twin", "/dev/zero", "--out", "out"],
+        &["validate", "/dev/zero", "campaign.toml"],
+        &["compare", "/dev/zero", "/dev/zero"],
+        &["simulate", "/dev/zero", "log.csv"],
+    ] {
+        let message = workshop.failure(words);
+        assert!(message.ends_with(&format!("/dev/zero {no_file}")), "{words:?}: {message}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_of_settings_that_is_far_too_large_is_not_read() {
+    let workshop = Workshop::new();
+    let file = std::fs::File::create(workshop.join("large.toml")).expect("a file");
+    // It takes no room on the disk.
+    file.set_len(1 << 40).expect("a sparse file");
+    let message = workshop.seaplant(&["identify", "large.toml"]).assert().code(1);
+    let said = String::from_utf8_lossy(&message.get_output().stderr).into_owned();
+    assert!(said.contains("large.toml is larger than 64 MB, which no such file is"), "{said}");
+}
+
+#[test]
+fn no_more_threads_are_made_than_a_system_has() {
+    let workshop = Workshop::empty();
+    let words = ["monte-carlo", "--runs", "1", "--threads", "1000000000"];
+    let refused = workshop.seaplant(&words).assert().code(2);
+    let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(said.contains("1000000000 is not in 1..=1024"), "{said}");
+}
+
+#[test]
+fn a_gap_of_a_year_is_no_trial_but_either_side_of_it_is() {
+    let workshop = Workshop::quick();
+    let sound = workshop.json(&["identify", "campaign.toml", "--json"]);
+    let text = workshop.read("log.csv");
+    let later = text.lines().skip(1).map(|row| {
+        let (time_s, rest) = row.split_once(',').expect("a row");
+        format!("{:.1},{rest}\n", time_s.parse::<f64>().expect("a time") + 3.2e7)
+    });
+    workshop.write("log.csv", text.clone() + &later.collect::<String>());
+    workshop.success(&["inspect", "log.csv"]);
+    let message = workshop.refusal();
+    let words = "velocity.surge has no sample from 119.9 to 32000000.0 s, which is more than a day; \
+                 make a trial of each part by from_s and to_s";
+    assert!(message.contains(words) && message.ends_with("^^^^^^^"), "{message}");
+    workshop.change("campaign.toml", "[channels]", "to_s = 3600.0\n[channels]");
+    let found = workshop.json(&["identify", "campaign.toml", "--json"]);
+    let mass = |found| number(found, "plants.surge.parameters.mass.value");
+    // The same samples, but for the thrust that is held past the last.
+    assert_within("mass", mass(&found), mass(&sound), 1e-3);
+}

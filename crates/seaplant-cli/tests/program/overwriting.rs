@@ -1,0 +1,194 @@
+//! What is written never takes the place of what was read, nor of what Seaplant did not write.
+
+use crate::workshop::Workshop;
+
+const IDENTIFY: [&str; 4] = ["identify", "campaign.toml", "--out", "out"];
+const THERE: &str = "is there already, and not as Seaplant wrote it; choose another --out, or write \
+                     over it with --force";
+
+fn identified() -> Workshop {
+    let workshop = Workshop::quick();
+    workshop.success(&[&IDENTIFY[..], &["-q"]].concat());
+    workshop
+}
+
+#[test]
+fn a_simulation_never_replaces_a_log_a_campaign_or_results() {
+    let workshop = identified();
+    for input in
+        ["log.csv", "./out/../log.csv", "campaign.toml", "vehicle.toml", "out/results.json"]
+    {
+        for force in [&[][..], &["--force"]] {
+            let words = ["simulate", "out/results.json", "log.csv", "--out", input];
+            let message = workshop.failure(&[&words[..], force].concat());
+            let start = format!("cannot write {input}; it was not changed: {input} was read");
+            assert!(message.starts_with(&start), "{message}");
+        }
+    }
+}
+
+#[test]
+fn a_simulation_replaces_its_own_file_and_no_other_unless_forced() {
+    let workshop = identified();
+    let words = ["simulate", "out/results.json", "log.csv", "--out", "run.csv"];
+    workshop.success(&words);
+    workshop.success(&words);
+    workshop.write("run.csv", "mine");
+    let message = workshop.failure(&words);
+    let end = "it was not written by this command; name another, or write over it with --force";
+    assert_eq!(message, format!("cannot write run.csv; it was not changed: {end}"));
+    workshop.success(&[&words[..], &["--force"]].concat());
+    assert!(workshop.read("run.csv").starts_with("time [s],force ["));
+}
+
+#[test]
+fn a_study_replaces_its_own_table_and_never_its_twin() {
+    let workshop = Workshop::new();
+    workshop.write("twin.toml", "dofs = [\"surge\"]\nduration_s = 60.0\nhold_out_s = 60.0\n");
+    let study = |out| {
+        let words = ["monte-carlo", "twin.toml", "--runs", "1", "--method", "equation-error"];
+        [&words[..], &["--out", out, "-q"]].concat()
+    };
+    let message = workshop.failure(&study("twin.toml"));
+    assert!(message.contains("twin.toml was read and would be written over"), "{message}");
+    let message = workshop.failure(&study("campaign.toml"));
+    assert!(message.contains("it was not written by this command"), "{message}");
+    workshop.success(&study("table.json"));
+    workshop.success(&study("table.json"));
+}
+
+#[test]
+fn a_plot_replaces_its_own_and_never_the_table() {
+    let workshop = Workshop::empty();
+    workshop.write("pull.svg", "speed [rad/s],thrust [N]\n-20,-4\n-10,-1\n0,0\n10,1\n20,4\n");
+    workshop.write("mine.svg", "<svg/>");
+    let plot = |name| ["thruster", "pull.svg", "--plot", name];
+    assert!(workshop.failure(&plot("pull.svg")).contains("was read"));
+    assert!(workshop.failure(&plot("mine.svg")).contains("write over it with --overwrite"));
+    workshop.success(&plot("curve.svg"));
+    workshop.success(&plot("curve.svg"));
+}
+
+#[test]
+fn results_replace_no_input_even_if_forced() {
+    let workshop = Workshop::quick();
+    workshop.write("report.html", workshop.read("log.csv"));
+    workshop.change("campaign.toml", "log.csv", "report.html");
+    for force in [&[][..], &["--force"]] {
+        let message =
+            workshop.failure(&[&["identify", "campaign.toml", "--out", "."][..], force].concat());
+        assert!(message.contains("./report.html was read and would be written over"), "{message}");
+    }
+}
+
+#[test]
+fn results_that_somebody_changed_stay_unless_forced() {
+    let workshop = identified();
+    workshop.write("out/report.html", "my notes");
+    let message = workshop.refusal();
+    let start = "cannot write to out; nothing was changed there: out/report.html";
+    assert_eq!(message, format!("{start} {THERE}"));
+    workshop.success(&[&IDENTIFY[..], &["--force"]].concat());
+    workshop.success(&IDENTIFY);
+}
+
+#[test]
+fn a_twin_and_a_demo_replace_no_campaign_but_their_own() {
+    let workshop = Workshop::new();
+    workshop.write("twin.toml", "dofs = [\"surge\"]\nduration_s = 60.0\nhold_out_s = 60.0\n");
+    for words in [&["twin", "twin.toml", "--out", "."][..], &["demo", "--out", "."]] {
+        let message = workshop.failure(words);
+        assert!(message.ends_with(THERE) && message.contains("./vehicle.toml is"), "{message}");
+    }
+    let twin = ["twin", "twin.toml", "--out", "twin"];
+    workshop.success(&twin);
+    workshop.success(&twin);
+    workshop.change("twin/campaign.toml", "[[trial]]", "# mine\n[[trial]]");
+    let message = workshop.failure(&twin);
+    assert!(message.ends_with(&format!("twin/campaign.toml {THERE}")), "{message}");
+    workshop.write("twin/campaign.toml", "dofs = [\"surge\"]");
+    let own = ["twin", "twin/campaign.toml", "--out", "twin", "--force"];
+    assert!(workshop.failure(&own).contains("twin/campaign.toml was read"));
+}
+
+#[test]
+fn results_of_another_twin_go_with_its_logs() {
+    let workshop = Workshop::empty();
+    let twin = |dof: &str| {
+        let spec = format!("dofs = [\"{dof}\"]\nduration_s = 60.0\nhold_out_s = 60.0\n");
+        workshop.write("twin.toml", spec);
+        workshop.success(&["twin", "twin.toml", "--out", "twin"]);
+    };
+    twin("surge");
+    let identify = ["identify", "twin/campaign.toml", "--method", "equation-error"];
+    workshop.success(&[&identify[..], &["--out", "twin"]].concat());
+    assert!(workshop.join("twin/report.html").exists());
+    assert!(workshop.join("twin/logs/surge-1/dvl.csv").exists());
+    twin("sway");
+    assert!(!workshop.join("twin/report.html").exists());
+    assert!(!workshop.join("twin/logs/surge-1/dvl.csv").exists());
+    assert!(workshop.join("twin/logs/sway-1/dvl.csv").exists());
+}
+
+#[test]
+fn figures_of_an_earlier_run_do_not_stay_beside_those_of_a_later() {
+    let workshop = identified();
+    let first = workshop.join("out/series/run-1.surge.equation-error.csv");
+    assert!(first.exists());
+    workshop.change("campaign.toml", "run 1", "run 2");
+    workshop.success(&IDENTIFY);
+    assert!(!first.exists());
+    assert!(workshop.join("out/series/run-2.surge.equation-error.csv").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn nothing_is_written_through_a_link() {
+    let workshop = Workshop::quick();
+    workshop.write("elsewhere/mine.txt", "mine");
+    workshop.write("out/notes.txt", "mine");
+    let link = |name: &str, to: &str| {
+        std::os::unix::fs::symlink(workshop.join(to), workshop.join(name)).expect("a link");
+    };
+    link("out/figures", "elsewhere");
+    let message = workshop.refusal();
+    assert!(
+        message.ends_with("out/figures is a link that may lead elsewhere; move it away"),
+        "{message}"
+    );
+    std::fs::remove_file(workshop.join("out/figures")).expect("a link");
+    link("out/report.html", "elsewhere/mine.txt");
+    assert!(workshop.refusal().ends_with(THERE));
+    workshop.success(&[&IDENTIFY[..], &["--force"]].concat());
+    assert_eq!(workshop.read("elsewhere/mine.txt"), "mine");
+}
+
+#[test]
+fn what_a_killed_run_left_is_cleared_by_the_next_and_what_runs_is_not() {
+    let workshop = Workshop::quick();
+    workshop.write("out/.seaplant-dead/lock", "");
+    workshop.write("out/.seaplant-dead/0.new", "half");
+    workshop.write("out/.seaplant-runs/lock", "");
+    let lock = std::fs::File::open(workshop.join("out/.seaplant-runs/lock")).expect("a file");
+    lock.lock().expect("this system can lock files");
+    workshop.success(&IDENTIFY);
+    assert!(!workshop.join("out/.seaplant-dead").exists());
+    assert!(workshop.join("out/.seaplant-runs").exists());
+}
+
+#[test]
+fn files_of_two_runs_are_told_by_the_folders_list() {
+    let workshop = identified();
+    // As it is while files are moved: a program that is killed then leaves it so.
+    workshop.change("out/seaplant-files.json", "\"complete\": true", "\"complete\": false");
+    let words = "out/results.json may be of one run and the files beside it of another";
+    for command in [
+        &["validate", "out/results.json", "campaign.toml"][..],
+        &["simulate", "out/results.json", "log.csv"],
+        &["compare", "out", "out"],
+    ] {
+        assert!(workshop.failure(command).starts_with(words), "{command:?}");
+    }
+    workshop.success(&IDENTIFY);
+    workshop.success(&["validate", "out/results.json", "campaign.toml"]);
+}

@@ -1,0 +1,243 @@
+//! Everything about one plant of several axes.
+
+use std::collections::BTreeMap;
+
+use seaplant::Dof;
+use seaplant::results::{AxisScore, Coefficient, CoupledPlant, MatrixResult, Parameter, ToldBy};
+use serde::Serialize;
+
+use super::doubts::{Doubts, collected};
+use super::table::{Row, Table};
+use crate::number::{ABSENT, Rounded, or_absent, significant};
+use crate::words;
+
+#[derive(Serialize)]
+pub(crate) struct CoupledSection {
+    name: String,
+    title: String,
+    lead: String,
+    tables: Vec<Table>,
+    details: Vec<Table>,
+    doubts: Doubts,
+}
+
+pub(crate) fn view(name: &str, plant: &CoupledPlant) -> CoupledSection {
+    let mut tables = vec![scores(plant)];
+    tables.push(matrix("Mass matrix M, rigid body plus added", plant, &plant.mass_matrix).noted(
+        "Rows are forces and moments, columns accelerations; kg, kg m and kg m². The matrix is symmetric, and the Coriolis forces follow from it.",
+    ));
+    if let Some(added) = &plant.added_mass {
+        let std = plant.mass_matrix.std.clone();
+        let added = MatrixResult { value: added.clone(), std };
+        tables.push(matrix("Added mass", plant, &added).noted("M without the dry vehicle."));
+    }
+    tables.push(matrix("Linear damping, on ν", plant, &plant.linear_damping));
+    tables.push(matrix("Quadratic damping, on |ν|ν", plant, &plant.quadratic_damping));
+    tables.extend(others(plant));
+    let mut details = vec![coefficients(plant), nuisances(&plant.nuisances)];
+    details.extend(structure(plant));
+    details.push(correlation(plant));
+    let place = words::capitalised(&axes(plant));
+    CoupledSection {
+        name: name.to_owned(),
+        title: place.clone(),
+        lead: lead(plant),
+        tables,
+        details,
+        doubts: collected(plant.caveats.iter().map(|caveat| (place.clone(), caveat)).collect()),
+    }
+}
+
+fn axes(plant: &CoupledPlant) -> String {
+    let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
+    names.join(", ")
+}
+
+fn lead(plant: &CoupledPlant) -> String {
+    let told = &plant.identifiability;
+    format!(
+        "One plant of {} axes by {}, {} coefficients of which the motion tells {}; symmetry: {}. Velocities are relative to the water; forces that damp are positive.",
+        plant.axes.len(),
+        words::method(plant.method),
+        told.coefficients,
+        told.rank,
+        plant.symmetry
+    )
+}
+
+fn scores(plant: &CoupledPlant) -> Table {
+    let own = |dof: &Dof| plant.fit.by_axis.get(dof);
+    let held = |dof: &Dof| plant.hold_out.as_ref().and_then(|score| score.by_axis.get(dof));
+    let cells = |score: Option<&AxisScore>| {
+        let of = |x: Option<f64>| or_absent(x, 3);
+        [
+            of(score.and_then(|score| score.mean_abs_error)),
+            of(score.map(|score| score.null_error)),
+            score.and_then(|score| score.r2).map_or(ABSENT.to_owned(), |r2| format!("{r2:.3}")),
+        ]
+    };
+    let row = |dof: &Dof| {
+        let unit = dof.units().velocity.to_owned();
+        let mut row = vec![words::capitalised(dof.name()), unit];
+        row.extend(cells(held(dof)));
+        row.extend(cells(own(dof)));
+        let alone = plant.single_axes.get(dof).and_then(|score| score.r2);
+        row.push(alone.map_or(ABSENT.to_owned(), |r2| format!("{r2:.3}")));
+        Row::new(row)
+    };
+    let head = [
+        "Axis",
+        "unit",
+        "held out: e",
+        "never moving",
+        "R²",
+        "fitted: e",
+        "never moving",
+        "R²",
+        "R² by itself",
+    ];
+    Table::new(
+        "Prediction from forces alone",
+        head,
+        plant.axes.iter().map(row).collect(),
+    )
+    .left(2)
+    .noted("All axes are simulated together and freely from the start of each trial; e is the mean |simulated − measured| velocity. “By itself” is an axis with a plant of its own, on held-out trials if there are any: the difference is what coupling explains.")
+}
+
+fn matrix(caption: &str, plant: &CoupledPlant, matrix: &MatrixResult) -> Table {
+    let cell = |value: f64, std: f64| {
+        if std == 0.0 {
+            return "·".to_owned();
+        }
+        let rounded = Rounded::of(&Parameter {
+            value,
+            std,
+            low95: value,
+            high95: value,
+            unit: String::new(),
+        });
+        format!("{} ± {}", rounded.value, rounded.std)
+    };
+    let row = |(i, dof): (usize, &Dof)| {
+        let cells = matrix.value[i].iter().zip(&matrix.std[i]).map(|(v, s)| cell(*v, *s));
+        Row::new(std::iter::once(words::capitalised(dof.name())).chain(cells))
+    };
+    let head = std::iter::once(String::new())
+        .chain(plant.axes.iter().map(|dof| words::capitalised(dof.name())));
+    Table::new(caption, head, plant.axes.iter().enumerate().map(row).collect())
+}
+
+/// Coefficients that stand in none of the matrices.
+fn others(plant: &CoupledPlant) -> Option<Table> {
+    let in_matrix = |name: &str| name.starts_with("mass.") || is_plain_damping(name);
+    let found = plant.parameters.iter().filter(|(name, _)| !in_matrix(name));
+    let rows: Vec<Row> = found.map(|(name, x)| coefficient_row(name, x)).collect();
+    (!rows.is_empty()).then(|| {
+        Table::new("Restoring and further terms", COEFFICIENT_HEAD, rows)
+            .noted("weight-minus-buoyancy is positive for a vehicle that sinks; lever.z is the righting moment per radian.")
+    })
+}
+
+/// `surge: u`, `sway: |r|r`: in the matrices of damping.
+fn is_plain_damping(name: &str) -> bool {
+    let Some((_, product)) = name.split_once(": ") else { return false };
+    let bare: Vec<char> = product.chars().filter(|c| *c != '|').collect();
+    match bare.as_slice() {
+        [one] => one.is_alphabetic() && !product.contains('|'),
+        [first, second] => first == second && product.contains('|'),
+        _ => false,
+    }
+}
+
+const COEFFICIENT_HEAD: [&str; 5] = ["Coefficient", "value", "±", "95 % interval", "unit"];
+
+fn coefficient_row(name: &str, x: &Coefficient) -> Row {
+    let rounded = Rounded::of(&Parameter {
+        value: x.value,
+        std: x.std,
+        low95: x.low95,
+        high95: x.high95,
+        unit: x.unit.clone(),
+    });
+    let interval = format!("{} … {}", rounded.low95, rounded.high95);
+    let value = match x.told_by {
+        ToldBy::Limit => format!("{} (not above zero)", rounded.value),
+        ToldBy::Data | ToldBy::Nothing => rounded.value,
+    };
+    Row::new([name.to_owned(), value, rounded.std, interval, x.unit.clone()])
+}
+
+fn coefficients(plant: &CoupledPlant) -> Table {
+    let inflation = &plant.identifiability.variance_inflation;
+    let row = |(name, x): (&String, &Coefficient)| {
+        let mut row = coefficient_row(name, x);
+        row.cells.push(or_absent(inflation.get(name).copied(), 2));
+        row
+    };
+    let head = COEFFICIENT_HEAD.into_iter().chain(["variance inflation"]);
+    Table::new("Every coefficient", head, plant.parameters.iter().map(row).collect()).noted(
+        "Variance inflation is what a coefficient’s variance is multiplied with because others look like it in these trials; above 100 they are hardly told apart.",
+    )
+}
+
+fn nuisances(nuisances: &BTreeMap<String, Parameter>) -> Table {
+    let row = |(name, x): (&String, &Parameter)| {
+        let rounded = Rounded::of(x);
+        Row::new([name.clone(), rounded.value, rounded.std, x.unit.clone()])
+    };
+    let head = ["Beside the plant", "value", "±", "unit"];
+    Table::new("Currents, disturbances and noise", head, nuisances.iter().map(row).collect())
+}
+
+fn structure(plant: &CoupledPlant) -> Option<Table> {
+    let row = |decision: &seaplant::results::TermDecision| {
+        let verdict = if decision.admitted { "kept" } else { "left out" };
+        Row::new([
+            decision.terms.join(", "),
+            verdict.to_owned(),
+            significant(decision.likelihood_ratio, 3),
+            significant(decision.p_value, 2),
+        ])
+    };
+    (!plant.structure.is_empty()).then(|| {
+        let head = ["Terms", "", "likelihood ratio", "by chance"];
+        Table::new("Couplings tried", head, plant.structure.iter().map(row).collect()).left(2)
+    })
+}
+
+/// A coefficient is shown with those that it is correlated with by more than this.
+const SHOWN_CORRELATION: f64 = 0.7;
+
+fn correlation(plant: &CoupledPlant) -> Table {
+    let names = &plant.correlation.names;
+    let mut pairs = Vec::new();
+    for (i, row) in plant.correlation.value.iter().enumerate() {
+        for (j, r) in row.iter().enumerate().take(i) {
+            if r.abs() > SHOWN_CORRELATION {
+                pairs.push((
+                    r.abs(),
+                    Row::new([names[j].clone(), names[i].clone(), significant(*r, 2)]),
+                ));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let rows = pairs.into_iter().map(|(_, row)| row).collect();
+    Table::new("Coefficients that move together", ["First", "second", "correlation"], rows)
+        .left(2)
+        .noted("The whole matrix of correlations is in results.json.")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_plain_damping;
+
+    #[test]
+    fn damping_that_a_matrix_shows_is_told_from_other_products() {
+        let plain = ["surge: u", "sway: |r|r", "yaw: |v|v"];
+        assert!(plain.iter().all(|name| is_plain_damping(name)));
+        let others = ["yaw: |v|r", "sway: ur", "heave: 1", "lever.z", "surge: uuu", "yaw: |r|"];
+        assert!(!others.iter().any(|name| is_plain_damping(name)));
+    }
+}

@@ -1,0 +1,331 @@
+//! Coupled plants: the filter error method on any set of axes, from a start by equation
+//! error.
+
+mod equation_error;
+mod filter;
+mod fit;
+mod schedule;
+mod search;
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::motion::with_places;
+use crate::plant::{Basis, Parameterisation, Plant, RigidBody, Structure};
+use crate::{CoupledRecord, Dof, Error};
+use equation_error::EquationError;
+use filter::Noise;
+use fit::{Optimum, Point, Problem, first_noise};
+pub use search::Tried;
+pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
+
+/// A coupled plant fitted to trials.
+#[derive(Clone, Debug)]
+pub struct CoupledFit {
+    /// The plant.
+    pub plant: Plant,
+    /// Covariance of its coefficients, shape (p, p).
+    pub covariance: DMatrix<f64>,
+    /// The current of each trial, north and east, m/s, with standard deviations.
+    pub currents: BTreeMap<String, [(f64, f64); 2]>,
+    /// Disturbance and noise of each axis.
+    pub disturbances: BTreeMap<Dof, AxisNoise>,
+    /// ln-likelihood.
+    pub log_likelihood: f64,
+    /// Numbers measured.
+    pub samples: usize,
+    /// Steps to the optimum.
+    pub iterations: usize,
+    /// The start: what least squares on the equation of motion gave.
+    pub start: Plant,
+    /// Box and Pierce's statistic of each axis's innovations over 40 lags, divided by 40: 1 if
+    /// they are white.
+    pub whiteness: BTreeMap<Dof, f64>,
+    /// How many combinations of coefficients the motion tells, by least squares.
+    pub rank: usize,
+    /// What each coefficient's variance is multiplied with because others look like it.
+    pub inflation: Vec<f64>,
+    /// Couplings in damping that were tried.
+    pub tried: Vec<Tried>,
+}
+
+/// What stands beside the plant on one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisNoise {
+    /// Standard deviation of the disturbance, N or N m, and that of its estimate.
+    pub disturbance: (f64, f64),
+    /// Its correlation time, s, likewise.
+    pub correlation_s: (f64, f64),
+    /// Standard deviation of a sample of velocity, m/s or rad/s, likewise.
+    pub velocity: (f64, f64),
+}
+
+/// Lengths of the test functions of starts, s: short for small vehicles, long for ships.
+const WINDOWS_S: [f64; 5] = [0.6, 1.2, 3.0, 8.0, 20.0];
+
+/// Fits a structure to trials by the filter error method.
+///
+/// States are ν_r and a Gauss–Markov force on each axis; attitude is taken as measured. The
+/// start is the best of several fits by equation error. M ⪰ M_RB where the rigid body is
+/// known, else M ≻ 0; an axis's own damping is not below zero. Where `search` says so,
+/// damping of one axis by another is added if the trials ask for it and the plant still takes
+/// power out of its motion.
+///
+/// # Errors
+/// [`Error::TooShort`] if the trials hold fewer rows than coefficients; [`Error::Plant`] if the
+/// fit does not settle.
+///
+/// # Source
+/// [Jategaonkar2015, ch. 5], with the gains of the filter taken as known in each step.
+pub fn fit_coupled(
+    structure: &Structure,
+    records: &[&CoupledRecord],
+    rigid_body: Option<&RigidBody>,
+    search: bool,
+) -> Result<CoupledFit, Error> {
+    with_places!(structure.axes().len(), N => {
+        let problem = Problem::new(structure, records, rigid_body.map(RigidBody::mass_matrix));
+        let (first, least_squares, optimum) = first_optimum::<N>(&problem, records)?;
+        let fitted = Fitted { optimum, problem, tried: Vec::new() };
+        let fitted = if search { fitted.searched(records)? } else { fitted };
+        fitted.finished(first, &least_squares)
+    })
+}
+
+/// An optimum and what it is one of.
+struct Fitted<const N: usize> {
+    problem: Problem,
+    optimum: Optimum<N>,
+    tried: Vec<Tried>,
+}
+
+impl<const N: usize> Fitted<N> {
+    /// The same with the couplings in damping that the trials ask for.
+    fn searched(self, records: &[&CoupledRecord]) -> Result<Self, Error> {
+        let candidates = search::candidates(&self.problem.structure);
+        if candidates.is_empty() {
+            return Ok(self);
+        }
+        let white = whiteness(&self.problem, &self.optimum.point)?;
+        let white = |dof: Dof| white.get(&dof).copied().unwrap_or(1.0);
+        let scores = search::scores(&self.problem, &self.optimum.point, &candidates)?;
+        let mut admitted = search::admitted(&candidates, &scores, white);
+        let base = self;
+        let mut found = None;
+        while !admitted.is_empty() {
+            // A wider plant that does not settle says that its terms are not told apart.
+            let Ok(wider) = base.wider(found.as_ref(), &admitted) else { break };
+            let plant = wider.problem.plant(&wider.optimum.point.free)?;
+            let worst = search::dropped(
+                &admitted,
+                &plant,
+                &wider.covariance(),
+                white,
+                !search::is_dissipative(&plant, records),
+            );
+            found = Some(wider);
+            let Some(worst) = worst else { break };
+            admitted.retain(|term| *term != worst);
+        }
+        let chosen = found.filter(|_| !admitted.is_empty()).unwrap_or(base);
+        let tried = search::tried(&candidates, &scores, &admitted, &chosen.worths()?);
+        Ok(Self { tried, ..chosen })
+    }
+
+    /// The optimum with some terms more, from that of the nearest plant known.
+    fn wider(&self, nearest: Option<&Self>, terms: &[Basis]) -> Result<Self, Error> {
+        let from = nearest.unwrap_or(self);
+        let structure = search::with_all(&self.problem.structure, terms)?;
+        let problem = self.problem.with_terms(structure);
+        let start = search::widened(&problem, &from.problem, &from.optimum.point);
+        Ok(Self { optimum: problem.optimum(start)?, problem, tried: Vec::new() })
+    }
+
+    /// Covariance of the coefficients.
+    fn covariance(&self) -> DMatrix<f64> {
+        let p = self.problem.structure.terms().len();
+        inverse(&self.optimum.information).view((0, 0), (p, p)).into_owned()
+    }
+
+    /// θ²/σ² of each term.
+    fn worths(&self) -> Result<BTreeMap<Basis, f64>, Error> {
+        let plant = self.problem.plant(&self.optimum.point.free)?;
+        let covariance = self.covariance();
+        let terms = plant.structure().terms().iter().zip(plant.coefficients()).enumerate();
+        Ok(terms.map(|(k, (term, x))| (*term, x * x / covariance[(k, k)])).collect())
+    }
+
+    fn finished(self, start: Plant, least_squares: &EquationError) -> Result<CoupledFit, Error> {
+        let Self { problem, optimum, tried } = self;
+        let p = problem.structure.terms().len();
+        let covariance = inverse(&optimum.information);
+        let noise_covariance = inverse(&optimum.noise_information);
+        let std = |k: usize| covariance[(p + k, p + k)].sqrt();
+        let current = |(trial, schedule): (usize, &schedule::Schedule)| {
+            let [north, east] = optimum.point.currents[trial];
+            (schedule.trial.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
+        };
+        let currents = problem.schedules.iter().enumerate().map(current);
+        Ok(CoupledFit {
+            plant: problem.plant(&optimum.point.free)?,
+            inflation: inflation(&optimum.information, p),
+            covariance: covariance.view((0, 0), (p, p)).into_owned(),
+            currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
+            disturbances: disturbances(&problem.structure, &optimum.point.noise, &noise_covariance),
+            log_likelihood: -optimum.cost,
+            samples: problem.schedules.iter().map(schedule::Schedule::samples).sum(),
+            iterations: optimum.iterations,
+            start,
+            whiteness: whiteness(&problem, &optimum.point)?,
+            rank: least_squares.rank + (p - least_squares.terms),
+            tried,
+        })
+    }
+}
+
+/// What each coefficient's variance is multiplied with because others look like it.
+fn inflation(information: &DMatrix<f64>, p: usize) -> Vec<f64> {
+    let covariance = inverse(information);
+    (0..p).map(|k| covariance[(k, k)] * information[(k, k)]).collect()
+}
+
+fn disturbances<const N: usize>(
+    structure: &Structure,
+    noise: &Noise<N>,
+    covariance: &DMatrix<f64>,
+) -> BTreeMap<Dof, AxisNoise> {
+    let with_std = |x: f64, k: usize| (x, x * covariance[(k, k)].sqrt());
+    let of = |(i, &dof): (usize, &Dof)| {
+        let found = AxisNoise {
+            disturbance: with_std(noise.disturbance[i], i),
+            correlation_s: with_std(noise.correlation_s[i], N + i),
+            velocity: with_std(noise.velocity[i], 2 * N + i),
+        };
+        (dof, found)
+    };
+    structure.axes().iter().enumerate().map(of).collect()
+}
+
+/// The optimum that the likeliest of several starts leads to; from the next one, if that does
+/// not settle.
+///
+/// # Errors
+/// That of the likeliest start, if none settles.
+fn first_optimum<const N: usize>(
+    problem: &Problem,
+    records: &[&CoupledRecord],
+) -> Result<(Plant, EquationError, Optimum<N>), Error> {
+    let mut refused = None;
+    for (point, found) in starts::<N>(problem, records, &mut refused) {
+        let start = problem.plant(&point.free)?;
+        match problem.optimum(point) {
+            Ok(optimum) => return Ok((start, found, optimum)),
+            Err(error) => {
+                refused.get_or_insert(error);
+            }
+        }
+    }
+    Err(refused.unwrap_or(Error::TooShort { name: "the fit".to_owned(), found: 0, needed: 1 }))
+}
+
+/// Starts by equation error with test functions of several lengths, the likeliest first.
+fn starts<const N: usize>(
+    problem: &Problem,
+    records: &[&CoupledRecord],
+    refused: &mut Option<Error>,
+) -> Vec<(Point<N>, EquationError)> {
+    let mut found = Vec::new();
+    for window_s in WINDOWS_S {
+        let least_squares = match equation_error::fit(&problem.structure, records, window_s) {
+            Ok(least_squares) => least_squares,
+            Err(error) => {
+                refused.get_or_insert(error);
+                continue;
+            }
+        };
+        let point = Point {
+            free: problem.physical.free(&least_squares.coefficients),
+            currents: vec![[0.0; 2]; records.len()],
+            noise: first_noise(&problem.structure, records, &least_squares.residual),
+        };
+        found.push((problem.cost(&point), point, least_squares));
+    }
+    if found.iter().any(|(cost, ..)| cost.is_finite()) {
+        *refused = None;
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.into_iter().map(|(_, point, least_squares)| (point, least_squares)).collect()
+}
+
+/// The inverse of an information matrix, scaled first; what it does not tell gets a variance
+/// that says so.
+fn inverse(information: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = information.nrows();
+    let scale = DVector::from_fn(n, |k, _| {
+        let own = information[(k, k)];
+        if own > 0.0 { 1.0 / own.sqrt() } else { 1.0 }
+    });
+    let scaled = DMatrix::from_fn(n, n, |i, j| information[(i, j)] * scale[i] * scale[j]);
+    let eigen = scaled.symmetric_eigen();
+    let values = eigen.eigenvalues.map(|value| 1.0 / value.max(LEAST_INFORMATION));
+    let inverse =
+        &eigen.eigenvectors * DMatrix::from_diagonal(&values) * eigen.eigenvectors.transpose();
+    DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j])
+}
+
+/// Eigenvalues of scaled information below this are rounding.
+const LEAST_INFORMATION: f64 = 1e-12;
+
+/// Lags over which innovations are to be white.
+const LAGS: usize = 40;
+
+fn whiteness<const N: usize>(
+    problem: &Problem,
+    point: &Point<N>,
+) -> Result<BTreeMap<Dof, f64>, Error> {
+    let trials = problem.innovations(point)?;
+    let of = |(axis, &dof): (usize, &Dof)| {
+        let mut statistic = (0.0, 0_usize);
+        for trial in &trials {
+            let of_axis = trial.iter().filter(|innovation| innovation.axis == axis);
+            let e: Vec<f64> = of_axis.map(|innovation| innovation.normalised).collect();
+            let power: f64 = e.iter().map(|x| x * x).sum();
+            for lag in 1..=LAGS.min(e.len() / 4) {
+                let product: f64 = e.iter().zip(&e[lag..]).map(|(a, b)| a * b).sum();
+                let r = product / power;
+                statistic = (statistic.0 + e.len() as f64 * r * r, statistic.1 + 1);
+            }
+        }
+        (dof, statistic.0 / statistic.1.max(1) as f64)
+    };
+    Ok(problem.structure.axes().iter().enumerate().map(of).collect())
+}
+
+impl CoupledFit {
+    /// The current of a trial, north and east, m/s; zero of one that was not fitted.
+    pub fn current_of(&self, trial: &str) -> [f64; 2] {
+        self.currents.get(trial).map_or([0.0; 2], |current| current.map(|(value, _)| value))
+    }
+
+    /// The mean of the trials' currents, by their variances, m/s.
+    pub fn mean_current(&self) -> [f64; 2] {
+        std::array::from_fn(|direction| {
+            let all = self.currents.values().map(|current| current[direction]);
+            let (sum, weight) = all.fold((0.0, 0.0), |(sum, weight), (value, std)| {
+                let own = 1.0 / (std * std).max(f64::MIN_POSITIVE);
+                (sum + own * value, weight + own)
+            });
+            if weight > 0.0 { sum / weight } else { 0.0 }
+        })
+    }
+
+    /// Standard deviation of a coefficient.
+    pub fn std(&self, term: &Basis) -> Option<f64> {
+        let k = self.plant.structure().index_of(term)?;
+        Some(self.covariance[(k, k)].sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,205 @@
+//! Coupled equation error: least squares on the equation of motion, without accelerations.
+
+use nalgebra::{DMatrix, DVector, Vector6};
+
+use crate::motion::{down_body, interpolated_attitude};
+use crate::plant::{Instant, Structure};
+use crate::{CoupledRecord, Dof, Error, Grid};
+
+/// What least squares on the equation of motion gives.
+#[derive(Clone, Debug)]
+pub(super) struct EquationError {
+    /// A coefficient for each term; zero of those that motion does not tell.
+    pub(super) coefficients: DVector<f64>,
+    /// Root mean square of what the equation misses on each axis of the structure, N or N m.
+    pub(super) residual: Vec<f64>,
+    /// How many combinations of coefficients the motion tells.
+    pub(super) rank: usize,
+    /// Of how many.
+    pub(super) terms: usize,
+}
+
+/// Scaled columns whose singular values are below this part of the greatest say nothing.
+const RANK_PART: f64 = 1e-7;
+
+/// Passes in which each axis is weighted by what its equation missed before.
+const PASSES: usize = 3;
+
+/// Windows overlap by half: their test functions are zero at both ends.
+const OVERLAP: usize = 2;
+
+/// The rows of a structure's equation under test functions: one for each axis and window.
+///
+/// With φ(t) zero at the ends of a window, `∫ φ M ν̇ dt = −∫ φ̇ M ν dt`: nothing has to be
+/// differentiated.
+struct Rows {
+    y: DMatrix<f64>,
+    force: DVector<f64>,
+}
+
+/// Fits a structure with test functions of a length, s.
+///
+/// The water is taken as still. Axes are weighted by their misfit.
+///
+/// # Errors
+/// [`Error::TooShort`] if no trial holds one window.
+pub(super) fn fit(
+    structure: &Structure,
+    records: &[&CoupledRecord],
+    window_s: f64,
+) -> Result<EquationError, Error> {
+    let rows = rows(structure, records, window_s)?;
+    let n = structure.axes().len();
+    let mut weights = vec![1.0; n];
+    let mut found = None;
+    for _ in 0..PASSES {
+        let solved = solve(&rows, &weights);
+        let misfit = &rows.y * &solved.coefficients - &rows.force;
+        let residual: Vec<f64> =
+            (0..n).map(|axis| rms(misfit.iter().skip(axis).step_by(n))).collect();
+        weights = residual.iter().map(|r| 1.0 / r.max(f64::MIN_POSITIVE)).collect();
+        found = Some(EquationError { residual, ..solved });
+    }
+    found.ok_or(Error::TooShort { name: "the fit".to_owned(), found: 0, needed: 1 })
+}
+
+fn rms<'a>(x: impl Iterator<Item = &'a f64>) -> f64 {
+    let (sum, n) = x.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
+    (sum / n.max(1) as f64).sqrt()
+}
+
+fn solve(rows: &Rows, weights: &[f64]) -> EquationError {
+    let n = weights.len();
+    let mut y = rows.y.clone();
+    let mut force = rows.force.clone();
+    for (k, weight) in (0..y.nrows()).map(|k| (k, weights[k % n])) {
+        y.row_mut(k).scale_mut(weight);
+        force[k] *= weight;
+    }
+    let scale: Vec<f64> =
+        y.column_iter().map(|column| column.norm().max(f64::MIN_POSITIVE)).collect();
+    for (mut column, scale) in y.column_iter_mut().zip(&scale) {
+        column /= *scale;
+    }
+    let normal = y.transpose() * &y;
+    let right = y.transpose() * force;
+    let eigen = normal.symmetric_eigen();
+    let greatest = eigen.eigenvalues.max();
+    let floor = greatest * RANK_PART * RANK_PART.sqrt();
+    let mut coefficients = DVector::zeros(scale.len());
+    let mut rank = 0;
+    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value > floor {
+            rank += 1;
+            coefficients += vector * (vector.dot(&right) / value);
+        }
+    }
+    for (x, scale) in coefficients.iter_mut().zip(&scale) {
+        *x /= *scale;
+    }
+    EquationError { coefficients, residual: Vec::new(), rank, terms: scale.len() }
+}
+
+fn rows(structure: &Structure, records: &[&CoupledRecord], window_s: f64) -> Result<Rows, Error> {
+    let (n, p) = (structure.axes().len(), structure.terms().len());
+    let (mut y, mut force) = (Vec::new(), Vec::new());
+    for record in records {
+        let sampled = Sampled::of(record, structure.axes());
+        let length = (window_s / sampled.grid.period_s).round().max(4.0) as usize;
+        for first in (0..sampled.grid.len.saturating_sub(length)).step_by((length / OVERLAP).max(1))
+        {
+            let (columns, pushed) = sampled.window(structure, first, length);
+            for axis in 0..n {
+                y.extend((0..p).map(|k| columns[k][structure.axes()[axis].index()]));
+                force.push(pushed[structure.axes()[axis].index()]);
+            }
+        }
+    }
+    if force.len() < p {
+        return Err(Error::TooShort {
+            name: format!("the trials of {} together", structure.name()),
+            found: force.len() / n,
+            needed: p.div_ceil(n),
+        });
+    }
+    Ok(Rows { y: DMatrix::from_row_slice(force.len(), p, &y), force: force.into() })
+}
+
+/// A record on a uniform grid.
+struct Sampled {
+    grid: Grid,
+    velocity: Vec<Vector6<f64>>,
+    force: Vec<Vector6<f64>>,
+    down: Vec<nalgebra::Vector3<f64>>,
+}
+
+/// Grids are no finer and no coarser, s.
+const PERIOD_S: std::ops::RangeInclusive<f64> = 0.02..=1.0;
+
+impl Sampled {
+    fn of(record: &CoupledRecord, axes: &[Dof]) -> Self {
+        let series = axes.iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
+        let period_s = series.map(|series| series.period_s()).fold(f64::INFINITY, f64::min);
+        let period_s = period_s.clamp(*PERIOD_S.start(), *PERIOD_S.end());
+        let grid = Grid::spanning(record.window_s.0, record.window_s.1, period_s);
+        let columns = |series: &[Option<crate::Timed>; 6], means: bool| {
+            let of =
+                |x: &crate::Timed| if means { x.held_means(grid) } else { x.interpolate(grid) };
+            let columns: Vec<Vec<f64>> =
+                series.iter().map(|x| x.as_ref().map_or_else(|| vec![0.0; grid.len], of)).collect();
+            (0..grid.len).map(|k| Vector6::from_fn(|i, _| columns[i][k])).collect()
+        };
+        let [roll, pitch, _] = record.attitude.each_ref();
+        let down = |t: f64| {
+            down_body(
+                interpolated_attitude(roll.as_ref(), t),
+                interpolated_attitude(pitch.as_ref(), t),
+            )
+        };
+        Self {
+            grid,
+            velocity: columns(&record.velocity, false),
+            force: columns(&record.force, true),
+            down: grid.times().map(down).collect(),
+        }
+    }
+
+    /// ∫ φ Y_k dt of every term, and ∫ φ τ dt, over ∫ φ dt.
+    fn window(
+        &self,
+        structure: &Structure,
+        first: usize,
+        length: usize,
+    ) -> (Vec<Vector6<f64>>, Vector6<f64>) {
+        let mut columns = vec![Vector6::zeros(); structure.terms().len()];
+        let mut force = Vector6::zeros();
+        let width = length as f64;
+        for k in 0..=length {
+            // φ = sin⁴(π x), normalised to a mean of one.
+            let (sin, cos) = (std::f64::consts::PI * k as f64 / width).sin_cos();
+            let phi = sin.powi(4) / (0.375 * width);
+            let slope = 4.0 * sin.powi(3) * cos * std::f64::consts::PI
+                / (0.375 * width * width * self.grid.period_s);
+            let velocity = self.velocity[first + k];
+            let moving = Instant {
+                acceleration: Vector6::zeros(),
+                velocity,
+                down_body: self.down[first + k],
+            };
+            // The regressor is linear in acceleration, which φ̇ takes over from ν̇.
+            let turned = Instant {
+                acceleration: -slope * velocity,
+                velocity: Vector6::zeros(),
+                down_body: moving.down_body,
+            };
+            for (column, term) in columns.iter_mut().zip(structure.terms()) {
+                *column += phi * term.regressor(&moving);
+                if matches!(term, crate::plant::Basis::Mass(..)) {
+                    *column += term.regressor(&turned);
+                }
+            }
+            force += phi * self.force[first + k];
+        }
+        (columns, force)
+    }
+}

@@ -1,0 +1,427 @@
+//! Filter error of a coupled plant: from a start to the optimum.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector, Matrix6, SVector};
+
+use super::filter::{Gain, Innovation, Noise, Pass, Slope};
+use super::schedule::Schedule;
+use crate::motion::Prepared;
+use crate::plant::{Parameterisation, Physical, Plant, Structure};
+use crate::{CoupledRecord, Error};
+
+/// Everything that is fitted.
+#[derive(Clone, Debug)]
+pub(super) struct Point<const N: usize> {
+    /// Free numbers of the plant.
+    pub(super) free: DVector<f64>,
+    /// The current of each trial, north and east, m/s.
+    pub(super) currents: Vec<[f64; 2]>,
+    /// Disturbance and noise of every trial.
+    pub(super) noise: Noise<N>,
+}
+
+/// A coupled fit of N axes to some trials.
+pub(super) struct Problem {
+    pub(super) structure: Structure,
+    pub(super) physical: Physical,
+    pub(super) schedules: Arc<[Schedule]>,
+    rigid_body: Option<Matrix6<f64>>,
+    /// Whether a current is fitted: there is a translation for it to show in.
+    pub(super) has_current: bool,
+}
+
+/// The optimum.
+#[derive(Clone, Debug)]
+pub(super) struct Optimum<const N: usize> {
+    pub(super) point: Point<N>,
+    /// Negative log-likelihood.
+    pub(super) cost: f64,
+    /// Fisher information of coefficients and currents, priors included.
+    pub(super) information: DMatrix<f64>,
+    /// That of the noise's logarithms.
+    pub(super) noise_information: DMatrix<f64>,
+    /// Steps made.
+    pub(super) iterations: usize,
+}
+
+/// Standard deviation of a current's component before anything is measured, m/s.
+const CURRENT_STD: f64 = 1.0;
+
+/// Steps after which a fit is given up.
+const MOST_STEPS: usize = 60;
+
+/// A step that would gain less than this in log-likelihood is the last: it moves no
+/// coefficient by more than 3 % of its standard deviation.
+const LEAST_GAIN: f64 = 5e-4;
+
+/// The same of the noise, whose numbers matter less.
+const LEAST_NOISE_GAIN: f64 = 5e-3;
+
+/// The greatest step of a logarithm of the noise.
+const GREATEST_LOG_STEP: f64 = 1.0;
+
+/// Correlation times of the disturbance, s: below, it could not be told from noise; above,
+/// it is a constant.
+const CORRELATION_S: [f64; 2] = [0.2, 300.0];
+
+/// Damping of Gauss–Newton steps: its start, how it changes, where it gives up.
+const DAMPING: f64 = 1e-4;
+const DAMPING_FACTOR: f64 = 8.0;
+const MOST_DAMPING: f64 = 1e8;
+const LEAST_DAMPING: f64 = 1e-9;
+
+impl Problem {
+    pub(super) fn new(
+        structure: &Structure,
+        records: &[&CoupledRecord],
+        rigid_body: Option<Matrix6<f64>>,
+    ) -> Self {
+        let axes = structure.axes();
+        Self {
+            structure: structure.clone(),
+            physical: Physical::new(structure, rigid_body),
+            schedules: records.iter().map(|record| Schedule::of(record, axes)).collect(),
+            rigid_body,
+            has_current: axes.iter().any(|dof| !dof.is_rotation()),
+        }
+    }
+
+    /// The same trials for other terms on the same axes.
+    pub(super) fn with_terms(&self, structure: Structure) -> Self {
+        Self {
+            physical: Physical::new(&structure, self.rigid_body),
+            structure,
+            schedules: Arc::clone(&self.schedules),
+            rigid_body: self.rigid_body,
+            has_current: self.has_current,
+        }
+    }
+
+    pub(super) fn plant(&self, free: &DVector<f64>) -> Result<Plant, Error> {
+        let coefficients = self.physical.coefficients(free);
+        Plant::new(self.structure.clone(), coefficients.iter().copied().collect())
+    }
+
+    fn prepared<const N: usize>(&self, free: &DVector<f64>) -> Option<Prepared<N>> {
+        Prepared::new(&self.plant(free).ok()?).ok()
+    }
+
+    /// Runs one pass over every trial, each in its own thread; results come in trial order.
+    fn each<const N: usize, T: Send>(
+        &self,
+        point: &Point<N>,
+        plant: &Prepared<N>,
+        work: impl Fn(usize, Pass<'_, N>) -> T + Sync,
+    ) -> Vec<T> {
+        let pass = |trial: usize| Pass {
+            plant,
+            schedule: &self.schedules[trial],
+            current: point.currents[trial],
+            noise: &point.noise,
+        };
+        in_threads(self.schedules.len(), |trial| work(trial, pass(trial)))
+    }
+
+    /// Slope and information by coefficients and currents, and the gains they belong to.
+    pub(super) fn by_plant<const N: usize>(
+        &self,
+        point: &Point<N>,
+    ) -> Option<(Slope, Vec<Vec<Gain<N>>>)> {
+        let plant = self.prepared(&point.free)?;
+        let (p, trials) = (plant.count(), self.schedules.len());
+        let mut sum = Slope::zeros(p + 2 * trials);
+        let mut all_gains = Vec::with_capacity(trials);
+        let found = self.each(point, &plant, |_, pass| pass.by_plant());
+        for (trial, (slope, gains)) in found.into_iter().enumerate() {
+            let place = |k: usize| if k < p { k } else { p + 2 * trial + k - p };
+            sum.cost += slope.cost;
+            for i in 0..p + 2 {
+                sum.gradient[place(i)] += slope.gradient[i];
+                for j in 0..p + 2 {
+                    sum.information[(place(i), place(j))] += slope.information[(i, j)];
+                }
+            }
+            all_gains.push(gains);
+        }
+        let currents = point.currents.as_flattened();
+        for (k, current) in currents.iter().enumerate() {
+            sum.gradient[p + k] += current / (CURRENT_STD * CURRENT_STD);
+            sum.information[(p + k, p + k)] += 1.0 / (CURRENT_STD * CURRENT_STD);
+        }
+        sum.cost += self.prior(point);
+        sum.cost.is_finite().then_some((sum, all_gains))
+    }
+
+    fn prior<const N: usize>(&self, point: &Point<N>) -> f64 {
+        let currents = point.currents.as_flattened();
+        currents.iter().map(|x| 0.5 * (x / CURRENT_STD).powi(2)).sum()
+    }
+
+    fn at_gains<const N: usize>(&self, point: &Point<N>, gains: &[Vec<Gain<N>>]) -> f64 {
+        let Some(plant) = self.prepared(&point.free) else { return f64::INFINITY };
+        let costs = self.each(point, &plant, |trial, pass| pass.at_gains(&gains[trial]));
+        costs.iter().sum::<f64>() + self.prior(point)
+    }
+
+    /// The negative log-likelihood.
+    pub(super) fn cost<const N: usize>(&self, point: &Point<N>) -> f64 {
+        let Some(plant) = self.prepared(&point.free) else { return f64::INFINITY };
+        let costs = self.each(point, &plant, |_, pass| pass.innovations().0);
+        costs.iter().sum::<f64>() + self.prior(point)
+    }
+
+    /// The innovations of each trial.
+    pub(super) fn innovations<const N: usize>(
+        &self,
+        point: &Point<N>,
+    ) -> Result<Vec<Vec<Innovation>>, Error> {
+        let plant = Prepared::new(&self.plant(&point.free)?)?;
+        Ok(self.each(point, &plant, |_, pass| pass.innovations().1))
+    }
+
+    fn by_noise<const N: usize>(&self, point: &Point<N>) -> Option<Slope> {
+        let plant = self.prepared(&point.free)?;
+        let slopes = self.each(point, &plant, |_, pass| pass.by_noise());
+        let sum = slopes.iter().fold(Slope::zeros(Noise::<N>::COUNT), Slope::plus);
+        sum.cost.is_finite().then_some(sum)
+    }
+
+    /// Goes from a start to the optimum: in turn a step of plant and currents at the filter's
+    /// gains, and one of the noise.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if no step leads to an optimum.
+    pub(super) fn optimum<const N: usize>(&self, start: Point<N>) -> Result<Optimum<N>, Error> {
+        let refuse =
+            |reason: &str| Error::Plant { axes: self.structure.name(), reason: reason.to_owned() };
+        let mut point = start;
+        let mut damping = DAMPING;
+        let mut noise_is_settled = false;
+        for iterations in 0..MOST_STEPS {
+            if !noise_is_settled {
+                noise_is_settled = self.step_noise(&mut point);
+            }
+            let (slope, gains) = self
+                .by_plant(&point)
+                .ok_or_else(|| refuse("its simulation runs away from the start; leave terms out, or use trials with more motion"))?;
+            let gain = self.step_plant(&mut point, &slope, &gains, &mut damping);
+            let is_last = gain < LEAST_GAIN;
+            if is_last && noise_is_settled {
+                return self
+                    .finished(point, iterations + 1)
+                    .ok_or_else(|| refuse("lost its optimum"));
+            }
+            noise_is_settled = is_last && self.step_noise(&mut point);
+        }
+        Err(refuse(
+            "the fit did not settle; leave terms out, or use trials with more variation of speed and turning",
+        ))
+    }
+
+    fn finished<const N: usize>(&self, point: Point<N>, iterations: usize) -> Option<Optimum<N>> {
+        let (slope, _) = self.by_plant(&point)?;
+        let noise = self.by_noise(&point)?;
+        Some(Optimum {
+            cost: slope.cost,
+            information: slope.information,
+            noise_information: noise.information,
+            point,
+            iterations,
+        })
+    }
+
+    /// A damped Gauss–Newton step of plant and currents; what it would gain without damping.
+    fn step_plant<const N: usize>(
+        &self,
+        point: &mut Point<N>,
+        slope: &Slope,
+        gains: &[Vec<Gain<N>>],
+        damping: &mut f64,
+    ) -> f64 {
+        let (gradient, hessian) = self.in_free_numbers(&point.free, slope);
+        let lowest = self.physical.lowest();
+        let at = self.at_gains(point, gains);
+        let held = |k: usize| {
+            let low = lowest.get(k).copied().flatten();
+            low.is_some_and(|low| point.free[k] <= low && gradient[k] > 0.0)
+                || (!self.has_current && k >= point.free.len())
+        };
+        let held: Vec<bool> = (0..gradient.len()).map(held).collect();
+        let whole = damped_step(&gradient, &hessian, LEAST_DAMPING, &held);
+        let expected = whole.map_or(f64::INFINITY, |(_, gain)| gain);
+        while *damping < MOST_DAMPING {
+            let Some((step, _)) = damped_step(&gradient, &hessian, *damping, &held) else {
+                *damping *= DAMPING_FACTOR;
+                continue;
+            };
+            let moved = self.moved(point, &step, &lowest);
+            let there = self.at_gains(&moved, gains);
+            if there <= at {
+                *point = moved;
+                *damping = (*damping / DAMPING_FACTOR).max(LEAST_DAMPING);
+                return expected;
+            }
+            if expected < LEAST_GAIN {
+                return expected;
+            }
+            *damping *= DAMPING_FACTOR;
+        }
+        // No step however short helps: the cost is at its least, but for rounding.
+        *damping = DAMPING;
+        0.0
+    }
+
+    fn moved<const N: usize>(
+        &self,
+        point: &Point<N>,
+        step: &DVector<f64>,
+        lowest: &[Option<f64>],
+    ) -> Point<N> {
+        let mut moved = point.clone();
+        let p = moved.free.len();
+        for k in 0..p {
+            let low = lowest[k].unwrap_or(f64::NEG_INFINITY);
+            moved.free[k] = (moved.free[k] + step[k]).max(low);
+        }
+        for (k, x) in moved.currents.as_flattened_mut().iter_mut().enumerate() {
+            *x += step[p + k];
+        }
+        moved
+    }
+
+    /// Gradient and information of coefficients and currents, by the free numbers in place of
+    /// the coefficients.
+    fn in_free_numbers(&self, free: &DVector<f64>, slope: &Slope) -> (DVector<f64>, DMatrix<f64>) {
+        let (p, all) = (free.len(), slope.gradient.len());
+        let mut jacobian = DMatrix::identity(all, all);
+        jacobian.view_mut((0, 0), (p, p)).copy_from(&self.physical.jacobian(free));
+        let hessian = jacobian.transpose() * &slope.information * &jacobian;
+        (jacobian.transpose() * &slope.gradient, hessian)
+    }
+
+    /// One step of the noise; whether it is settled.
+    fn step_noise<const N: usize>(&self, point: &mut Point<N>) -> bool {
+        let Some(slope) = self.by_noise(point) else { return true };
+        let mut damping = DAMPING;
+        let logarithms = point.noise.logarithms();
+        let held = vec![false; logarithms.len()];
+        while damping < MOST_DAMPING {
+            let step = damped_step(&slope.gradient, &slope.information, damping, &held);
+            let Some((step, gain)) = step else {
+                damping *= DAMPING_FACTOR;
+                continue;
+            };
+            let longest = step.amax();
+            let step = step * (GREATEST_LOG_STEP / longest.max(GREATEST_LOG_STEP));
+            let mut moved = point.clone();
+            moved.noise = limited(Noise::of(&(&logarithms + step)));
+            if gain < LEAST_NOISE_GAIN {
+                return true;
+            }
+            if self.cost(&moved) < slope.cost + self.prior(point) {
+                *point = moved;
+                return false;
+            }
+            damping *= DAMPING_FACTOR;
+        }
+        true
+    }
+}
+
+fn limited<const N: usize>(noise: Noise<N>) -> Noise<N> {
+    let [shortest, longest] = CORRELATION_S;
+    Noise { correlation_s: noise.correlation_s.map(|t| t.clamp(shortest, longest)), ..noise }
+}
+
+/// `−(H + λ diag H)⁻¹ g` of the numbers that are not held, and the gain that H expects.
+fn damped_step(
+    gradient: &DVector<f64>,
+    hessian: &DMatrix<f64>,
+    damping: f64,
+    held: &[bool],
+) -> Option<(DVector<f64>, f64)> {
+    let n = gradient.len();
+    let mut damped = hessian.clone();
+    let mut pulled = gradient.clone();
+    for k in 0..n {
+        let own = hessian[(k, k)];
+        if held[k] || own <= 0.0 {
+            damped.row_mut(k).fill(0.0);
+            damped.column_mut(k).fill(0.0);
+            damped[(k, k)] = 1.0;
+            pulled[k] = 0.0;
+        } else {
+            damped[(k, k)] = own * (1.0 + damping);
+        }
+    }
+    let step = -damped.cholesky()?.solve(&pulled);
+    let gain = -(pulled.dot(&step) + 0.5 * step.dot(&(hessian * &step)));
+    step.iter().all(|x| x.is_finite()).then_some((step, gain.max(0.0)))
+}
+
+/// Does a number of things in as many threads as the machine has processors; results come in
+/// order, and do not depend on how many threads there are.
+pub(super) fn in_threads<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count);
+    if threads <= 1 {
+        return (0..count).map(work).collect();
+    }
+    let next = std::sync::atomic::AtomicUsize::new(0);
+    let mut found: Vec<(usize, T)> = std::thread::scope(|scope| {
+        let worker = || {
+            let mut mine = Vec::new();
+            loop {
+                let k = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                if k >= count {
+                    return mine;
+                }
+                mine.push((k, work(k)));
+            }
+        };
+        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(worker)).collect();
+        let joined = handles.into_iter().flat_map(|handle| match handle.join() {
+            Ok(mine) => mine,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        joined.collect()
+    });
+    found.sort_by_key(|(k, _)| *k);
+    found.into_iter().map(|(_, found)| found).collect()
+}
+
+/// Standard deviation of one sample, from third differences, whose variance is 20 σ².
+pub(super) fn sample_noise(records: &[&CoupledRecord], axis: usize) -> f64 {
+    let mut sum = (0.0, 0_usize);
+    for record in records {
+        let Some(series) = &record.velocity[axis] else { continue };
+        for x in series.values().windows(4) {
+            let third = x[3] - 3.0 * x[2] + 3.0 * x[1] - x[0];
+            sum = (sum.0 + third * third, sum.1 + 1);
+        }
+    }
+    (sum.0 / (20.0 * sum.1.max(1) as f64)).sqrt().max(LEAST_NOISE)
+}
+
+/// A sensor is not better than that, m/s or rad/s.
+const LEAST_NOISE: f64 = 1e-6;
+
+/// The first noise of a fit: what the equation of motion misses on each axis is disturbance.
+pub(super) fn first_noise<const N: usize>(
+    structure: &Structure,
+    records: &[&CoupledRecord],
+    residual: &[f64],
+) -> Noise<N> {
+    let axes = structure.axes();
+    Noise {
+        // What a place without an axis holds does not matter, as long as it is a number.
+        disturbance: SVector::from_fn(|i, _| residual.get(i).map_or(1.0, |r| r.max(1e-9))),
+        correlation_s: SVector::repeat(FIRST_CORRELATION_S),
+        velocity: SVector::from_fn(|i, _| {
+            axes.get(i).map_or(1.0, |dof| sample_noise(records, dof.index()))
+        }),
+    }
+}
+
+/// Where correlation times start, s.
+const FIRST_CORRELATION_S: f64 = 3.0;

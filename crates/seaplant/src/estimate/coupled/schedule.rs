@@ -1,0 +1,134 @@
+//! A trial cut into slices between its measurements, once for all passes of the filter.
+
+use std::ops::Range;
+
+use nalgebra::{Matrix3x2, Vector6};
+
+use crate::motion::{Slice, body_from_world, down_body, interpolated_attitude};
+use crate::series::ROUNDING_S;
+use crate::{CoupledRecord, Dof, Timed};
+
+/// The longest slice, s: the Runge–Kutta steps of a vehicle that rolls at 4 rad/s are then
+/// right to 1e-5.
+const LONGEST_SLICE_S: f64 = 0.05;
+
+/// An instant at which some axes were measured, and how it is reached.
+pub(super) struct Stop {
+    /// The slices from the stop before.
+    pub(super) slices: Range<usize>,
+    /// How long these last, s.
+    pub(super) length_s: f64,
+    /// Velocity over ground by axis in SNAME order, where it was measured.
+    pub(super) measured: [Option<f64>; 6],
+    /// The two columns of R(η)ᵀ that turn a horizontal current into body axes.
+    pub(super) water: Matrix3x2<f64>,
+}
+
+/// A trial as the filter goes through it.
+pub(super) struct Schedule {
+    /// Which trial.
+    pub(super) trial: String,
+    /// Velocity over ground at the first stop, of all axes that are known.
+    pub(super) start: Vector6<f64>,
+    /// The stops; the first has no slices.
+    pub(super) stops: Vec<Stop>,
+    /// All slices.
+    pub(super) slices: Vec<Slice>,
+}
+
+impl Schedule {
+    /// Cuts a record for a plant of some axes.
+    pub(super) fn of(record: &CoupledRecord, axes: &[Dof]) -> Self {
+        let (from, to) = record.window_s;
+        let windowed = |dof: &Dof| record.velocity[dof.index()].as_ref()?.window(from, to);
+        let measured: Vec<(Dof, Timed)> =
+            axes.iter().filter_map(|dof| Some((*dof, windowed(dof)?))).collect();
+        let times = union(measured.iter().map(|(_, series)| series.time_s()));
+        let changes = union(record.force.iter().flatten().map(Timed::time_s));
+        let mut schedule = Self {
+            trial: record.trial.clone(),
+            start: Vector6::from_fn(|k, _| {
+                record.velocity[k].as_ref().map_or(0.0, |series| series.at(times[0]))
+            }),
+            stops: Vec::new(),
+            slices: Vec::new(),
+        };
+        let mut readers = vec![0; measured.len()];
+        let mut before = times[0];
+        for &time_s in &times {
+            let first = schedule.slices.len();
+            schedule.slice(record, axes, &changes, before, time_s);
+            let mut stop = Stop {
+                slices: first..schedule.slices.len(),
+                length_s: time_s - before,
+                measured: [None; 6],
+                water: water(record, time_s),
+            };
+            for ((dof, series), at) in measured.iter().zip(&mut readers) {
+                let is_now = series.time_s().get(*at).is_some_and(|t| *t <= time_s + ROUNDING_S);
+                if is_now {
+                    stop.measured[dof.index()] = Some(series.values()[*at]);
+                    *at += 1;
+                }
+            }
+            schedule.stops.push(stop);
+            before = time_s;
+        }
+        schedule
+    }
+
+    /// How many numbers were measured after the first stop.
+    pub(super) fn samples(&self) -> usize {
+        let of = |stop: &Stop| stop.measured.iter().flatten().count();
+        self.stops.iter().skip(1).map(of).sum()
+    }
+
+    fn slice(&mut self, record: &CoupledRecord, axes: &[Dof], changes: &[f64], from: f64, to: f64) {
+        let first = changes.partition_point(|&t| t <= from + ROUNDING_S);
+        let inside = changes[first..].iter().copied().take_while(|&t| t < to - ROUNDING_S);
+        let mut at = from;
+        for until in inside.chain([to]).filter(|until| *until > from) {
+            let count = ((until - at) / LONGEST_SLICE_S - 1e-9).ceil().max(1.0);
+            let h = (until - at) / count;
+            for k in 0..count as usize {
+                self.slices.push(slice(record, axes, at + k as f64 * h, h));
+            }
+            at = until;
+        }
+    }
+}
+
+fn slice(record: &CoupledRecord, axes: &[Dof], from: f64, h: f64) -> Slice {
+    let instants = [from, from + 0.5 * h, from + h];
+    let down = |t: f64| {
+        let [roll, pitch, _] = record.attitude.each_ref();
+        down_body(interpolated_attitude(roll.as_ref(), t), interpolated_attitude(pitch.as_ref(), t))
+    };
+    let others = |t: f64| {
+        Vector6::from_fn(|k, _| {
+            let known = record.velocity[k].as_ref().filter(|_| !axes.contains(&Dof::ALL[k]));
+            known.map_or(0.0, |series| series.at(t))
+        })
+    };
+    Slice {
+        length_s: h,
+        force: Vector6::from_fn(|k, _| {
+            record.force[k].as_ref().map_or(0.0, |force| force.held_at(instants[1]))
+        }),
+        down_body: instants.map(down),
+        others: instants.map(others),
+    }
+}
+
+fn water(record: &CoupledRecord, t: f64) -> Matrix3x2<f64> {
+    let angles = record.attitude.each_ref().map(|angle| interpolated_attitude(angle.as_ref(), t));
+    body_from_world(angles).fixed_columns::<2>(0).into_owned()
+}
+
+/// All times of some series, those of one instant once.
+fn union<'a>(series: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+    let mut all: Vec<f64> = series.flatten().copied().collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|later, earlier| *later - *earlier <= ROUNDING_S);
+    all
+}

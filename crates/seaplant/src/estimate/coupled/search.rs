@@ -1,0 +1,208 @@
+//! Couplings in damping that the trials ask for, beside the usual terms.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::fit::{Point, Problem};
+use super::inverse;
+use crate::plant::{Basis, Parameterisation, Plant, Product, Structure, Symmetry};
+use crate::{CoupledRecord, Dof, Error};
+
+/// A term that was tried, and what came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tried {
+    /// The term.
+    pub term: Basis,
+    /// Whether the plant has it.
+    pub admitted: bool,
+    /// Twice what the log-likelihood gains by it, beside all others that are admitted.
+    pub likelihood_ratio: f64,
+    /// How often chance alone would make as large a gain.
+    pub p_value: f64,
+}
+
+/// Gains of that many times the whiteness statistic of its axis admit a term: chance makes as
+/// much once in 100 000 for white innovations, and correlated ones exaggerate in proportion.
+const ADMITTED: f64 = 20.0;
+
+/// Terms that turn out to be worth less than this beside each other are dropped again.
+const KEPT: f64 = 12.0;
+
+/// Linear and quadratic damping of an axis by another that its mass may couple with.
+pub(super) fn candidates(structure: &Structure) -> Vec<Basis> {
+    let axes = structure.axes();
+    let symmetry = match structure.symmetry() {
+        Symmetry::Diagonal => Symmetry::PortStarboard,
+        stated => stated,
+    };
+    let mut all = Vec::new();
+    for &on in axes {
+        for &of in axes.iter().filter(|of| **of != on && symmetry.couples(on, **of)) {
+            all.push(Basis::Product(on, Product::linear(of)));
+            all.push(Basis::Product(on, Product::quadratic(of)));
+        }
+    }
+    all.retain(|term| structure.index_of(term).is_none());
+    all
+}
+
+/// What each candidate would gain in likelihood beside the fitted plant, to second order:
+/// Rao's score test, from one pass of the filter.
+///
+/// # Source
+/// \[Rao1948\].
+pub(super) fn scores<const N: usize>(
+    base: &Problem,
+    point: &Point<N>,
+    candidates: &[Basis],
+) -> Result<Vec<f64>, Error> {
+    let wide = base.with_terms(with_all(&base.structure, candidates)?);
+    let p = base.structure.terms().len();
+    let (slope, _) =
+        wide.by_plant(&widened(&wide, base, point)).ok_or_else(|| refused(&wide.structure))?;
+    let is_candidate = |k: usize| (p..p + candidates.len()).contains(&k);
+    let n = slope.gradient.len();
+    let rest: Vec<usize> = (0..n).filter(|k| !is_candidate(*k)).collect();
+    let own =
+        DMatrix::from_fn(rest.len(), rest.len(), |i, j| slope.information[(rest[i], rest[j])]);
+    let own = inverse(&own);
+    let of = |c: usize| {
+        let cross = DVector::from_fn(rest.len(), |i, _| slope.information[(rest[i], c)]);
+        let left = slope.information[(c, c)] - cross.dot(&(&own * &cross));
+        if left > COLLINEAR_PART * slope.information[(c, c)] {
+            slope.gradient[c].powi(2) / left
+        } else {
+            0.0
+        }
+    };
+    Ok((p..p + candidates.len()).map(of).collect())
+}
+
+/// A candidate of whose information less than this is left beside the others is not told.
+const COLLINEAR_PART: f64 = 1e-4;
+
+pub(super) fn with_all(structure: &Structure, terms: &[Basis]) -> Result<Structure, Error> {
+    terms.iter().try_fold(structure.clone(), |structure, term| structure.with(*term))
+}
+
+fn refused(structure: &Structure) -> Error {
+    Error::Plant {
+        axes: structure.name(),
+        reason: "its simulation runs away; leave terms out".to_owned(),
+    }
+}
+
+/// The candidates whose scores admit them, by the whiteness of their axes.
+pub(super) fn admitted(
+    candidates: &[Basis],
+    scores: &[f64],
+    whiteness: impl Fn(Dof) -> f64,
+) -> Vec<Basis> {
+    let passes = |(term, score): (&Basis, &f64)| {
+        let axis = term.axes()[0];
+        (*score > ADMITTED * whiteness(axis).max(1.0)).then_some(*term)
+    };
+    candidates.iter().zip(scores).filter_map(passes).collect()
+}
+
+/// The term of a wider plant to drop next: the one worth least beside the others, if that is
+/// too little or if one has to go anyway.
+pub(super) fn dropped(
+    terms: &[Basis],
+    plant: &Plant,
+    covariance: &DMatrix<f64>,
+    whiteness: impl Fn(Dof) -> f64,
+    one_must_go: bool,
+) -> Option<Basis> {
+    let worth = |term: &Basis| {
+        let k = plant.structure().index_of(term)?;
+        let ratio = plant.coefficients()[k].powi(2) / covariance[(k, k)];
+        Some((ratio / whiteness(term.axes()[0]).max(1.0), *term))
+    };
+    let least = terms.iter().filter_map(worth).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (one_must_go || least.0 < KEPT).then_some(least.1)
+}
+
+/// What came of every candidate.
+pub(super) fn tried(
+    candidates: &[Basis],
+    scores: &[f64],
+    admitted: &[Basis],
+    worths: &BTreeMap<Basis, f64>,
+) -> Vec<Tried> {
+    let of = |(term, score): (&Basis, &f64)| {
+        let is_admitted = admitted.contains(term);
+        let likelihood_ratio = worths.get(term).copied().unwrap_or(*score);
+        Tried {
+            term: *term,
+            admitted: is_admitted,
+            likelihood_ratio,
+            p_value: p_value(likelihood_ratio),
+        }
+    };
+    candidates.iter().zip(scores).map(of).collect()
+}
+
+/// What chance alone gains as often.
+fn p_value(likelihood_ratio: f64) -> f64 {
+    // One degree of freedom makes a distribution.
+    ChiSquared::new(1.0).map_or(1.0, |chi| chi.sf(likelihood_ratio.max(0.0)))
+}
+
+/// A start for a wider structure: what is fitted, and no more than that.
+pub(super) fn widened<const N: usize>(
+    problem: &Problem,
+    from: &Problem,
+    point: &Point<N>,
+) -> Point<N> {
+    let old = from.physical.coefficients(&point.free);
+    let structure = &problem.structure;
+    let coefficients = DVector::from_fn(structure.terms().len(), |k, _| {
+        from.structure.index_of(&structure.terms()[k]).map_or(0.0, |j| old[j])
+    });
+    let mut free = problem.physical.free(&coefficients);
+    // Free numbers of terms that both have are kept to the last digit.
+    for (k, term) in structure.terms().iter().enumerate() {
+        if let Some(j) = from.structure.index_of(term) {
+            free[k] = point.free[j];
+        }
+    }
+    Point { free, ..point.clone() }
+}
+
+/// Whether damping takes power: D_l has no negative power at all, and all of it has none at the
+/// velocities of the trials.
+pub(super) fn is_dissipative(plant: &Plant, records: &[&CoupledRecord]) -> bool {
+    let linear = plant.linear_damping();
+    let eigenvalues = (&linear + linear.transpose()).symmetric_eigenvalues();
+    if eigenvalues.min() < -ROUNDING_PART * eigenvalues.max() {
+        return false;
+    }
+    let of = |record: &&CoupledRecord| {
+        let (worst, greatest) = damping_power(plant, record);
+        worst >= -NEGLIGIBLE_POWER * greatest
+    };
+    records.iter().all(of)
+}
+
+/// The least and the greatest power of damping at the velocities of a trial, W.
+pub(crate) fn damping_power(plant: &Plant, record: &CoupledRecord) -> (f64, f64) {
+    let times = record.velocity.iter().flatten().next().map(crate::Timed::time_s);
+    let mut range = (0.0_f64, 0.0_f64);
+    for &t in times.into_iter().flatten() {
+        let velocity = nalgebra::Vector6::from_fn(|k, _| {
+            record.velocity[k].as_ref().map_or(0.0, |series| series.at(t))
+        });
+        let power = plant.damping_power(&velocity);
+        range = (range.0.min(power), range.1.max(power));
+    }
+    range
+}
+
+/// Power below this part of the greatest is that of a term that hardly matters.
+pub(crate) const NEGLIGIBLE_POWER: f64 = 1e-3;
+
+/// An eigenvalue below this part of the greatest is rounding.
+const ROUNDING_PART: f64 = 1e-9;

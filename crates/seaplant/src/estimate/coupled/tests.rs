@@ -1,0 +1,213 @@
+use nalgebra::Vector6;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::filter::Pass;
+use super::fit::{in_threads, sample_noise};
+use super::*;
+use crate::motion::{Inputs, Prepared, simulate};
+use crate::plant::Symmetry;
+use crate::{Role, Timed};
+
+/// Differences over parts of 1e-6 of sums of thousands of squares.
+const DIFFERENCE: f64 = 2e-3;
+
+const PLANAR: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
+
+fn planar() -> Plant {
+    let structure = Structure::of(&PLANAR, Symmetry::PortStarboard).expect("three axes");
+    let structure = structure.with("sway: r".parse().expect("a term")).expect("fits");
+    let mass = [20.0, 21.0, 0.8, 0.6];
+    let damping = [5.0, 40.0, 8.0, 90.0, 0.3, 1.5, 0.9];
+    Plant::new(structure, mass.into_iter().chain(damping).collect()).expect("possible")
+}
+
+fn random(seed: u64) -> impl FnMut() -> f64 {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    move || StandardNormal.sample(&mut random)
+}
+
+/// A vehicle driven freely in a current, as its sensors see it.
+fn record(plant: &Plant, trial: &str, seed: u64, seconds: usize, noise: f64) -> CoupledRecord {
+    let mut random = random(seed);
+    let time_s: Vec<f64> = (0..10 * seconds).map(|k| 0.1 * k as f64).collect();
+    let mut series = |amplitude: f64, dwell: usize| {
+        let mut level = 0.0;
+        let values: Vec<f64> = (0..time_s.len())
+            .map(|k| {
+                if k % dwell == 0 {
+                    level = amplitude * random();
+                }
+                level
+            })
+            .collect();
+        Some(Timed::new("force", time_s.clone(), values).expect("valid"))
+    };
+    let force = [series(20.0, 37), series(20.0, 53), None, None, None, series(1.0, 23)];
+    let heading = Timed::new("heading", vec![0.0], vec![0.3]).expect("valid");
+    let current = [0.1, -0.05];
+    let inputs = Inputs {
+        force: force.clone(),
+        attitude: [None, None, Some(heading)],
+        current,
+        ..Inputs::default()
+    };
+    let motion = simulate(plant, &inputs, &Vector6::zeros(), &time_s).expect("bounded");
+    let mut measured = |of: &dyn Fn(usize) -> f64, std: f64| {
+        let values: Vec<f64> = (0..time_s.len()).map(|k| of(k) + std * random()).collect();
+        Some(Timed::new("motion", time_s.clone(), values).expect("valid"))
+    };
+    let velocity = [0, 1, 5].map(|axis| measured(&|k| motion.velocity[k][axis], noise));
+    let [surge, sway, yaw] = velocity;
+    let heading = measured(&|k| motion.attitude[k][2], 0.1 * noise);
+    CoupledRecord {
+        trial: trial.to_owned(),
+        role: Role::Fit,
+        force,
+        velocity: [surge, sway, None, None, None, yaw],
+        attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
+        window_s: (0.0, time_s[time_s.len() - 1]),
+        caveats: Vec::new(),
+    }
+}
+
+fn noise() -> Noise<3> {
+    Noise {
+        disturbance: [0.5, 0.4, 0.02].into(),
+        correlation_s: [4.0, 6.0, 3.0].into(),
+        velocity: [0.006, 0.005, 0.004].into(),
+    }
+}
+
+#[test]
+fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
+    let plant = planar();
+    let record = record(&plant, "a", 1, 20, 0.005);
+    let schedule = schedule::Schedule::of(&record, plant.axes());
+    let noise = noise();
+    // Away from the optimum, where slopes are steep.
+    let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
+    let current = [0.07, 0.02];
+    let prepared = |coefficients: &[f64]| {
+        let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
+        Prepared::<3>::new(&plant).expect("three axes")
+    };
+    let base = prepared(&off);
+    fn pass<'a>(
+        plant: &'a Prepared<3>,
+        schedule: &'a schedule::Schedule,
+        current: [f64; 2],
+        noise: &'a Noise<3>,
+    ) -> Pass<'a, 3> {
+        Pass { plant, schedule, current, noise }
+    }
+    let (slope, gains) = pass(&base, &schedule, current, &noise).by_plant();
+    let check = |found: f64, expected: f64, name: &str| {
+        let off = (found - expected).abs() / expected.abs().max(1.0);
+        assert!(off < DIFFERENCE, "{name}: {found} and {expected}");
+    };
+    for (k, term) in plant.structure().terms().iter().enumerate() {
+        let step = 1e-6 * off[k].abs();
+        let at = |sign: f64| {
+            let mut moved = off.clone();
+            moved[k] += sign * step;
+            pass(&prepared(&moved), &schedule, current, &noise).at_gains(&gains)
+        };
+        check(slope.gradient[k], (at(1.0) - at(-1.0)) / (2.0 * step), &term.to_string());
+    }
+    for direction in 0..2 {
+        let at = |step: f64| {
+            let mut moved = current;
+            moved[direction] += step;
+            pass(&base, &schedule, moved, &noise).at_gains(&gains)
+        };
+        let expected = (at(1e-6) - at(-1e-6)) / 2e-6;
+        check(slope.gradient[off.len() + direction], expected, "current");
+    }
+}
+
+/// The noise's slope leaves out that the filter's linearisation changes with its state, and the
+/// way from a disturbance to velocity with the correlation time: parts of h/T.
+const LINEARISATION: f64 = 0.1;
+
+#[test]
+fn the_noises_slope_is_that_of_the_likelihood() {
+    let plant = planar();
+    let record = record(&plant, "a", 1, 60, 0.005);
+    let schedule = schedule::Schedule::of(&record, plant.axes());
+    let prepared = Prepared::<3>::new(&plant).expect("three axes");
+    let logarithms = noise().logarithms();
+    let pass = |noise: &Noise<3>| {
+        let pass = Pass { plant: &prepared, schedule: &schedule, current: [0.1, -0.05], noise };
+        (pass.by_noise(), pass.innovations().0)
+    };
+    let (slope, cost) = pass(&noise());
+    assert!((slope.cost - cost).abs() < 1e-9 * cost.abs());
+    for k in 0..Noise::<3>::COUNT {
+        let at = |step: f64| {
+            let mut moved = logarithms.clone();
+            moved[k] += step;
+            pass(&Noise::of(&moved)).1
+        };
+        let expected = (at(1e-5) - at(-1e-5)) / 2e-5;
+        let off = (slope.gradient[k] - expected).abs() / expected.abs().max(1.0);
+        assert!(off < LINEARISATION, "{k}: {} and {expected}", slope.gradient[k]);
+    }
+}
+
+#[test]
+fn a_simulated_vehicle_comes_back_within_its_intervals() {
+    let truth = planar();
+    let records = [("a", 3), ("b", 4)].map(|(name, seed)| record(&truth, name, seed, 150, 0.005));
+    let records: Vec<&CoupledRecord> = records.iter().collect();
+    let fit = fit_coupled(truth.structure(), &records, None, false).expect("an optimum");
+    for (k, term) in truth.structure().terms().iter().enumerate() {
+        let (found, expected) = (fit.plant.coefficients()[k], truth.coefficients()[k]);
+        let std = fit.covariance[(k, k)].sqrt();
+        assert!((found - expected).abs() < 4.0 * std, "{term}: {found} ± {std}, {expected}");
+        assert!(std < 0.1 * expected.abs(), "{term}: {found} ± {std}");
+    }
+    let [north, east] = fit.current_of("a");
+    assert!((north - 0.1).abs() < 0.01 && (east + 0.05).abs() < 0.01, "{north} {east}");
+}
+
+#[test]
+fn a_coupling_that_is_there_is_found_and_none_is_invented() {
+    let truth = planar();
+    let usual = truth.structure().without(|term| term.to_string() == "sway: r");
+    let records = [("a", 5), ("b", 6)].map(|(name, seed)| record(&truth, name, seed, 150, 0.005));
+    let records: Vec<&CoupledRecord> = records.iter().collect();
+    let fit = fit_coupled(&usual, &records, None, true).expect("an optimum");
+    let admitted = fit.tried.iter().filter(|tried| tried.admitted);
+    let admitted: Vec<String> = admitted.map(|tried| tried.term.to_string()).collect();
+    assert_eq!(admitted, ["sway: r"]);
+    assert_eq!(fit.tried.len(), 4);
+}
+
+#[test]
+fn added_mass_stays_above_zero_where_the_rigid_body_is_known() {
+    let truth = planar();
+    let records = [record(&truth, "a", 7, 100, 0.005)];
+    let records: Vec<&CoupledRecord> = records.iter().collect();
+    // Heavier than the vehicle is: the least that the fit may give.
+    let inertia = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.5]];
+    let body = RigidBody::new(20.5, [0.0; 3], inertia).expect("a body");
+    let fit = fit_coupled(truth.structure(), &records, Some(&body), false).expect("an optimum");
+    let rigid = body.mass_matrix();
+    let rigid = DMatrix::from_fn(3, 3, |i, j| rigid[(PLANAR[i].index(), PLANAR[j].index())]);
+    let added = fit.plant.mass_matrix() - rigid;
+    assert!(added.symmetric_eigenvalues().min() > -1e-9, "{added}");
+}
+
+#[test]
+fn threads_give_results_in_order() {
+    assert_eq!(in_threads(100, |k| k * k), (0..100).map(|k| k * k).collect::<Vec<_>>());
+}
+
+#[test]
+fn noise_of_a_sample_is_read_off_third_differences() {
+    let record = record(&planar(), "a", 8, 300, 0.01);
+    let found = sample_noise(&[&record], Dof::Surge.index());
+    assert!((found / 0.01 - 1.0).abs() < 0.15, "{found}");
+}

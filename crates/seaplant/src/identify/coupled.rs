@@ -1,0 +1,307 @@
+//! Plants of several axes: fitted, scored and doubted.
+
+mod doubts;
+mod score;
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, Matrix6};
+
+use super::IdentifyOptions;
+use crate::estimate::{CoupledFit, Tried, fit_coupled};
+use crate::plant::{Basis, Plant, Product, RigidBody, Structure, Symmetry};
+use crate::results::{
+    AxisScore, Coefficient, Correlation, CoupledPlant, Failure, Identifiability, MatrixResult,
+    Parameter, Results, TermDecision, ToldBy,
+};
+use crate::{
+    Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Trial, Vehicle,
+};
+
+/// A plant of several axes that is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoupledPlan {
+    /// Its axes.
+    pub axes: Vec<Dof>,
+    /// Which of them M may couple.
+    pub symmetry: Symmetry,
+    /// Terms beside the usual ones of [`Structure::of`].
+    pub terms: Vec<Basis>,
+    /// Whether damping of one axis by another is added where the trials ask for it.
+    pub search: bool,
+}
+
+impl CoupledPlan {
+    /// The terms of the plant.
+    ///
+    /// # Errors
+    /// As [`Structure::of`] and [`Structure::with`].
+    pub fn structure(&self) -> Result<Structure, Error> {
+        let usual = Structure::of(&self.axes, self.symmetry)?;
+        self.terms.iter().try_fold(usual, |structure, term| structure.with(*term))
+    }
+}
+
+/// Identifies every coupled plant that is asked for.
+pub(super) fn identify(
+    vehicle: &Vehicle,
+    trials: &[Trial],
+    options: &IdentifyOptions,
+    results: &mut Results,
+) {
+    for plan in &options.coupled {
+        match plant(plan, vehicle, trials) {
+            Ok((name, plant)) => {
+                results.coupled.insert(name, plant);
+            }
+            Err(error) => results.failures.push(Failure {
+                dof: plan.axes.first().copied().unwrap_or(Dof::Surge),
+                method: format!("{} of a coupled plant", Method::FilterError),
+                message: error.to_string(),
+            }),
+        }
+    }
+}
+
+/// Records of trials by what they are for.
+#[derive(Default)]
+struct Records<'a> {
+    fit: Vec<&'a CoupledRecord>,
+    hold_out: Vec<&'a CoupledRecord>,
+    /// Trials that do not say enough.
+    left_out: Vec<Caveat>,
+}
+
+impl<'a> Records<'a> {
+    /// # Errors
+    /// That of the first trial to fit, if none of them says enough; [`Error::NoTrial`] if there
+    /// is none.
+    fn of(trials: &'a [Trial], axes: &[Dof]) -> Result<Self, Error> {
+        let mut records = Self::default();
+        let mut refused = None;
+        for trial in trials.iter().filter(|trial| trial.role() != Role::Steady) {
+            match (trial.coupled(axes), trial.role()) {
+                (Ok(record), Role::Fit) => records.fit.push(record),
+                (Ok(record), _) => records.hold_out.push(record),
+                (Err(error), role) => {
+                    let message = format!("trial `{}` is left out: {error}", trial.name());
+                    let caveat = Caveat::warning(CaveatCode::TrialLeftOut, message);
+                    records.left_out.push(caveat);
+                    if role == Role::Fit {
+                        refused.get_or_insert(error);
+                    }
+                }
+            }
+        }
+        match (records.fit.is_empty(), refused) {
+            (true, Some(error)) => Err(error),
+            (true, None) => Err(Error::NoTrial { dof: axes[0] }),
+            (false, _) => Ok(records),
+        }
+    }
+}
+
+fn plant(
+    plan: &CoupledPlan,
+    vehicle: &Vehicle,
+    trials: &[Trial],
+) -> Result<(String, CoupledPlant), Error> {
+    let structure = plan.structure()?;
+    let records = Records::of(trials, &plan.axes)?;
+    check_motion(&structure, &records.fit)?;
+    let fit = fit_coupled(&structure, &records.fit, vehicle.rigid_body.as_ref(), plan.search)?;
+    let own = |record: &CoupledRecord| fit.current_of(&record.trial);
+    let score = score::score(&fit.plant, &records.fit, own)?;
+    let hold_out = match records.hold_out.as_slice() {
+        [] => None,
+        // A trial that was not fitted has no current of its own.
+        held => Some(score::score(&fit.plant, held, |_| fit.mean_current())?),
+    };
+    let mut plant = result(&fit, vehicle.rigid_body.as_ref());
+    plant.fit = score;
+    plant.hold_out = hold_out;
+    plant.single_axes = single_axes(&structure, &records, vehicle);
+    plant.caveats = doubts::doubts(&fit, &plant, &records.fit, vehicle);
+    plant.caveats.splice(0..0, records.left_out);
+    Ok((structure.name(), plant))
+}
+
+/// The score of each driven axis by itself, on held-out trials if there are any.
+fn single_axes(
+    structure: &Structure,
+    records: &Records<'_>,
+    vehicle: &Vehicle,
+) -> BTreeMap<Dof, AxisScore> {
+    let scored = if records.hold_out.is_empty() { &records.fit } else { &records.hold_out };
+    let of = |&dof: &Dof| {
+        records.fit.iter().find(|record| record.is_driven(dof))?;
+        let alone = Structure::of(&[dof], Symmetry::Diagonal).ok()?;
+        let body = vehicle.rigid_body.as_ref();
+        // An axis that cannot be fitted by itself has no score by itself.
+        let fit = fit_coupled(&alone, &records.fit, body, false).ok()?;
+        let score = score::score(&fit.plant, scored, |_| fit.mean_current()).ok()?;
+        Some((dof, *score.by_axis.get(&dof)?))
+    };
+    if structure.axes().len() == 1 {
+        return BTreeMap::new();
+    }
+    structure.axes().iter().filter_map(of).collect()
+}
+
+/// An axis that stands still tells none of its coefficients.
+///
+/// # Errors
+/// [`Error::Plant`] with the axis, if its velocity hardly varies in any trial.
+fn check_motion(structure: &Structure, records: &[&CoupledRecord]) -> Result<(), Error> {
+    for &dof in structure.axes() {
+        let speeds = records.iter().filter_map(|record| record.velocity[dof.index()].as_ref());
+        let greatest =
+            speeds.flat_map(|series| series.values()).fold(0.0_f64, |m, x| m.max(x.abs()));
+        if greatest < STILL {
+            let reason = format!(
+                "{dof} does not move in any trial to fit (its greatest speed is {greatest:.1e} {}); leave it out of axes, or drive it",
+                dof.units().velocity
+            );
+            return Err(Error::Plant { axes: structure.name(), reason });
+        }
+    }
+    Ok(())
+}
+
+/// Slower than this an axis stands still, m/s or rad/s.
+const STILL: f64 = 1e-4;
+
+fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
+    let structure = fit.plant.structure();
+    let named = structure.terms().iter().enumerate().map(|(k, term)| (term.to_string(), k));
+    let parameters: BTreeMap<String, Coefficient> =
+        named.clone().map(|(name, k)| (name, coefficient(fit, k))).collect();
+    let not_told = parameters.iter().filter(|(_, x)| x.told_by == ToldBy::Nothing);
+    let rigid = rigid_body.map(|body| on_axes(structure.axes(), &body.mass_matrix()));
+    let mass = fit.plant.mass_matrix();
+    CoupledPlant {
+        axes: structure.axes().to_vec(),
+        method: Method::FilterError,
+        symmetry: structure.symmetry(),
+        mass_matrix: matrix(fit, &mass, |i, j| Basis::Mass(i.min(j), i.max(j))),
+        added_mass: rigid.as_ref().map(|rigid| rows(&(mass - rigid))),
+        rigid_body_mass_matrix: rigid.as_ref().map(rows),
+        linear_damping: matrix(fit, &fit.plant.linear_damping(), |on, of| {
+            Basis::Product(on, Product::linear(of))
+        }),
+        quadratic_damping: matrix(fit, &fit.plant.quadratic_damping(), |on, of| {
+            Basis::Product(on, Product::quadratic(of))
+        }),
+        correlation: correlation(fit),
+        nuisances: nuisances(fit),
+        identifiability: Identifiability {
+            coefficients: structure.terms().len(),
+            rank: fit.rank,
+            variance_inflation: named.map(|(name, k)| (name, fit.inflation[k])).collect(),
+            not_told: not_told.map(|(name, _)| name.clone()).collect(),
+        },
+        structure: fit.tried.iter().map(decision).collect(),
+        samples: fit.samples,
+        log_likelihood: fit.log_likelihood,
+        fit: crate::results::CoupledScore::default(),
+        hold_out: None,
+        single_axes: BTreeMap::new(),
+        caveats: Vec::new(),
+        parameters,
+    }
+}
+
+fn decision(tried: &Tried) -> TermDecision {
+    let Tried { term, admitted, likelihood_ratio, p_value } = *tried;
+    TermDecision { terms: vec![term.to_string()], admitted, likelihood_ratio, p_value }
+}
+
+fn coefficient(fit: &CoupledFit, k: usize) -> Coefficient {
+    let term = fit.plant.structure().terms()[k];
+    let (value, std) = (fit.plant.coefficients()[k], fit.covariance[(k, k)].sqrt());
+    let Estimate { low95, high95, .. } = Estimate::new(value, std, fit.samples as f64);
+    let is_own_damping = matches!(term, Basis::Product(on, product)
+        if [Product::linear(on), Product::quadratic(on)].contains(&product));
+    let is_positive = is_own_damping || matches!(term, Basis::Mass(i, j) if i == j);
+    let told_by = if is_own_damping && value <= 0.0 {
+        ToldBy::Limit
+    } else if high95 - low95 > 2.0 * value.abs() && is_positive {
+        ToldBy::Nothing
+    } else {
+        ToldBy::Data
+    };
+    Coefficient {
+        value,
+        std,
+        low95: if is_positive { low95.max(0.0) } else { low95 },
+        high95,
+        unit: term.unit(),
+        on: term.axes().into_iter().filter(|dof| fit.plant.axes().contains(dof)).collect(),
+        told_by,
+    }
+}
+
+fn on_axes(axes: &[Dof], six: &Matrix6<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(axes.len(), axes.len(), |i, j| six[(axes[i].index(), axes[j].index())])
+}
+
+fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+fn matrix(
+    fit: &CoupledFit,
+    value: &DMatrix<f64>,
+    term: impl Fn(Dof, Dof) -> Basis,
+) -> MatrixResult {
+    let axes = fit.plant.axes();
+    let std = DMatrix::from_fn(axes.len(), axes.len(), |i, j| {
+        fit.std(&term(axes[i], axes[j])).unwrap_or(0.0)
+    });
+    MatrixResult { value: rows(value), std: rows(&std) }
+}
+
+fn correlation(fit: &CoupledFit) -> Correlation {
+    let std = |k: usize| fit.covariance[(k, k)].sqrt();
+    let p = fit.covariance.nrows();
+    let value = DMatrix::from_fn(p, p, |i, j| fit.covariance[(i, j)] / (std(i) * std(j)));
+    Correlation {
+        names: fit.plant.structure().terms().iter().map(ToString::to_string).collect(),
+        value: rows(&value),
+    }
+}
+
+fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
+    let parameter = |(value, std): (f64, f64), unit: &str| {
+        Parameter::new(Estimate::new(value, std, fit.samples as f64), unit)
+    };
+    let mut all = BTreeMap::new();
+    for (trial, [north, east]) in &fit.currents {
+        all.insert(format!("current north: {trial}"), parameter(*north, "m/s"));
+        all.insert(format!("current east: {trial}"), parameter(*east, "m/s"));
+    }
+    for (dof, noise) in &fit.disturbances {
+        let units = dof.units();
+        all.insert(format!("disturbance: {dof}"), parameter(noise.disturbance, units.force));
+        all.insert(format!("disturbance correlation: {dof}"), parameter(noise.correlation_s, "s"));
+        all.insert(format!("velocity noise: {dof}"), parameter(noise.velocity, units.velocity));
+    }
+    all
+}
+
+/// A plant with the coefficients that results hold.
+///
+/// # Errors
+/// [`Error::PlantTerm`] for a name that is no term, [`Error::Plant`] for coefficients that
+/// make no plant.
+pub fn plant_of_result(result: &CoupledPlant) -> Result<Plant, Error> {
+    let mut structure = Structure::of(&result.axes, result.symmetry)?;
+    structure = structure.without(|term| !result.parameters.contains_key(&term.to_string()));
+    let known: Vec<String> = structure.terms().iter().map(ToString::to_string).collect();
+    for name in result.parameters.keys().filter(|name| !known.contains(name)) {
+        structure = structure.with(name.parse()?)?;
+    }
+    let value = |term: &Basis| result.parameters[&term.to_string()].value;
+    let coefficients = structure.terms().iter().map(value).collect();
+    Plant::new(structure, coefficients)
+}

@@ -1,0 +1,170 @@
+//! Reasons to doubt a plant of several axes.
+
+use crate::caveat::spoken;
+use crate::estimate::{CoupledFit, NEGLIGIBLE_POWER, damping_power};
+use crate::plant::Basis;
+use crate::results::{CoupledPlant, CoupledScore, ToldBy};
+use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Vehicle};
+
+/// Two coefficients that are correlated by more cannot be told apart.
+const COLLINEAR: f64 = 0.98;
+
+/// A plant whose error is not below this part of that of one that never moves is no better.
+const NO_BETTER: f64 = 0.9;
+
+/// All doubts, the worst first.
+pub(super) fn doubts(
+    fit: &CoupledFit,
+    plant: &CoupledPlant,
+    records: &[&CoupledRecord],
+    vehicle: &Vehicle,
+) -> Vec<Caveat> {
+    let mut all: Vec<Caveat> = records.iter().flat_map(|record| record.caveats.clone()).collect();
+    all.extend(untold(plant));
+    all.extend(collinear(plant));
+    all.extend(not_driven(plant, records));
+    all.extend(not_dissipative(fit, records));
+    all.extend(restoring(fit, vehicle));
+    all.extend(scores(plant));
+    all.extend(not_white(fit));
+    all.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
+    all
+}
+
+fn untold(plant: &CoupledPlant) -> Option<Caveat> {
+    let of = |told_by| {
+        let found = plant.parameters.iter().filter(move |(_, x)| x.told_by == told_by);
+        found.map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>()
+    };
+    let nothing = of(ToldBy::Nothing);
+    (!nothing.is_empty()).then(|| {
+        let message = format!(
+            "the trials hardly tell {}: the 95 % interval is wider than the number; drive these axes more, and several at once, or leave them out",
+            nothing.join(", ")
+        );
+        Caveat::note(CaveatCode::Collinear, message)
+    })
+}
+
+fn collinear(plant: &CoupledPlant) -> Option<Caveat> {
+    let correlation = &plant.correlation;
+    let mut pairs = Vec::new();
+    for (i, row) in correlation.value.iter().enumerate() {
+        for (j, r) in row.iter().enumerate().take(i) {
+            if r.abs() > COLLINEAR {
+                pairs.push(format!("`{}` and `{}`", correlation.names[j], correlation.names[i]));
+            }
+        }
+    }
+    (!pairs.is_empty()).then(|| {
+        let message = format!(
+            "the trials hardly tell apart {}; vary speed within turns, and drive at more than one speed",
+            pairs.join("; ")
+        );
+        Caveat::warning(CaveatCode::Collinear, message)
+    })
+}
+
+fn not_driven(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat> {
+    let undriven = |dof: &&Dof| !records.iter().any(|record| record.is_driven(**dof));
+    let names: Vec<&str> = plant.axes.iter().filter(undriven).map(|dof| dof.name()).collect();
+    (!names.is_empty()).then(|| {
+        let message = format!(
+            "no force or moment acts on {}: {} coefficients follow from what other axes do to {}; map a wrench or thrusters there if there are any",
+            names.join(" and "),
+            if names.len() == 1 { "its" } else { "their" },
+            if names.len() == 1 { "it" } else { "them" },
+        );
+        Caveat::note(CaveatCode::UndrivenAxis, message)
+    })
+}
+
+/// Where the vehicle was, damping must take power.
+fn not_dissipative(fit: &CoupledFit, records: &[&CoupledRecord]) -> Option<Caveat> {
+    let ranges = records.iter().map(|record| damping_power(&fit.plant, record));
+    let (worst, greatest) =
+        ranges.fold((0.0_f64, 0.0_f64), |all, own| (all.0.min(own.0), all.1.max(own.1)));
+    (worst < -NEGLIGIBLE_POWER * greatest).then(|| {
+        let message = format!(
+            "damping gives the vehicle up to {} W at speeds that it had in the trials: no water does; drop a coupled damping term, or use trials in which its axes move apart",
+            spoken(-worst)
+        );
+        Caveat::warning(CaveatCode::NotDissipative, message)
+    })
+}
+
+/// Weight and buoyancy as stated must be those that the motion shows.
+fn restoring(fit: &CoupledFit, vehicle: &Vehicle) -> Option<Caveat> {
+    let (body, buoyancy) = (vehicle.rigid_body?, vehicle.buoyancy?);
+    let (excess, lever) = buoyancy.restoring(&body);
+    let stated = [(Basis::WeightExcess, excess), (Basis::Lever(2), lever.z)];
+    let off = stated.into_iter().find_map(|(term, stated)| {
+        let (value, std) = (fit.plant.coefficient(&term)?, fit.std(&term)?);
+        let is_off = (value - stated).abs() > CONTRADICTION * std + CONTRADICTION_PART * stated.abs();
+        is_off.then(|| {
+            format!(
+                "`{term}` is {} ± {} {}, and the vehicle file makes it {}; weigh the vehicle in water, check the centres of gravity and buoyancy, and the scale of thrust",
+                spoken(value),
+                spoken(std),
+                term.unit(),
+                spoken(stated)
+            )
+        })
+    })?;
+    Some(Caveat::warning(CaveatCode::RestoringContradicts, off))
+}
+
+/// So many standard deviations, and this part of it, is an estimate off what was stated.
+const CONTRADICTION: f64 = 3.0;
+const CONTRADICTION_PART: f64 = 0.1;
+
+fn scores(plant: &CoupledPlant) -> Vec<Caveat> {
+    let (score, where_) = match &plant.hold_out {
+        Some(held) => (held, "the held-out trials"),
+        None => (&plant.fit, "the trials that it was fitted to"),
+    };
+    let mut all = no_better(score, where_);
+    if plant.hold_out.is_none() {
+        let message = "the error is that of the trials that were fitted; keep one trial aside with role = \"hold-out\"";
+        all.push(Caveat::note(CaveatCode::ScoredOnFit, message));
+    }
+    all
+}
+
+fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
+    let of = |(dof, score): (&Dof, &crate::results::AxisScore)| {
+        let Some(error) = score.mean_abs_error else {
+            let message = format!("simulated over {where_}, the plant runs away");
+            return Some(Caveat::severe(CaveatCode::Unstable, message));
+        };
+        (error > NO_BETTER * score.null_error).then(|| {
+            let units = dof.units().velocity;
+            let message = format!(
+                "on {where_} the error of {dof} is {} {units}, and that of a model that never moves {} {units}",
+                spoken(error),
+                spoken(score.null_error)
+            );
+            Caveat::warning(CaveatCode::NoBetterThanNull, message)
+        })
+    };
+    let mut found: Vec<Caveat> = score.by_axis.iter().filter_map(of).collect();
+    found.dedup();
+    found
+}
+
+/// Above this the mean of Box and Pierce's statistic says that innovations are correlated.
+const WHITE: f64 = 1.8;
+
+fn not_white(fit: &CoupledFit) -> Option<Caveat> {
+    let far = |(dof, ratio): (&Dof, &f64)| {
+        (*ratio > WHITE).then(|| format!("{dof} ({})", spoken(*ratio)))
+    };
+    let axes: Vec<String> = fit.whiteness.iter().filter_map(far).collect();
+    (!axes.is_empty()).then(|| {
+        let message = format!(
+            "what the plant fails to predict is correlated in time in {} (1 if not): something acts that the model does not have, such as waves, a thruster's lag or another coupling; intervals may be too narrow",
+            axes.join(", ")
+        );
+        Caveat::warning(CaveatCode::ResidualsNotWhite, message)
+    })
+}

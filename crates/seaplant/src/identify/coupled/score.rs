@@ -1,0 +1,131 @@
+//! How far a plant's free motion is from what was measured.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector6;
+
+use crate::motion::{Inputs, Simulated, simulate};
+use crate::plant::Plant;
+use crate::results::{AxisScore, CoupledScore};
+use crate::{CoupledRecord, Dof, Error, Timed};
+
+/// Sums that make a score.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    n: usize,
+    error: f64,
+    null: f64,
+    squares: f64,
+    sum: f64,
+    of_squares: f64,
+    diverged: bool,
+}
+
+impl Sums {
+    fn add(&mut self, model: Option<f64>, measured: f64) {
+        self.n += 1;
+        self.null += measured.abs();
+        self.sum += measured;
+        self.of_squares += measured * measured;
+        match model {
+            Some(model) => {
+                self.error += (model - measured).abs();
+                self.squares += (model - measured).powi(2);
+            }
+            None => self.diverged = true,
+        }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self {
+            n: self.n + other.n,
+            error: self.error + other.error,
+            null: self.null + other.null,
+            squares: self.squares + other.squares,
+            sum: self.sum + other.sum,
+            of_squares: self.of_squares + other.of_squares,
+            diverged: self.diverged || other.diverged,
+        }
+    }
+
+    fn score(self) -> AxisScore {
+        let n = self.n.max(1) as f64;
+        let spread = self.of_squares - self.sum * self.sum / n;
+        let of = |x: f64| (!self.diverged).then_some(x);
+        AxisScore {
+            mean_abs_error: of(self.error / n),
+            null_error: self.null / n,
+            r2: of(1.0 - self.squares / spread).filter(|r2| r2.is_finite()),
+            samples: self.n,
+        }
+    }
+}
+
+/// Simulates trials freely from their start and compares velocities.
+///
+/// # Errors
+/// [`Error::Plant`] if M is singular; a simulation that runs away is no error but has no score.
+pub(super) fn score(
+    plant: &Plant,
+    records: &[&CoupledRecord],
+    current: impl Fn(&CoupledRecord) -> [f64; 2],
+) -> Result<CoupledScore, Error> {
+    let mut score = CoupledScore::default();
+    let mut all: BTreeMap<Dof, Sums> = BTreeMap::new();
+    for record in records {
+        let sums = of_trial(plant, record, current(record))?;
+        for (dof, sums) in &sums {
+            let total = all.entry(*dof).or_default();
+            *total = total.plus(*sums);
+        }
+        let by_axis = sums.into_iter().map(|(dof, sums)| (dof, sums.score())).collect();
+        score.trials.insert(record.trial.clone(), by_axis);
+    }
+    score.by_axis = all.into_iter().map(|(dof, sums)| (dof, sums.score())).collect();
+    Ok(score)
+}
+
+fn of_trial(
+    plant: &Plant,
+    record: &CoupledRecord,
+    current: [f64; 2],
+) -> Result<BTreeMap<Dof, Sums>, Error> {
+    let (from, to) = record.window_s;
+    let velocity = |dof: Dof| record.velocity[dof.index()].as_ref();
+    let measured: Vec<(Dof, Timed)> = plant
+        .axes()
+        .iter()
+        .filter_map(|&dof| Some((dof, velocity(dof)?.window(from, to)?)))
+        .collect();
+    let mut times: Vec<f64> =
+        measured.iter().flat_map(|(_, series)| series.time_s()).copied().collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let first = times.first().copied().unwrap_or(from);
+    let start =
+        Vector6::from_fn(|k, _| record.velocity[k].as_ref().map_or(0.0, |series| series.at(first)));
+    let inputs = Inputs {
+        force: record.force.clone(),
+        velocity: record.velocity.clone(),
+        attitude: record.attitude.clone(),
+        current,
+    };
+    let simulated = match simulate(plant, &inputs, &start, &times) {
+        Ok(simulated) => Some(simulated),
+        Err(Error::Diverged { .. }) => None,
+        Err(other) => return Err(other),
+    };
+    let mut sums: BTreeMap<Dof, Sums> = BTreeMap::new();
+    for (dof, series) in &measured {
+        let mut at = 0;
+        let own = sums.entry(*dof).or_default();
+        for (t, y) in series.time_s().iter().zip(series.values()) {
+            while times[at] < *t {
+                at += 1;
+            }
+            let model = |found: &Simulated| found.velocity[at][dof.index()];
+            own.add(simulated.as_ref().map(model), *y);
+        }
+    }
+    Ok(sums)
+}

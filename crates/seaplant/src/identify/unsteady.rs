@@ -1,0 +1,304 @@
+//! The unsteady trials of one degree of freedom: every method's plant, and which to recommend.
+
+use std::collections::BTreeMap;
+
+use super::Work;
+use super::convert::{Scores, plant_result};
+use crate::diagnose::{
+    Evidence, better_elsewhere, caveats, disagreement, disputed, outdone, scoring, worse_trials,
+};
+use crate::estimate::Method;
+use crate::judge::{
+    Contender, Coupling, Drift, LAGS, NOT_WHITE, Nulls, Scored, another_plant, box_pierce, choose,
+    feedback, impossible, intervals, left_out, one_speed, records, reversed, score, widened,
+    windows_of, working_speed,
+};
+use crate::results::{Failure, FittedModel, Identification};
+use crate::trial::Beside;
+use crate::{AxisRecord, Caveat, CaveatCode, Error, Fit, Term, Trial};
+
+/// Who is named where no method has a plant to recommend.
+const ANY_METHOD: &str = "any method";
+
+/// A fit with how it predicts.
+pub(crate) struct Judged {
+    pub(crate) fit: Fit,
+    axes: Vec<AxisRecord>,
+    own: Scored,
+    hold_out: Option<Scored>,
+    left_out: Option<Scored>,
+    pub(crate) impossible: Option<String>,
+}
+
+impl Judged {
+    /// How it predicts trials that it has not seen.
+    pub(crate) fn tested(&self) -> Option<&Scored> {
+        self.hold_out.as_ref().or(self.left_out.as_ref())
+    }
+
+    pub(crate) fn own(&self) -> &Scored {
+        &self.own
+    }
+}
+
+/// What all methods are judged by.
+struct Bench {
+    fitted: Vec<AxisRecord>,
+    held_out: Vec<AxisRecord>,
+    nulls: Nulls,
+    /// The usual speed of the fitted trials, m/s or rad/s.
+    speed: f64,
+}
+
+impl Work<'_> {
+    /// Every method's plant; with the recommended fit.
+    pub(super) fn unsteady(
+        &self,
+        found: &mut Identification,
+        watch: &mut dyn FnMut(Method),
+    ) -> Option<Fit> {
+        if self.trials.fit.is_empty() {
+            return None;
+        }
+        let bench = match self.bench() {
+            Ok(bench) => bench,
+            Err(error) => {
+                found.results.failures.push(self.failure(ANY_METHOD, &error));
+                return None;
+            }
+        };
+        let mut fits = Vec::new();
+        for &method in &self.options.methods {
+            watch(method);
+            match self.fit(method, self.options.terms_for(self.dof)) {
+                Ok(fit) => fits.push(fit),
+                Err(error) => found.results.failures.push(self.failure(method.name(), &error)),
+            }
+        }
+        let late = self.lateness(&fits);
+        let mut judged = Vec::new();
+        for (fit, axes) in fits {
+            let method = fit.method;
+            match self.judged(fit, axes, &bench) {
+                Ok(one) => judged.push(one),
+                Err(error) => found.results.failures.push(self.failure(method.name(), &error)),
+            }
+        }
+        self.recommend(judged, &bench, &late, found)
+    }
+
+    fn bench(&self) -> Result<Bench, Error> {
+        let fitted = records(self.dof, &self.trials.fit)?;
+        let held_out = records(self.dof, &self.trials.hold_out)?;
+        let (nulls, speed) = (Nulls::of(&fitted), working_speed(&fitted));
+        Ok(Bench { fitted, held_out, nulls, speed })
+    }
+
+    fn judged(&self, fit: Fit, axes: Vec<AxisRecord>, bench: &Bench) -> Result<Judged, Error> {
+        let model = fit.model();
+        let own = score(&model, &bench.fitted, &bench.nulls)?;
+        let (mut hold_out, mut left) = (None, None);
+        if !bench.held_out.is_empty() {
+            hold_out = Some(score(&model, &bench.held_out, &bench.nulls)?);
+        } else if fit.method != Method::Paper {
+            let options = self.with_structure_of(&fit);
+            let work = Work { options: &options, ..*self };
+            left =
+                left_out(&bench.fitted, &|rest| work.fit_alone(fit.method, rest, Some(fit.terms)))?;
+        }
+        let tested = hold_out.as_ref().unwrap_or(&own);
+        let changes = [own.score.change, hold_out.as_ref().and_then(|one| one.score.change)];
+        // The paper's intervals are kept as they are, too.
+        let fit = if fit.method == Method::Paper { fit } else { widened(fit, changes) };
+        let impossible = impossible(&fit, self.vehicle, bench.speed, tested);
+        Ok(Judged { fit, axes, own, hold_out, left_out: left, impossible })
+    }
+
+    fn recommend(
+        &self,
+        judged: Vec<Judged>,
+        bench: &Bench,
+        late: &BTreeMap<Method, Caveat>,
+        found: &mut Identification,
+    ) -> Option<Fit> {
+        let options = &self.options.equation_error;
+        let terms = self.options.terms_for(self.dof).unwrap_or_default();
+        let reversed = reversed(self.dof, &bench.fitted, terms, options);
+        let of_thrust = [
+            reversed.clone(),
+            feedback(self.dof, &bench.fitted),
+            one_speed(self.dof, &bench.fitted),
+        ];
+        let of_thrust: Vec<Caveat> = of_thrust.into_iter().flatten().collect();
+        let contender = |one: &'_ Judged| -> Option<String> {
+            let reversed = reversed.as_ref().map(|caveat| caveat.message.clone());
+            reversed.or(one.impossible.clone())
+        };
+        let contenders: Vec<Contender<'_>> = judged
+            .iter()
+            .map(|one| Contender {
+                method: one.fit.method,
+                impossible: contender(one),
+                tested: one.tested(),
+            })
+            .collect();
+        let chosen = choose(&contenders);
+        if chosen.is_none() && !judged.is_empty() {
+            found.results.failures.push(self.none_to_recommend(&contenders, reversed.as_ref()));
+        }
+        let recommended = chosen.map(|k| &judged[k]);
+        for one in &judged {
+            let mut doubts = of_thrust.clone();
+            doubts.extend(late.get(&one.fit.method).cloned());
+            let is_recommended = recommended.is_some_and(|r| r.fit.method == one.fit.method);
+            match recommended {
+                Some(_) if is_recommended => {
+                    doubts.extend(self.beside_others(one, &judged, bench));
+                    doubts.extend(self.of_record(one, bench));
+                }
+                Some(first) => doubts.extend(disagreement(&first.fit, &one.fit)),
+                None => {}
+            }
+            if let Err(error) = self.add(one, bench, doubts, is_recommended, found) {
+                found.results.failures.push(self.failure(one.fit.method.name(), &error));
+            }
+        }
+        if let Some(plant) = found.results.plants.get_mut(&self.dof) {
+            let others = found.results.methods.entry(self.dof).or_default();
+            plant.caveats.extend(better_elsewhere(self.dof, plant, others));
+        }
+        let fit = recommended?.fit.clone();
+        found.results.subsets.insert(self.dof, self.subsets(&fit));
+        Some(fit)
+    }
+
+    fn none_to_recommend(
+        &self,
+        contenders: &[Contender<'_>],
+        reversed: Option<&Caveat>,
+    ) -> Failure {
+        let message = reversed.map_or_else(
+            || {
+                let reason = |one: &Contender<'_>| {
+                    Some(format!("{}: {}", one.method, one.impossible.as_ref()?))
+                };
+                let reasons: Vec<String> = contenders.iter().filter_map(reason).collect();
+                format!(
+                    "no plant of theirs is that of a vehicle ({}); check thrust, its unit and its sign, and drive longer and more varied",
+                    reasons.join("; ")
+                )
+            },
+            |caveat| caveat.message.clone(),
+        );
+        Failure { dof: self.dof, method: ANY_METHOD.to_owned(), message }
+    }
+
+    /// Doubts about the recommended plant that other methods' plants raise.
+    fn beside_others(&self, one: &Judged, all: &[Judged], bench: &Bench) -> Vec<Caveat> {
+        let others = || all.iter().filter(|other| other.fit.method != one.fit.method);
+        let mut doubts: Vec<Caveat> = others()
+            .filter(|other| other.fit.method != Method::Paper)
+            .filter_map(|other| disputed(one, other, bench.speed))
+            .collect();
+        doubts.truncate(1);
+        let first = all.first().filter(|first| first.fit.method != one.fit.method);
+        if let Some(first) = first {
+            let why = match &first.impossible {
+                Some(why) => why.clone(),
+                None if first.fit.method == Method::Paper => {
+                    "that keeps a known fault, to compare with".to_owned()
+                }
+                None => {
+                    "it predicts trials that it has not seen worse, by more than chance".to_owned()
+                }
+            };
+            let message = format!(
+                "{} is recommended in {} in place of {}: {why}",
+                one.fit.method, self.dof, first.fit.method
+            );
+            doubts.push(Caveat::warning(CaveatCode::RecommendedByPrediction, message));
+        }
+        let simulates = others().find(|other| other.fit.method == Method::OutputError);
+        doubts.extend(simulates.and_then(|other| outdone(one, other)));
+        doubts
+    }
+
+    /// Doubts that the record raises about the recommended plant.
+    fn of_record(&self, one: &Judged, bench: &Bench) -> Vec<Caveat> {
+        let model = one.fit.model();
+        let Ok(fitted) = windows_of(&model, &bench.fitted) else { return Vec::new() };
+        let beside = |trial: &&&Trial| (trial.name().to_owned(), trial.beside().clone());
+        let trials: Vec<&&Trial> = self.trials.fit.iter().collect();
+        let beside: Vec<(String, Beside)> = trials.iter().map(beside).collect();
+        let beside: Vec<(&str, &Beside)> =
+            beside.iter().map(|(name, beside)| (name.as_str(), beside)).collect();
+        let drift = Drift::of(&fitted);
+        let coupling = Coupling::of(self.dof, &fitted, &beside);
+        let all = [
+            drift.and_then(|drift| drift.caveat(self.dof)),
+            coupling.and_then(|coupling| coupling.caveat(self.dof)),
+        ];
+        all.into_iter().flatten().collect()
+    }
+
+    /// That innovations are not white over seconds: a note, for most such plants are good; a
+    /// warning where terms were fitted that can stand in for what is missing.
+    fn not_white(&self, whiteness: f64, fit: &Fit) -> Option<Caveat> {
+        let both = fit.terms.has(Term::Linear) && fit.terms.has(Term::Quadratic);
+        let stand_in = match (both, fit.nuisances.inflow) {
+            (_, Some(_)) => Some("inflow"),
+            (true, None) => Some("linear drag"),
+            (false, None) => None,
+        };
+        let mut message = format!(
+            "what the {} model fails to predict is not white over {LAGS} samples: Box–Pierce is {whiteness:.1} times what chance makes; something moves the vehicle that the model does not know, and the intervals may be too narrow",
+            self.dof
+        );
+        let code = CaveatCode::ResidualsNotWhite;
+        (whiteness > NOT_WHITE).then(|| match stand_in {
+            None => Caveat::note(code, message),
+            Some(term) => {
+                message += &format!("; {term} may be fitted in its stead");
+                Caveat::warning(code, message)
+            }
+        })
+    }
+
+    fn add(
+        &self,
+        one: &Judged,
+        bench: &Bench,
+        more: Vec<Caveat>,
+        is_recommended: bool,
+        found: &mut Identification,
+    ) -> Result<(), Error> {
+        let Judged { fit, axes, own, hold_out, left_out, .. } = one;
+        let evidence = Evidence { fit, axes, trials: &self.trials.fit, vehicle: self.vehicle };
+        let mut doubts = caveats(&evidence)?;
+        doubts.extend(more);
+        doubts.extend(intervals(fit, bench.speed));
+        let whiteness = box_pierce(&fit.innovations);
+        let asks =
+            |scored: &Scored, which| another_plant(self.dof, &scored.score, which, whiteness);
+        let unseen = hold_out.as_ref().and_then(|scored| asks(scored, "held-out"));
+        doubts.extend(unseen.or_else(|| asks(own, "fitted")));
+        doubts.extend(whiteness.and_then(|whiteness| self.not_white(whiteness, fit)));
+        let scores = Scores {
+            fit: own.score.clone(),
+            hold_out: hold_out.as_ref().map(|scored| scored.score.clone()),
+            left_out: left_out.as_ref().map(|scored| scored.score.clone()),
+        };
+        doubts.extend(scoring(self.dof, &scores.fit, scores.hold_out.as_ref()));
+        doubts.extend(scores.hold_out.iter().flat_map(|score| worse_trials(self.dof, score)));
+        doubts.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
+        doubts.dedup();
+        let plant = plant_result(fit, scores, doubts);
+        let (dof, method, model) = (self.dof, fit.method, fit.model());
+        found.models.push(FittedModel { dof, method, model });
+        if is_recommended {
+            found.results.plants.insert(dof, plant.clone());
+        }
+        found.results.methods.entry(dof).or_default().insert(method, plant);
+        Ok(())
+    }
+}

@@ -1,0 +1,30 @@
+//! Judges fitted plants: which one to recommend, what it is compared with, what speaks against it.
+
+mod asked;
+mod choose;
+mod colour;
+mod coupling;
+mod cross;
+mod linear;
+mod null;
+mod score;
+mod thrust;
+mod verdict;
+mod working;
+
+pub(crate) use asked::{Drift, NOT_WHITE, another_plant, widened};
+pub use asked::{Part, PlantChange};
+pub(crate) use choose::{Contender, choose, impossible, is_better};
+pub(crate) use colour::LAGS;
+pub use colour::{box_pierce, inflation_for, robust_covariance};
+pub(crate) use coupling::Coupling;
+pub(crate) use cross::left_out;
+pub(crate) use linear::windows_of;
+pub(crate) use null::Nulls;
+pub use null::{NullModel, NullScore};
+pub use score::score_plant;
+pub(crate) use score::{Scored, records, score};
+pub(crate) use thrust::{feedback, one_speed, reversed};
+pub use verdict::{Trust, Verdict};
+pub(crate) use verdict::{free_error, intervals, verdict, vouched};
+pub(crate) use working::{drag_at, working_speed};

@@ -1,0 +1,292 @@
+//! Whether trials ask for another plant than the one they are simulated with.
+
+use nalgebra::{DMatrix, DVector, Vector4};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use super::linear::{Asked, Lacking, Window};
+use crate::caveat::spoken;
+use crate::results::Score;
+use crate::{Caveat, CaveatCode, Dof, Estimate, Fit};
+
+/// The change of the plant that the errors of some windows ask for.
+pub(super) fn change(windows: &[Window]) -> Option<PlantChange> {
+    let asked = Lacking::of(windows, |window| Some(plant_columns(window))).solve()?;
+    PlantChange::of(&asked)
+}
+
+/// What a change of thrust over mass and one of drag over mass would do.
+pub(super) fn plant_columns(window: &Window) -> Vec<Vec<f64>> {
+    vec![window.thrust.clone(), window.drag.clone()]
+}
+
+/// The change of a plant that trials ask for, in parts of it: least squares on the errors of its
+/// simulation, linear in the change, beside an initial velocity, a constant force and a current of
+/// each trial's own.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PlantChange {
+    /// Of the mass: 0.1 where a tenth more would fit better.
+    pub mass: Part,
+    /// Of the drag at the speeds of the trials.
+    pub drag: Part,
+}
+
+/// A part of something, and how sure that is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Part {
+    /// The part.
+    pub value: f64,
+    /// Its standard deviation, from what batches of the trials say.
+    pub std: f64,
+    /// Lower end of its 95 % interval.
+    pub low95: f64,
+    /// Upper end of its 95 % interval.
+    pub high95: f64,
+}
+
+impl From<Estimate> for Part {
+    fn from(Estimate { value, std, low95, high95 }: Estimate) -> Self {
+        Self { value, std, low95, high95 }
+    }
+}
+
+impl PlantChange {
+    /// Whether trials that a plant has not seen know it, and find it right: then it is, however
+    /// much their noise hides of its prediction.
+    pub(crate) fn vouches(&self) -> bool {
+        let within = |part: Part, limit: f64| part.low95 > -limit && part.high95 < limit;
+        within(self.mass, VOUCHED_MASS) && within(self.drag, VOUCHED_DRAG)
+    }
+
+    /// Of thrust over mass a and drag over mass d, in parts: mass changes by 1/(1 + a) − 1, drag
+    /// by (1 + d)/(1 + a) − 1.
+    ///
+    /// `None` of a change so large that it is none of the plant.
+    pub(crate) fn of(asked: &Asked) -> Option<Self> {
+        let (a, d) = (asked.value[0], asked.value[1]);
+        let is_finite = asked.value.iter().chain(asked.covariance.iter()).all(|x| x.is_finite());
+        if 1.0 + a < LEAST_MASS || !is_finite {
+            return None;
+        }
+        let over = 1.0 / (1.0 + a);
+        let std = |of_a: f64, of_d: f64| {
+            let of =
+                DVector::from_fn(asked.value.len(), |j, _| [of_a, of_d].get(j).map_or(0.0, |x| *x));
+            of.dot(&(&asked.covariance * &of)).max(0.0).sqrt()
+        };
+        let drag_slope = -(1.0 + d) * over * over;
+        Some(Self {
+            mass: Estimate::new(over - 1.0, std(-over * over, 0.0), asked.freedom).into(),
+            drag: Estimate::new((1.0 + d) * over - 1.0, std(drag_slope, over), asked.freedom)
+                .into(),
+        })
+    }
+}
+
+/// Trials that know the mass within this part, and drag within the other, vouch for a plant.
+const VOUCHED_MASS: f64 = 0.15;
+const VOUCHED_DRAG: f64 = 0.30;
+
+/// A mass that is off by more than this is not what a user takes it for …
+pub(super) const MASS_PART: f64 = 0.05;
+/// … and a drag by more than this.
+pub(super) const DRAG_PART: f64 = 0.10;
+
+/// By how much a change goes beyond a limit for sure: the nearer end of its interval.
+fn beyond(change: Part, limit: f64) -> bool {
+    change.low95 > limit || change.high95 < -limit
+}
+
+/// The fit with intervals that hold what its model lacks: beside chance, the change that fitted
+/// and unseen trials ask for, as far as that is not chance itself.
+///
+/// A change of α by the part a, and of β and μ by d, is taken as one draw of what the model lacks:
+/// `Σ += g gᵀ`, g = (aα, dβ, dμ), with each part at the nearer end of its interval: 0 where that
+/// includes 0, for what trials cannot tell is no fault of the model.
+pub(crate) fn widened(fit: Fit, changes: [Option<PlantChange>; 2]) -> Fit {
+    let mut covariance = fit.covariance;
+    for change in changes.into_iter().flatten() {
+        // The look is linear: it overshoots, and nothing is off by more than all of it.
+        let sure = |part: Part| (part.low95.max(0.0) + part.high95.min(0.0)).clamp(-0.9, 1.0);
+        let (mass, drag) = (sure(change.mass), sure(change.drag));
+        // Back from mass and drag to what multiplies α, and β and μ.
+        let a = 1.0 / (1.0 + mass).max(LEAST_MASS) - 1.0;
+        let d = (1.0 + drag) * (1.0 + a) - 1.0;
+        let plant = fit.lumped;
+        let off = Vector4::new(a * plant.alpha, d * plant.beta, d * plant.mu, 0.0);
+        covariance += off * off.transpose();
+    }
+    Fit { covariance, ..fit }
+}
+
+/// A change to less than this part of the mass is beyond what a linear look can tell.
+const LEAST_MASS: f64 = 0.1;
+
+/// That trials ask for another plant; `which` are "held-out" or "fitted".
+///
+/// Least squares on the errors of the simulation, linear in the change, with offsets
+/// of its own for each trial.
+///
+/// Innovations that are not white say that the model lacks something: then less is enough.
+pub(crate) fn another_plant(
+    dof: Dof,
+    score: &Score,
+    which: &str,
+    whiteness: Option<f64>,
+) -> Option<Caveat> {
+    let change = score.change?;
+    let is_white = whiteness.is_none_or(|whiteness| whiteness < NOT_WHITE);
+    let part = if is_white { 1.0 } else { NOT_WHITE_PART };
+    let mass = beyond(change.mass, part * MASS_PART);
+    let drag = beyond(change.drag, part * DRAG_PART);
+    (mass || drag).then(|| {
+        let percent = |e: Part| {
+            let half = 0.5 * (e.high95 - e.low95);
+            format!("{:+.0} ± {} %", 100.0 * e.value, spoken(100.0 * half))
+        };
+        let message = format!(
+            "simulated {which} {dof} trials ask for another plant: mass {}, drag {} (95 %); the model lacks something, or the trials are not of one vehicle, trim or thrust",
+            percent(change.mass),
+            percent(change.drag)
+        );
+        Caveat::warning(CaveatCode::AnotherPlantFits, message)
+    })
+}
+
+/// Box–Pierce over 40 lags, divided by 40, is rarely above this where the model has all that moves
+/// the vehicle.
+pub(crate) const NOT_WHITE: f64 = 1.8;
+/// Of the limits, this part is enough where innovations are not white.
+const NOT_WHITE_PART: f64 = 0.4;
+
+/// Parts of the record that are compared.
+const PARTS: usize = 3;
+
+/// Thrust that changes by less than this through a record does no harm …
+const DRIFT_PART: f64 = 0.05;
+/// … and drag, by less than this.
+const DRAG_DRIFT_PART: f64 = 0.15;
+/// Chance makes as large a change this often.
+const DRIFT_LEVEL: f64 = 1e-3;
+
+/// How the plant changes from the first third of the fitted record to the last.
+#[derive(Clone, Debug)]
+pub(crate) struct Drift {
+    pub(crate) thrust: Changes,
+    pub(crate) drag: Changes,
+}
+
+impl Drift {
+    /// Least squares of the simulation errors on what each third's own thrust over mass, and drag
+    /// over mass, would do.
+    pub(crate) fn of(windows: &[Window]) -> Option<Self> {
+        let total_s: f64 = windows.iter().map(Window::duration_s).sum();
+        let mut before_s = 0.0;
+        let mut starts_s = Vec::new();
+        for window in windows {
+            starts_s.push((window, before_s));
+            before_s += window.duration_s();
+        }
+        let columns = |window: &Window| {
+            let (_, start_s) = starts_s.iter().find(|(other, _)| std::ptr::eq(*other, window))?;
+            let third_of = |k: usize| {
+                let at_s = start_s + window.time_s[k] - window.time_s[0];
+                ((PARTS as f64 * at_s / total_s) as usize).min(PARTS - 1)
+            };
+            let of = |column: &[f64], third: usize| -> Vec<f64> {
+                let at = |(k, x): (usize, &f64)| if third_of(k) == third { *x } else { 0.0 };
+                column.iter().enumerate().map(at).collect()
+            };
+            let both = [&window.thrust, &window.drag].into_iter();
+            Some(both.flat_map(|column| (0..PARTS).map(move |third| of(column, third))).collect())
+        };
+        let asked = Lacking::of(windows, columns).solve()?;
+        Some(Self { thrust: Changes::of(&asked, 0), drag: Changes::of(&asked, PARTS) })
+    }
+
+    /// That the plant is not one through the record.
+    pub(crate) fn caveat(&self, dof: Dof) -> Option<Caveat> {
+        let kinds = [
+            ("thrust over mass", &self.thrust, DRIFT_PART),
+            ("drag over mass", &self.drag, DRAG_DRIFT_PART),
+        ];
+        let (name, of, _) = kinds
+            .into_iter()
+            .find(|(_, change, limit)| change.p_value < DRIFT_LEVEL && change.range > *limit)?;
+        let part = |(x, std): &(f64, f64)| format!("{:+.1} ± {:.1} %", 100.0 * x, 100.0 * std);
+        let parts: Vec<String> = of.parts.iter().map(part).collect();
+        let message = format!(
+            "the {dof} plant is not one through the record: in its thirds {name} is off the fit by {}; a battery that sags, another trim or payload, or something that the model lacks; fit the parts by themselves",
+            parts.join(", ")
+        );
+        Some(Caveat::warning(CaveatCode::PlantDrifts, message))
+    }
+}
+
+/// One number, third by third.
+#[derive(Clone, Debug)]
+pub(crate) struct Changes {
+    /// Its change and the standard deviation of that.
+    pub(crate) parts: Vec<(f64, f64)>,
+    /// The greatest less the least.
+    pub(crate) range: f64,
+    /// How often chance makes as large changes.
+    pub(crate) p_value: f64,
+}
+
+impl Changes {
+    fn of(asked: &Asked, from: usize) -> Self {
+        let value = asked.value.rows(from, PARTS);
+        let covariance = asked.covariance.view((from, from), (PARTS, PARTS));
+        let parts: Vec<(f64, f64)> =
+            (0..PARTS).map(|k| (value[k], covariance[(k, k)].max(0.0).sqrt())).collect();
+        let contrast = DMatrix::from_fn(PARTS - 1, PARTS, |i, j| match j {
+            0 => -1.0,
+            j if j == i + 1 => 1.0,
+            _ => 0.0,
+        });
+        let off = &contrast * value;
+        let wald = (&contrast * covariance * contrast.transpose())
+            .cholesky()
+            .map_or(0.0, |cholesky| off.dot(&cholesky.solve(&off)));
+        let numbers = (PARTS - 1) as f64;
+        let chance = FisherSnedecor::new(numbers, asked.freedom);
+        let p_value = chance.map_or(1.0, |chance| chance.sf(wald / numbers));
+        let (low, high) = parts
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
+        Self { parts, range: high - low, p_value }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part(value: f64, std: f64) -> Part {
+        Estimate::new(value, std, 1e6).into()
+    }
+
+    fn score(mass: Part, drag: Part) -> Score {
+        Score { change: Some(PlantChange { mass, drag }), ..Score::default() }
+    }
+
+    #[test]
+    fn another_plant_is_asked_for_beyond_chance_and_beyond_what_users_mind() {
+        let of = |score: &Score, white| another_plant(Dof::Surge, score, "held-out", Some(white));
+        let far = score(part(0.12, 0.02), part(0.0, 0.01));
+        assert!(of(&far, 1.0).expect("raised").message.contains("mass +12 ± 3.9"));
+        let by_chance = score(part(0.12, 0.05), part(-0.2, 0.08));
+        assert_eq!(of(&by_chance, 1.0), None);
+        let small = score(part(0.04, 0.004), part(0.0, 0.01));
+        assert_eq!(of(&small, 1.0), None);
+        assert!(of(&small, 2.5).is_some());
+    }
+
+    #[test]
+    fn precise_agreement_vouches_and_a_rough_one_does_not() {
+        let change = |std| PlantChange { mass: part(0.02, std), drag: part(-0.05, std) };
+        assert!(change(0.03).vouches() && !change(0.2).vouches());
+    }
+}

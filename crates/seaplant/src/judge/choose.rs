@@ -1,0 +1,157 @@
+//! Which method's plant to recommend.
+
+use crate::caveat::spoken;
+use crate::estimate::t_quantile_975;
+use crate::{Fit, Method, Vehicle};
+
+use super::score::Scored;
+use super::working::drag_at;
+
+/// A method's plant that may be recommended.
+pub(crate) struct Contender<'a> {
+    pub(crate) method: Method,
+    /// Why its plant cannot be that of a vehicle.
+    pub(crate) impossible: Option<String>,
+    /// Its errors on trials that it has not seen.
+    pub(crate) tested: Option<&'a Scored>,
+}
+
+/// A plant that predicts better by less than this is no better: it may be chance.
+const BETTER_PART: f64 = 0.95;
+
+/// The contender to recommend: the first that is possible, unless another predicts unseen
+/// trials better by more than chance; of those the best. `None` if none is possible.
+///
+/// The paper's method keeps its known fault on purpose, so that it is recommended only alone.
+///
+/// Compared are mean |error| of many parts of the trials, pair by pair, with an initial velocity,
+/// a constant force and a current of its own for each trial: under a current the true plant may
+/// simulate worse than a wrong one.
+pub(crate) fn choose(contenders: &[Contender<'_>]) -> Option<usize> {
+    let is_open = |&k: &usize| {
+        let kept_for_comparison = contenders[k].method == Method::Paper && contenders.len() > 1;
+        contenders[k].impossible.is_none() && !kept_for_comparison
+    };
+    let open: Vec<usize> = (0..contenders.len()).filter(is_open).collect();
+    let first = *open.first()?;
+    let parts = |k: usize| contenders[k].tested.map_or(&[][..], |tested| &tested.parts);
+    let better = open[1..].iter().copied().filter(|&k| is_better(parts(k), parts(first)));
+    let mean = |k: usize| parts(k).iter().sum::<f64>() / parts(k).len() as f64;
+    Some(better.min_by(|&a, &b| mean(a).total_cmp(&mean(b))).unwrap_or(first))
+}
+
+/// Whether errors are smaller, part by part, than others: by more than chance, and clearly.
+pub(crate) fn is_better(parts: &[f64], than: &[f64]) -> bool {
+    if than.is_empty() {
+        return !parts.is_empty();
+    }
+    let gains: Vec<f64> = than.iter().zip(parts).map(|(than, own)| than - own).collect();
+    if parts.len() != than.len() || gains.len() < 3 {
+        return false;
+    }
+    let n = gains.len() as f64;
+    let mean = gains.iter().sum::<f64>() / n;
+    let square: f64 = gains.iter().map(|gain| (gain - mean).powi(2)).sum();
+    let product: f64 = gains.windows(2).map(|pair| (pair[0] - mean) * (pair[1] - mean)).sum();
+    // Neighbours that resemble each other say less than as many that do not.
+    let likeness = if square > 0.0 { (product / square).clamp(0.0, 0.9) } else { 0.0 };
+    let independent = (n * (1.0 - likeness) / (1.0 + likeness)).max(2.0);
+    let std = (square / (n - 1.0) / independent).sqrt();
+    let sums = (parts.iter().sum::<f64>(), than.iter().sum::<f64>());
+    mean > t_quantile_975(independent - 1.0) * std && sums.0 < BETTER_PART * sums.1
+}
+
+/// Why a plant cannot be that of a vehicle, or says nothing of it; `speed` is the usual one.
+pub(crate) fn impossible(
+    fit: &Fit,
+    vehicle: &Vehicle,
+    speed: f64,
+    tested: &Scored,
+) -> Option<String> {
+    let estimates = fit.estimates();
+    let mass = estimates.mass;
+    let name = if fit.dof.is_rotation() { "inertia" } else { "mass" };
+    let units = fit.dof.units();
+    if !(mass.value > 0.0 && mass.value.is_finite()) {
+        return Some(format!("its {name} is {} {}", spoken(mass.value), units.mass));
+    }
+    if mass.std >= mass.value || mass.std.is_nan() {
+        let (value, std) = (spoken(mass.value), spoken(mass.std));
+        return Some(format!("its {name} is {value} ± {std} {}", units.mass));
+    }
+    let dry = vehicle.dry_mass_kg.filter(|_| !fit.dof.is_rotation());
+    if let Some(dry) = dry.filter(|dry| mass.high95 < *dry) {
+        let (high, dry) = (spoken(mass.high95), spoken(dry));
+        return Some(format!("its mass is below {high} kg, while the vehicle has {dry} kg in air"));
+    }
+    let drag = drag_at(fit, speed);
+    if drag.high95 < 0.0 {
+        let (value, unit) = (spoken(drag.value), units.force);
+        return Some(format!("its drag at {} {} is {value} {unit}", spoken(speed), units.velocity));
+    }
+    let has_run_away = tested.score.mean_abs_error.is_none();
+    has_run_away.then(|| "its simulation runs away".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::Score;
+
+    fn scored(parts: &[f64]) -> Scored {
+        let mean_abs_error = Some(parts.iter().sum::<f64>() / parts.len() as f64);
+        let score = Score { mean_abs_error, ..Score::default() };
+        Scored { score, parts: parts.to_vec() }
+    }
+
+    /// Errors about a mean, by a deterministic scatter.
+    fn errors(mean: f64, scatter: f64) -> Vec<f64> {
+        (0..30).map(|k| mean + scatter * ((f64::from(k) * 0.618_034).fract() - 0.5)).collect()
+    }
+
+    fn contender<'a>(method: Method, tested: &'a Scored) -> Contender<'a> {
+        Contender { method, impossible: None, tested: Some(tested) }
+    }
+
+    #[test]
+    fn the_first_is_recommended_unless_another_is_better_by_more_than_chance() {
+        let (first, equal) = (scored(&errors(1.0, 0.5)), scored(&errors(0.96, 0.5)));
+        let clear = scored(&errors(0.7, 0.5));
+        let choice = |other: &Scored| {
+            choose(&[contender(Method::FilterError, &first), contender(Method::OutputError, other)])
+        };
+        assert_eq!(choice(&equal), Some(0));
+        assert_eq!(choice(&clear), Some(1));
+    }
+
+    #[test]
+    fn two_parts_of_a_trial_are_chance() {
+        assert!(!is_better(&[0.1, 0.1], &[1.0, 1.0]));
+        assert!(is_better(&[0.1; 8], &[1.0; 8]));
+    }
+
+    #[test]
+    fn what_lasts_for_several_parts_counts_once() {
+        // One long stretch of a trial makes all of the difference.
+        let mut than = vec![1.0; 30];
+        than[..8].iter_mut().for_each(|e| *e = 2.0);
+        assert!(!is_better(&vec![1.0; 30], &than));
+        let spread: Vec<f64> = (0..30).map(|k| if k % 4 == 0 { 2.0 } else { 1.0 }).collect();
+        assert!(is_better(&vec![1.0; 30], &spread));
+    }
+
+    #[test]
+    fn an_impossible_plant_is_passed_over_and_the_papers_method_kept_for_comparison() {
+        let good = scored(&errors(1.0, 0.1));
+        let mut all = [
+            contender(Method::FilterError, &good),
+            contender(Method::Paper, &good),
+            contender(Method::OutputError, &good),
+        ];
+        all[0].impossible = Some("its mass is -3 kg".to_owned());
+        assert_eq!(choose(&all), Some(2));
+        all[2].impossible = all[0].impossible.clone();
+        assert_eq!(choose(&all), None);
+        assert_eq!(choose(&[contender(Method::Paper, &good)]), Some(0));
+    }
+}

@@ -1,0 +1,138 @@
+//! Innovations that are not white, and what they do to intervals.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::estimate::Innovations;
+
+/// Lags that are looked at.
+pub(crate) const LAGS: usize = 40;
+
+/// Box–Pierce over its expectation, `n Σ r_k² / K` over lags 1 … K ≤ 40, averaged over trials:
+/// 1 of white innovations; `None` without any.
+///
+/// # Source
+/// G. E. P. Box, D. A. Pierce, "Distribution of residual autocorrelations in
+/// autoregressive-integrated moving average time series models", *JASA* 65, 1970.
+///
+/// ```
+/// # use seaplant::estimate::Innovations;
+/// let of = |r: f64| Innovations { trial: "a".into(), samples: 1000, autocorrelation: vec![1.0, r, -r] };
+/// // 1000 · 2 · 0.1² / 2
+/// assert!((seaplant::box_pierce(&[of(0.1)]).unwrap() - 10.0).abs() < 1e-12);
+/// ```
+pub fn box_pierce(innovations: &[Innovations]) -> Option<f64> {
+    let of = |one: &Innovations| {
+        let lags = lags(one);
+        let square: f64 = lags.iter().map(|r| r * r).sum();
+        (!lags.is_empty()).then(|| one.samples as f64 * square / lags.len() as f64)
+    };
+    let all: Vec<f64> = innovations.iter().filter_map(of).collect();
+    (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+}
+
+fn lags(one: &Innovations) -> &[f64] {
+    let last = one.autocorrelation.len().min(LAGS + 1);
+    one.autocorrelation.get(1..last).unwrap_or_default()
+}
+
+/// By how much variances grow because innovations are correlated: the long-run variance of the
+/// innovations over their variance, `1 + 2 Σ (1 − k/(K+1)) r_k`, never below 1.
+///
+/// It is that of a parameter whose sensitivity changes slowly beside K samples. Multiply the
+/// covariance by it, or its square root into standard deviations; better where scores are at
+/// hand is [`robust_covariance`].
+///
+/// # Source
+/// W. K. Newey, K. D. West, "A simple, positive semi-definite, heteroskedasticity and
+/// autocorrelation consistent covariance matrix", *Econometrica* 55, 1987.
+pub fn inflation_for(innovations: &[Innovations]) -> f64 {
+    let samples: usize = innovations.iter().map(|one| one.samples).sum();
+    if samples == 0 {
+        return 1.0;
+    }
+    let of = |one: &Innovations| {
+        let lags = lags(one);
+        let weight = |k: usize| 1.0 - (k + 1) as f64 / (lags.len() + 1) as f64;
+        let sum: f64 = lags.iter().enumerate().map(|(k, r)| weight(k) * r).sum();
+        one.samples as f64 * (1.0 + 2.0 * sum)
+    };
+    (innovations.iter().map(of).sum::<f64>() / samples as f64).max(1.0)
+}
+
+/// The covariance of a maximum-likelihood estimate whose model may be wrong: `A⁻¹ J A⁻¹`, and
+/// nowhere less than `A⁻¹`.
+///
+/// `information` is A, shape (p, p); `scores` are the gradients of the cost over batches of the
+/// record at the optimum, each of shape (p,), long beside the memory of the innovations (thirty
+/// batches do); `J = B/(B − p) Σ (s_b − s̄)(s_b − s̄)ᵀ`. Where batches are too few, or A cannot be
+/// inverted, `None`.
+///
+/// # Source
+/// H. White, "Maximum likelihood estimation of misspecified models", *Econometrica* 50, 1982;
+/// sums over batches: \[Schruben1983\].
+///
+/// ```
+/// use nalgebra::{DMatrix, DVector};
+/// // A mean of 40 batches of 25 samples, whose sums vary four times as much as of white noise.
+/// let scores: Vec<_> = (0..40).map(|k| DVector::from_element(1, if k % 2 == 0 { 10.0 } else { -10.0 })).collect();
+/// let robust = seaplant::robust_covariance(&DMatrix::from_element(1, 1, 1000.0), &scores).unwrap();
+/// assert!((robust[(0, 0)] / (4.0 / 1000.0) - 40.0 / 39.0).abs() < 1e-12);
+/// ```
+pub fn robust_covariance(
+    information: &DMatrix<f64>,
+    scores: &[DVector<f64>],
+) -> Option<DMatrix<f64>> {
+    let p = information.nrows();
+    let freedom = scores.len().checked_sub(p).filter(|freedom| *freedom > 0)? as f64;
+    let scale = DVector::from_fn(p, |j, _| 1.0 / information[(j, j)].sqrt());
+    if !scale.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let scales = &scale * scale.transpose();
+    let inverse = information.component_mul(&scales).cholesky()?.inverse().component_mul(&scales);
+    let mean: DVector<f64> = scores.iter().sum::<DVector<f64>>() / scores.len() as f64;
+    let mut meat = DMatrix::zeros(p, p);
+    for score in scores {
+        let off = score - &mean;
+        meat += &off * off.transpose();
+    }
+    let robust = &inverse * meat * &inverse * (scores.len() as f64 / freedom);
+    // Each standard deviation at least what the model says, correlations as they are.
+    let grow = DVector::from_fn(p, |j, _| (inverse[(j, j)] / robust[(j, j)]).max(1.0).sqrt());
+    Some(robust.component_mul(&(&grow * grow.transpose())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn innovations(autocorrelation: Vec<f64>) -> Innovations {
+        Innovations { trial: "t".to_owned(), samples: 1000, autocorrelation }
+    }
+
+    #[test]
+    fn white_innovations_inflate_nothing_and_slow_ones_by_their_memory() {
+        let white = innovations([&[1.0][..], &[0.0; 40]].concat());
+        assert_eq!(inflation_for(&[white]), 1.0);
+        // A first-order memory of 0.5 has a long-run variance of (1 + 0.5) / (1 − 0.5) = 3.
+        let slow = innovations((0..=40).map(|k| 0.5_f64.powi(k)).collect());
+        let found = inflation_for(&[slow]);
+        // The triangle of lags takes 2 Σ k/41 0.5^k = 4/41 off.
+        assert!((found - (3.0 - 4.0 / 41.0)).abs() < 1e-6, "{found}");
+        assert_eq!(inflation_for(&[]), 1.0);
+        assert_eq!(inflation_for(&[innovations(vec![1.0, -0.4])]), 1.0);
+    }
+
+    #[test]
+    fn a_robust_covariance_is_never_less_than_the_models_own() {
+        let information = DMatrix::from_row_slice(2, 2, &[400.0, 100.0, 100.0, 900.0]);
+        let own = information.clone().try_inverse().expect("definite");
+        let quiet: Vec<DVector<f64>> =
+            (0..30).map(|k| DVector::from_row_slice(&[0.1 * (k % 3) as f64, 0.05])).collect();
+        let robust = robust_covariance(&information, &quiet).expect("batches");
+        for j in 0..2 {
+            assert!(robust[(j, j)] >= own[(j, j)] * (1.0 - 1e-12), "{robust} {own}");
+        }
+        assert_eq!(robust_covariance(&information, &quiet[..2]), None);
+    }
+}

@@ -1,0 +1,254 @@
+//! Whether an axis can be identified without the others.
+
+use super::asked::{DRAG_PART, MASS_PART, PlantChange, plant_columns};
+use super::linear::{Lacking, Window};
+use crate::trial::Beside;
+use crate::{Caveat, CaveatCode, Dof};
+
+/// Of what is left of the simulation, other axes must explain this part of batches that did not
+/// tell how …
+const EXPLAINED: f64 = 0.1;
+
+/// … or most of it, whether the plant changes with that or not.
+const MOSTLY: f64 = 0.5;
+
+/// Changes of the plant beyond this many times the usual limits forbid to use it alone.
+const SEVERE_TIMES: f64 = 2.0;
+
+/// What another axis does to this one.
+struct Cause {
+    name: &'static str,
+    /// Of the motion, and of its rate of change.
+    acceleration: fn(&At, &At) -> f64,
+}
+
+/// Velocities and angles at one instant, or their rates; of what was not logged, NaN.
+struct At {
+    u: f64,
+    v: f64,
+    w: f64,
+    p: f64,
+    q: f64,
+    r: f64,
+    roll: f64,
+    pitch: f64,
+}
+
+const fn cause(name: &'static str, acceleration: fn(&At, &At) -> f64) -> Cause {
+    Cause { name, acceleration }
+}
+
+/// Coriolis forces, the Munk moment, weight and buoyancy, cross-flow drag: what the equation of
+/// motion of six axes [Fossen2011, ch. 6 and 7] has beyond one axis.
+const fn causes(dof: Dof) -> &'static [Cause] {
+    const SURGE: &[Cause] = &[
+        cause("v r", |at, _| at.v * at.r),
+        cause("w q", |at, _| at.w * at.q),
+        cause("r²", |at, _| at.r * at.r),
+        cause("q²", |at, _| at.q * at.q),
+        cause("pitch", |at, _| at.pitch.sin()),
+        cause("u |v|", |at, _| at.u * at.v.abs()),
+        cause("u |w|", |at, _| at.u * at.w.abs()),
+        cause("q̇", |_, rate| rate.q),
+    ];
+    const SWAY: &[Cause] = &[
+        cause("u r", |at, _| at.u * at.r),
+        cause("w p", |at, _| at.w * at.p),
+        cause("roll", |at, _| at.roll.sin() * at.pitch.cos()),
+        cause("r", |at, _| at.r),
+        cause("ṗ", |_, rate| rate.p),
+        cause("ṙ", |_, rate| rate.r),
+        cause("u v", |at, _| at.u * at.v),
+    ];
+    const HEAVE: &[Cause] = &[
+        cause("u q", |at, _| at.u * at.q),
+        cause("v p", |at, _| at.v * at.p),
+        cause("q", |at, _| at.q),
+        cause("q̇", |_, rate| rate.q),
+        cause("u w", |at, _| at.u * at.w),
+        cause("u²", |at, _| at.u * at.u),
+        cause("tilt", |at, _| 1.0 - at.roll.cos() * at.pitch.cos()),
+    ];
+    const ROLL: &[Cause] = &[
+        cause("roll", |at, _| at.roll.sin() * at.pitch.cos()),
+        cause("v w", |at, _| at.v * at.w),
+        cause("q r", |at, _| at.q * at.r),
+        cause("v", |at, _| at.v),
+        cause("v̇", |_, rate| rate.v),
+        cause("u r", |at, _| at.u * at.r),
+    ];
+    const PITCH: &[Cause] = &[
+        cause("pitch", |at, _| at.pitch.sin()),
+        cause("u w", |at, _| at.u * at.w),
+        cause("p r", |at, _| at.p * at.r),
+        cause("w", |at, _| at.w),
+        cause("u̇", |_, rate| rate.u),
+        cause("u q", |at, _| at.u * at.q),
+    ];
+    const YAW: &[Cause] = &[
+        cause("u v", |at, _| at.u * at.v),
+        cause("u r", |at, _| at.u * at.r),
+        cause("v", |at, _| at.v),
+        cause("v̇", |_, rate| rate.v),
+        cause("p q", |at, _| at.p * at.q),
+        cause("r |u|", |at, _| at.r * at.u.abs()),
+    ];
+    match dof {
+        Dof::Surge => SURGE,
+        Dof::Sway => SWAY,
+        Dof::Heave => HEAVE,
+        Dof::Roll => ROLL,
+        Dof::Pitch => PITCH,
+        Dof::Yaw => YAW,
+    }
+}
+
+/// What other axes do to one, beside its own plant.
+#[derive(Clone, Debug)]
+pub(crate) struct Coupling {
+    causes: Vec<&'static str>,
+    /// The part of what is left of the simulation that they explain, in batches that did not
+    /// tell how.
+    pub(crate) explained: f64,
+    /// By which part mass would be another.
+    pub(crate) mass: f64,
+    /// And drag.
+    pub(crate) drag: f64,
+}
+
+impl Coupling {
+    /// Explains the errors of a simulation by a change of the plant alone, and by one beside what
+    /// the other axes do; `None` where these were not logged, or say too little.
+    pub(crate) fn of(dof: Dof, windows: &[Window], beside: &[(&str, &Beside)]) -> Option<Self> {
+        let known = known_causes(dof, windows, beside);
+        if known.is_empty() {
+            return None;
+        }
+        let accelerations = |window: &Window| -> Option<Vec<Vec<f64>>> {
+            let beside = beside.iter().find(|(trial, _)| *trial == window.trial)?.1;
+            let at = instants(window, dof, beside)?;
+            let of = |cause: &&Cause| {
+                at.iter().map(|(at, rate)| (cause.acceleration)(at, rate)).collect()
+            };
+            Some(known.iter().map(of).collect())
+        };
+        let with = Lacking::of(windows, |window| {
+            Some([plant_columns(window), accelerations(window)?].concat())
+        });
+        let without = Lacking::of(windows, |window| {
+            accelerations(window)?;
+            Some(plant_columns(window))
+        });
+        let explained = 1.0 - with.left_unseen()? / without.left_unseen()?;
+        let (with, without) = (with.solve()?, without.solve()?);
+        let (with, without) = (PlantChange::of(&with)?, PlantChange::of(&without)?);
+        Some(Self {
+            causes: known.iter().map(|cause| cause.name).collect(),
+            explained,
+            mass: (1.0 + with.mass.value) / (1.0 + without.mass.value) - 1.0,
+            drag: (1.0 + with.drag.value) / (1.0 + without.drag.value) - 1.0,
+        })
+    }
+
+    /// That an axis must not be used alone: the others move it, and its plant with it.
+    pub(crate) fn caveat(&self, dof: Dof) -> Option<Caveat> {
+        let times = (self.mass.abs() / MASS_PART).max(self.drag.abs() / DRAG_PART);
+        let speaks = self.explained > EXPLAINED && times > 1.0 || self.explained > MOSTLY;
+        speaks.then(|| {
+            let message = format!(
+                "do not use {dof} alone: what the other axes do ({}) explains {:.0} % of what the {dof} model misses, and with that its mass would be {:+.0} % and its drag {:+.0} %; fit the axes together, or hold the others still",
+                self.causes.join(", "),
+                100.0 * self.explained,
+                100.0 * self.mass,
+                100.0 * self.drag
+            );
+            if times > SEVERE_TIMES {
+                Caveat::severe(CaveatCode::CoupledAxes, message)
+            } else {
+                Caveat::warning(CaveatCode::CoupledAxes, message)
+            }
+        })
+    }
+}
+
+/// The causes that every logged window has, and that vary.
+fn known_causes(dof: Dof, windows: &[Window], beside: &[(&str, &Beside)]) -> Vec<&'static Cause> {
+    let instants: Vec<Vec<(At, At)>> = windows
+        .iter()
+        .filter_map(|window| {
+            let beside = beside.iter().find(|(trial, _)| *trial == window.trial)?.1;
+            instants(window, dof, beside)
+        })
+        .collect();
+    let varies = |cause: &&Cause| {
+        let values = instants.iter().flatten();
+        let mut values = values.map(|(at, rate)| (cause.acceleration)(at, rate)).peekable();
+        let Some(&first) = values.peek() else { return false };
+        let mut differs = false;
+        for value in values {
+            if !value.is_finite() {
+                return false;
+            }
+            differs |= value != first;
+        }
+        differs
+    };
+    causes(dof).iter().filter(varies).collect()
+}
+
+/// What the vehicle did at the instants of a window, and how that changed over the step that each
+/// begins; `None` where that was not kept.
+fn instants(window: &Window, dof: Dof, beside: &Beside) -> Option<Vec<(At, At)>> {
+    let (from_s, to_s) = (window.time_s[0], *window.time_s.last()?);
+    let known =
+        |series: &&crate::Timed| series.first_s() <= from_s + 1.0 && series.last_s() >= to_s - 1.0;
+    let mut velocities = Dof::ALL.map(|other| {
+        let series = beside.velocity.get(&other).filter(known);
+        series.map(crate::Timed::reader)
+    });
+    let mut roll = beside.roll.as_ref().filter(known).map(crate::Timed::reader);
+    let mut pitch = beside.pitch.as_ref().filter(known).map(crate::Timed::reader);
+    let at = |(&t, &own): (&f64, &f64)| {
+        let mut of = |other: Dof| {
+            if other == dof {
+                return own;
+            }
+            velocities[other.index()].as_mut().map_or(f64::NAN, |reader| reader.at(t))
+        };
+        At {
+            u: of(Dof::Surge),
+            v: of(Dof::Sway),
+            w: of(Dof::Heave),
+            p: of(Dof::Roll),
+            q: of(Dof::Pitch),
+            r: of(Dof::Yaw),
+            roll: roll.as_mut().map_or(f64::NAN, |reader| reader.at(t)),
+            pitch: pitch.as_mut().map_or(f64::NAN, |reader| reader.at(t)),
+        }
+    };
+    let all: Vec<At> = window.time_s.iter().zip(&window.velocity).map(at).collect();
+    let rate = |k: usize| {
+        // The last instant begins no step; nothing reads its rate.
+        let next = (k + 1).min(all.len() - 1);
+        let step_s = (window.time_s[next] - window.time_s[k]).max(f64::MIN_POSITIVE);
+        all[k].rate_to(&all[next], step_s)
+    };
+    let rates: Vec<At> = (0..all.len()).map(rate).collect();
+    Some(all.into_iter().zip(rates).collect())
+}
+
+impl At {
+    fn rate_to(&self, next: &Self, step_s: f64) -> Self {
+        let of = |value: fn(&Self) -> f64| (value(next) - value(self)) / step_s;
+        Self {
+            u: of(|at| at.u),
+            v: of(|at| at.v),
+            w: of(|at| at.w),
+            p: of(|at| at.p),
+            q: of(|at| at.q),
+            r: of(|at| at.r),
+            roll: of(|at| at.roll),
+            pitch: of(|at| at.pitch),
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Models that know less than a plant: what a prediction must beat to be worth anything.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{AxisRecord, Comparison};
+
+/// A model without a plant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum NullModel {
+    /// The vehicle never moves.
+    NeverMoves,
+    /// It keeps the speed that it starts with.
+    KeepsInitialSpeed,
+    /// It keeps the mean speed of the trial, which this model is told.
+    KeepsMeanSpeed,
+    /// It has the steady speed for its thrust at once, v = ±c √|τ|, c from the fitted trials.
+    SteadySpeed,
+}
+
+impl NullModel {
+    /// As sentences call it.
+    pub const fn description(self) -> &'static str {
+        match self {
+            Self::NeverMoves => "a model that never moves",
+            Self::KeepsInitialSpeed => "a model that keeps its initial speed",
+            Self::KeepsMeanSpeed => "a model that keeps the mean speed",
+            Self::SteadySpeed => "the steady speed for the thrust",
+        }
+    }
+}
+
+/// A model without a plant, and its error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NullScore {
+    /// Which.
+    pub model: NullModel,
+    /// e = mean |v_model − v|, m/s or rad/s.
+    pub mean_abs_error: f64,
+}
+
+/// The null models, and what they learn from fitted trials.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Nulls {
+    /// c of v = ±c √|τ|, ahead and astern.
+    steady: Option<[f64; 2]>,
+}
+
+impl Nulls {
+    /// Fits steady speed to thrust, ahead and astern, by least squares.
+    pub(crate) fn of(fitted: &[AxisRecord]) -> Self {
+        let (mut products, mut squares) = ([0.0; 2], [0.0; 2]);
+        for axis in fitted {
+            let Ok(velocity) = axis.velocity() else { continue };
+            let mut force = axis.force.reader();
+            for (&t, &v) in velocity.time_s().iter().zip(velocity.values()) {
+                let tau = force.held_at(t);
+                let (way, root) = root_of(tau);
+                products[way] += root * v;
+                squares[way] += root * root;
+            }
+        }
+        let of = |way: usize| if squares[way] > 0.0 { products[way] / squares[way] } else { 0.0 };
+        Self { steady: (!fitted.is_empty()).then(|| [of(0), of(1)]) }
+    }
+
+    /// The best of the null models on some simulated trials; `None` without a sample.
+    pub(crate) fn best(&self, comparisons: &[&Comparison]) -> Option<NullScore> {
+        let count: usize = comparisons.iter().map(|comparison| comparison.measured.len()).sum();
+        if count == 0 {
+            return None;
+        }
+        let mut sums = [
+            (NullModel::NeverMoves, 0.0),
+            (NullModel::KeepsInitialSpeed, 0.0),
+            (NullModel::KeepsMeanSpeed, 0.0),
+            (NullModel::SteadySpeed, if self.steady.is_some() { 0.0 } else { f64::INFINITY }),
+        ];
+        for comparison in comparisons {
+            let measured = &comparison.measured;
+            let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
+            let initial = comparison.simulated.first().copied().unwrap_or(0.0);
+            for (&v, &tau) in measured.iter().zip(&comparison.force) {
+                let (way, root) = root_of(tau);
+                let steady = self.steady.map_or(0.0, |c| c[way] * root);
+                for (sum, says) in sums.iter_mut().zip([0.0, initial, mean, steady]) {
+                    sum.1 += (v - says).abs();
+                }
+            }
+        }
+        let (model, sum) = sums.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(NullScore { model, mean_abs_error: sum / count as f64 })
+    }
+}
+
+/// Which way, and √|τ| with the sign of τ.
+fn root_of(tau: f64) -> (usize, f64) {
+    (usize::from(tau < 0.0), tau.abs().sqrt().copysign(tau))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Agreement, Dof};
+
+    fn comparison(measured: Vec<f64>, force: Vec<f64>, first: f64) -> Comparison {
+        let simulated = vec![first; measured.len()];
+        Comparison {
+            dof: Dof::Surge,
+            trial: "t".to_owned(),
+            time_s: (0..measured.len()).map(|k| k as f64).collect(),
+            velocity: Agreement::of(&measured, &simulated, 0.0),
+            force,
+            measured,
+            simulated,
+            position: None,
+        }
+    }
+
+    fn best(nulls: Nulls, measured: &[f64], force: &[f64], first: f64) -> NullScore {
+        nulls.best(&[&comparison(measured.to_vec(), force.to_vec(), first)]).expect("samples")
+    }
+
+    #[test]
+    fn each_null_model_is_best_where_it_is_right() {
+        let nulls = Nulls { steady: Some([0.5, 0.25]) };
+        let still = best(nulls, &[0.01, -0.01, 0.0], &[9.0, 4.0, -4.0], 0.5);
+        assert_eq!(still.model, NullModel::NeverMoves);
+        let coasting = best(nulls, &[1.0, 1.0, 1.1], &[0.0; 3], 1.0);
+        assert_eq!(coasting.model, NullModel::KeepsInitialSpeed);
+        let cruising = best(nulls, &[0.0, 1.0, 1.0, 1.0], &[0.0; 4], 0.0);
+        assert_eq!(cruising.model, NullModel::KeepsMeanSpeed);
+        let quick = best(nulls, &[1.5, 1.0, -0.5], &[9.0, 4.0, -4.0], 0.0);
+        assert_eq!(quick, NullScore { model: NullModel::SteadySpeed, mean_abs_error: 0.0 });
+    }
+
+    #[test]
+    fn without_fitted_trials_thrust_tells_no_steady_speed() {
+        let found = best(Nulls::default(), &[0.0, 1.0], &[0.0, 1.0], 0.0);
+        assert_ne!(found.model, NullModel::SteadySpeed);
+    }
+}

@@ -1,0 +1,152 @@
+//! How well a plant predicts trials, beside models that know less.
+
+use super::asked::change;
+use super::linear::{Window, windows};
+use super::null::Nulls;
+use crate::evaluate::compare_record;
+use crate::regression::batch_s;
+use crate::results::{Score, TrialScore};
+use crate::{Agreement, AxisRecord, Comparison, Dof, Error, Model, Trial, VelocitySource};
+
+/// A score, and what decides between plants.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scored {
+    pub(crate) score: Score,
+    /// Mean |error| of each of many parts of the trials, their offsets taken out; the same
+    /// parts for every plant. Empty if a simulation ran away.
+    pub(crate) parts: Vec<f64>,
+}
+
+/// Scores a plant on trials: e on raw velocity, beside models that know less.
+///
+/// # Errors
+/// Those of [`Trial::axis`]; a simulation that runs away is no error but has no score.
+pub fn score_plant(dof: Dof, model: &Model, trials: &[&Trial]) -> Result<Score, Error> {
+    Ok(score(model, &records(dof, trials)?, &Nulls::default())?.score)
+}
+
+/// The records of one degree of freedom that plants are compared with.
+pub(crate) fn records(dof: Dof, trials: &[&Trial]) -> Result<Vec<AxisRecord>, Error> {
+    trials.iter().map(|trial| trial.axis(dof, VelocitySource::Measured)).collect()
+}
+
+/// [`score_plant`], with the null models that know the fitted trials.
+///
+/// # Errors
+/// As [`score_plant`].
+pub(crate) fn score(model: &Model, axes: &[AxisRecord], nulls: &Nulls) -> Result<Scored, Error> {
+    let outcomes = axes.iter().map(|axis| outcome(model, axis)).collect::<Result<Vec<_>, _>>()?;
+    let windows: Vec<Window> = outcomes.iter().flat_map(|outcome| outcome.windows(model)).collect();
+    let has_run_away = outcomes.iter().any(|outcome| matches!(outcome, Outcome::Diverged { .. }));
+    let mut score = total_score(&outcomes);
+    if has_run_away {
+        return Ok(Scored { score, ..Scored::default() });
+    }
+    score.best_null =
+        nulls.best(&outcomes.iter().filter_map(Outcome::comparison).collect::<Vec<_>>());
+    score.offset_free_error = offset_free_error(&windows);
+    score.change = change(&windows);
+    Ok(Scored { score, parts: parts(&windows) })
+}
+
+fn offset_free_error(windows: &[Window]) -> Option<f64> {
+    let errors = windows.iter().flat_map(|window| &window.error);
+    let (sum, count) = errors.fold((0.0, 0_usize), |(sum, n), e| (sum + e.abs(), n + 1));
+    (count > 0).then(|| sum / count as f64)
+}
+
+fn parts(windows: &[Window]) -> Vec<f64> {
+    let batch_s = batch_s(windows.iter().map(Window::duration_s).sum());
+    let of = |window: &Window| -> Vec<f64> {
+        let mean = |rows: std::ops::Range<usize>| {
+            let count = rows.len() as f64;
+            window.error[rows].iter().map(|e| e.abs()).sum::<f64>() / count
+        };
+        window.batches(batch_s).into_iter().map(mean).collect()
+    };
+    windows.iter().flat_map(of).collect()
+}
+
+/// One trial simulated, or not.
+enum Outcome {
+    Compared(Box<Comparison>),
+    Diverged { trial: String, null_error: f64, samples: usize },
+}
+
+impl Outcome {
+    fn comparison(&self) -> Option<&Comparison> {
+        match self {
+            Self::Compared(comparison) => Some(comparison),
+            Self::Diverged { .. } => None,
+        }
+    }
+
+    fn windows(&self, model: &Model) -> Vec<Window> {
+        self.comparison().map(|comparison| windows(comparison, model)).unwrap_or_default()
+    }
+}
+
+fn outcome(model: &Model, axis: &AxisRecord) -> Result<Outcome, Error> {
+    match compare_record(model, axis) {
+        Ok(comparison) => Ok(Outcome::Compared(Box::new(comparison))),
+        Err(Error::Diverged { .. }) => {
+            let velocity = axis.velocity()?;
+            let samples = velocity.len();
+            let null_error =
+                velocity.values().iter().map(|v| v.abs()).sum::<f64>() / samples as f64;
+            Ok(Outcome::Diverged { trial: axis.trial.clone(), null_error, samples })
+        }
+        Err(other) => Err(other),
+    }
+}
+
+fn total_score(outcomes: &[Outcome]) -> Score {
+    let compared = outcomes.iter().filter_map(Outcome::comparison);
+    let pairs = compared.flat_map(|c| c.measured.iter().copied().zip(c.simulated.iter().copied()));
+    let all = Agreement::over(pairs, 0.0);
+    let mut diverged = false;
+    let mut null = (0.0, 0);
+    let mut trials = Vec::new();
+    for outcome in outcomes {
+        let score = match outcome {
+            Outcome::Compared(comparison) => trial_score(comparison),
+            Outcome::Diverged { trial, null_error, samples } => {
+                diverged = true;
+                TrialScore {
+                    trial: trial.clone(),
+                    mean_abs_error: None,
+                    null_error: *null_error,
+                    r_squared: None,
+                    position_r_squared: None,
+                    position_mean_abs_error: None,
+                    samples: *samples,
+                }
+            }
+        };
+        null.0 += score.null_error * score.samples as f64;
+        null.1 += score.samples;
+        trials.push(score);
+    }
+    Score {
+        mean_abs_error: (!diverged).then_some(all.mean_abs_error),
+        null_error: if null.1 == 0 { 0.0 } else { null.0 / null.1 as f64 },
+        best_null: None,
+        offset_free_error: None,
+        change: None,
+        r_squared: all.r_squared.filter(|_| !diverged),
+        trials,
+    }
+}
+
+fn trial_score(comparison: &Comparison) -> TrialScore {
+    let position = comparison.position.as_ref().map(|position| position.agreement);
+    TrialScore {
+        trial: comparison.trial.clone(),
+        mean_abs_error: Some(comparison.velocity.mean_abs_error),
+        null_error: comparison.velocity.null_error,
+        r_squared: comparison.velocity.r_squared,
+        position_r_squared: position.and_then(|agreement| agreement.r_squared),
+        position_mean_abs_error: position.map(|agreement| agreement.mean_abs_error),
+        samples: comparison.velocity.samples,
+    }
+}

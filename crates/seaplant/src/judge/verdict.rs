@@ -1,0 +1,325 @@
+//! How far a plant may be trusted, and why.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::working::drag_at;
+use crate::caveat::spoken;
+use crate::results::{PlantResult, Score, TrialScore};
+use crate::{Caveat, CaveatCode, Dof, Estimate, Fit, Severity, Stability, Term};
+
+/// How far a plant may be trusted.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Trust {
+    /// A reason not to use it was found.
+    DoNotUse,
+    /// Nothing vouches for it.
+    Doubtful,
+    /// It predicts, and there are warnings to read.
+    UsableWithCare,
+    /// It predicts, and nothing speaks against it.
+    Usable,
+}
+
+impl Trust {
+    /// As the report writes it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::DoNotUse => "do not use",
+            Self::Doubtful => "doubtful",
+            Self::UsableWithCare => "usable with care",
+            Self::Usable => "usable",
+        }
+    }
+}
+
+/// What to make of a plant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Verdict {
+    /// How far it may be trusted.
+    pub trust: Trust,
+    /// Why, in one sentence without its first capital and full stop.
+    pub reason: String,
+    /// The caveats that decided it, the worst first.
+    pub codes: Vec<CaveatCode>,
+}
+
+impl Default for Verdict {
+    /// Of results that were written before plants were judged.
+    fn default() -> Self {
+        let reason = "it was not judged when these results were written".to_owned();
+        Self { trust: Trust::Doubtful, reason, codes: Vec::new() }
+    }
+}
+
+/// A model that predicts vouches for its plant if its error is below this part of the error of a
+/// model that never moves …
+const PREDICTS: f64 = 0.5;
+/// … and this part of that of the best model without a plant.
+const BEATS_NULL: f64 = 0.85;
+
+/// A mass interval whose ends are further apart than this factor says nothing of mass.
+const WIDEST_MASS: f64 = 2.0;
+/// Drag at working speed that is known no better than ± this part is not known.
+const WIDEST_DRAG: f64 = 0.5;
+/// A user takes a usable mass for right within this part …
+const KNOWN_MASS: f64 = 0.10;
+/// … and a drag within this.
+const KNOWN_DRAG: f64 = 0.20;
+
+/// Intervals that are too wide for what a user takes a usable plant for; `speed` is the usual one.
+pub(crate) fn intervals(fit: &Fit, speed: f64) -> Vec<Caveat> {
+    let estimates = fit.estimates();
+    let (mass, drag) = (estimates.mass, drag_at(fit, speed));
+    let units = fit.dof.units();
+    let name = if fit.dof.is_rotation() { "inertia" } else { "mass" };
+    let mut caveats = Vec::new();
+    let range = |e: Estimate| format!("{} to {}", spoken(e.low95), spoken(e.high95));
+    let part = |e: Estimate| 0.5 * (e.high95 - e.low95) / e.value.abs();
+    let mut push = |code, what: String, advice: &str| {
+        caveats.push(Caveat::warning(code, format!("{what}: {advice}")));
+    };
+    const MORE: &str = "drive longer, faster, and at more than one frequency";
+    if mass.low95 <= 0.0 || mass.high95 > WIDEST_MASS * mass.low95 {
+        let what =
+            format!("the {} {name} is anything from {} {}", fit.dof, range(mass), units.mass);
+        push(CaveatCode::NotDetermined, what, MORE);
+    } else if part(mass) > KNOWN_MASS {
+        let what = format!("the {} {name} is known to ± {:.0} % only", fit.dof, 100.0 * part(mass));
+        push(CaveatCode::WideInterval, what, MORE);
+    }
+    let at = format!("drag in {} at {} {}", fit.dof, spoken(speed), units.velocity);
+    if part(drag) >= WIDEST_DRAG || part(drag).is_nan() {
+        let what = format!("{at} is anything from {} {}", range(drag), units.force);
+        push(CaveatCode::NotDetermined, what, MORE);
+    } else if part(drag) > KNOWN_DRAG {
+        let what = format!("{at} is known to ± {:.0} % only", 100.0 * part(drag));
+        push(CaveatCode::WideInterval, what, MORE);
+    } else if let Some(quadratic) = estimates.d_quadratic.filter(|d| part(*d) > KNOWN_DRAG)
+        && fit.terms.has(Term::Linear)
+    {
+        let what = format!(
+            "{at} is known to ± {:.0} %, but quadratic drag by itself to ± {:.0} % only, for linear drag can stand in for it",
+            100.0 * part(drag),
+            100.0 * part(quadratic)
+        );
+        push(
+            CaveatCode::WideInterval,
+            what,
+            "do not use the model at other speeds; drive at more of them",
+        );
+    }
+    caveats
+}
+
+/// Caveats that leave nothing to vouch for a plant, even as warnings.
+const fn is_doubt(code: CaveatCode) -> bool {
+    matches!(code, CaveatCode::NotDetermined)
+}
+
+/// Judges a plant by its stability, its caveats and its error on trials that it has not seen.
+pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
+    let with = |severity| plant.caveats.iter().filter(move |c| c.severity == severity);
+    let codes: Vec<CaveatCode> =
+        with(Severity::Severe).chain(with(Severity::Warning)).map(|c| c.code).collect();
+    let of = |trust, reason: String| Verdict { trust, reason, codes: codes.clone() };
+    let unit = dof.units().velocity;
+    if !plant.stable {
+        let how = match plant.stability {
+            Stability::Stable | Stability::Unstable => String::new(),
+            _ => format!(" {unit}"),
+        };
+        return of(Trust::DoNotUse, format!("the model {}{how}", plant_is(&plant.stability)));
+    }
+    let severe = with(Severity::Severe).count();
+    if let Some(first) = with(Severity::Severe).next() {
+        let more =
+            if severe > 1 { format!(" and {} more below", severe - 1) } else { String::new() };
+        return of(Trust::DoNotUse, format!("severe caveat: {}{more}", first.code.words()));
+    }
+    let (score, trials) = match (&plant.hold_out, &plant.left_out) {
+        (Some(score), _) => (score, held_out(score)),
+        (None, Some(score)) => (score, "trials that were left out in turn".to_owned()),
+        (None, None) => return of(Trust::Doubtful, "no held-out trial has tested it".to_owned()),
+    };
+    let Some(e) = score.mean_abs_error else {
+        return of(Trust::DoNotUse, format!("its simulation of {trials} runs away"));
+    };
+    let against = format!(
+        "{trials} with e = {} {unit} against {} for a model that never moves",
+        spoken2(e),
+        spoken2(score.null_error),
+    );
+    let vouched = vouched(score);
+    if free_error(score) > PREDICTS * score.null_error && !vouched {
+        return of(Trust::Doubtful, format!("it predicts {against}"));
+    }
+    if let Some(reason) = no_better_than_null(score, &trials, unit).filter(|_| !vouched) {
+        return of(Trust::Doubtful, reason);
+    }
+    if let Some(doubt) = with(Severity::Warning).find(|caveat| is_doubt(caveat.code)) {
+        return of(
+            Trust::Doubtful,
+            doubt.message.split(": ").next().unwrap_or_default().to_owned(),
+        );
+    }
+    match with(Severity::Warning).count() {
+        0 if plant.hold_out.is_none() => {
+            of(Trust::UsableWithCare, format!("no trial was held out; it predicts {against}"))
+        }
+        0 => of(Trust::Usable, format!("no warning, predicts {against}")),
+        1 => of(Trust::UsableWithCare, format!("1 warning, predicts {against}")),
+        n => of(Trust::UsableWithCare, format!("{n} warnings, predicts {against}")),
+    }
+}
+
+/// Null models are given the trials' offsets, so that the plant is, too.
+fn no_better_than_null(score: &Score, trials: &str, unit: &str) -> Option<String> {
+    let null = score.best_null?;
+    let e = free_error(score);
+    (e > BEATS_NULL * null.mean_abs_error).then(|| {
+        format!(
+            "it predicts {trials} with e = {} {unit}, hardly better than {} with {}",
+            spoken2(e),
+            null.model.description(),
+            spoken2(null.mean_abs_error)
+        )
+    })
+}
+
+/// A path that is followed through a trial to this R² vouches for a plant.
+const FOLLOWED: f64 = 0.95;
+
+/// Whether unseen trials know the plant and find it right, though the noise of their velocity may
+/// hide that: they ask for no other, or the simulation follows the measured path of each.
+pub(crate) fn vouched(score: &Score) -> bool {
+    let follows = |trial: &TrialScore| trial.position_r_squared.is_some_and(|r| r > FOLLOWED);
+    let follows_all = !score.trials.is_empty() && score.trials.iter().all(follows);
+    follows_all || score.change.is_some_and(|change| change.vouches())
+}
+
+/// Its error without what a current or a tether adds to every model's.
+pub(crate) fn free_error(score: &Score) -> f64 {
+    let errors = [score.mean_abs_error, score.offset_free_error];
+    errors.into_iter().flatten().fold(f64::INFINITY, f64::min)
+}
+
+/// "the held-out trial" or "the 3 held-out trials".
+fn held_out(score: &Score) -> String {
+    match score.trials.len() {
+        0 | 1 => "the held-out trial".to_owned(),
+        n => format!("the {n} held-out trials"),
+    }
+}
+
+fn plant_is(stability: &Stability) -> String {
+    match stability {
+        Stability::Stable => "is stable".to_owned(),
+        Stability::Unstable => "is unstable: nothing opposes motion".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+/// A number to two significant digits.
+fn spoken2(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    let decimals = (1 - x.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{x:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify;
+    use crate::results::{NullModel, NullScore};
+    use crate::twin::{TwinSpec, make};
+    use crate::{IdentifyOptions, Method, Trial, TrialSetup};
+
+    /// A plant of the twin by equation error, without a doubt.
+    fn plant() -> PlantResult {
+        let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 120.0, ..TwinSpec::jason2() };
+        let dive = make(&spec).expect("valid");
+        let trial = |log: &crate::twin::TwinTrial| {
+            let (name, role, dofs) = (log.name.clone(), log.role, vec![log.dof]);
+            let setup = TrialSetup { name, role, dofs, ..TrialSetup::default() };
+            Trial::new(setup, &log.recording, &dive.vehicle).expect("complete")
+        };
+        let trials: Vec<Trial> = dive.trials.iter().map(trial).collect();
+        let options =
+            IdentifyOptions { methods: vec![Method::EquationError], ..IdentifyOptions::default() };
+        let mut plant =
+            identify(&dive.vehicle, &trials, &options).results.plants[&Dof::Surge].clone();
+        plant.caveats.clear();
+        plant
+    }
+
+    fn judged(change: impl FnOnce(&mut PlantResult)) -> Verdict {
+        let mut plant = plant();
+        change(&mut plant);
+        verdict(Dof::Surge, &plant)
+    }
+
+    /// A held-out score that nothing but its errors decides.
+    fn scored(plant: &mut PlantResult, e: Option<f64>, null: Option<f64>) {
+        let score = plant.hold_out.as_mut().expect("the twin has one");
+        (score.mean_abs_error, score.offset_free_error, score.change) = (e, e, None);
+        score.null_error = 0.11;
+        let model = NullModel::SteadySpeed;
+        score.best_null = null.map(|mean_abs_error| NullScore { model, mean_abs_error });
+        score.trials.iter_mut().for_each(|trial| trial.position_r_squared = None);
+    }
+
+    #[test]
+    fn a_plant_that_predicts_is_usable_and_warnings_ask_for_care() {
+        let found = judged(|plant| scored(plant, Some(0.021), Some(0.09)));
+        assert_eq!(found.trust, Trust::Usable);
+        assert!(found.reason.contains("e = 0.021 m/s against 0.11"), "{}", found.reason);
+        let warning = Caveat::warning(CaveatCode::Collinear, "x");
+        let found = judged(|plant| plant.caveats = vec![warning]);
+        assert_eq!(
+            (found.trust, found.codes),
+            (Trust::UsableWithCare, vec![CaveatCode::Collinear])
+        );
+    }
+
+    #[test]
+    fn what_is_not_tested_or_not_determined_is_doubtful() {
+        assert_eq!(judged(|plant| plant.hold_out = None).trust, Trust::Doubtful);
+        let wide = Caveat::warning(CaveatCode::NotDetermined, "the mass is anything: drive on");
+        let found = judged(|plant| plant.caveats = vec![wide]);
+        assert_eq!((found.trust, found.reason.as_str()), (Trust::Doubtful, "the mass is anything"));
+    }
+
+    #[test]
+    fn a_plant_must_beat_the_best_model_without_one() {
+        let found = judged(|plant| scored(plant, Some(0.021), Some(0.022)));
+        assert_eq!(found.trust, Trust::Doubtful);
+        assert!(found.reason.contains("the steady speed for the thrust"), "{}", found.reason);
+        assert_eq!(judged(|plant| scored(plant, Some(0.1), None)).trust, Trust::Doubtful);
+    }
+
+    #[test]
+    fn noise_does_not_hide_a_path_that_is_followed() {
+        let found = judged(|plant| {
+            scored(plant, Some(0.1), Some(0.1));
+            let score = plant.hold_out.as_mut().expect("the twin has one");
+            score.trials.iter_mut().for_each(|trial| trial.position_r_squared = Some(0.99));
+        });
+        assert_eq!(found.trust, Trust::Usable);
+    }
+
+    #[test]
+    fn severe_unstable_and_diverging_plants_are_not_to_be_used() {
+        let severe = Caveat::severe(CaveatCode::WrongSign, "x");
+        let found = judged(|p| p.caveats = vec![severe]);
+        assert_eq!(found.trust, Trust::DoNotUse);
+        assert_eq!(found.reason, "severe caveat: wrong sign");
+        assert_eq!(judged(|p| p.stable = false).trust, Trust::DoNotUse);
+        assert_eq!(judged(|p| scored(p, None, None)).trust, Trust::DoNotUse);
+    }
+}

@@ -1,0 +1,76 @@
+//! How a plant moves: ν̇ with its derivatives, and simulation in fine steps.
+
+mod attitude;
+mod flow;
+mod rate;
+mod simulate;
+mod smooth;
+
+use nalgebra::{Vector3, Vector6};
+
+pub use attitude::down_body;
+pub(crate) use attitude::{body_from_world, interpolated as interpolated_attitude};
+pub(crate) use flow::{Decay, Flow, Slice, advance};
+pub(crate) use rate::Prepared;
+use rate::Whole;
+pub use simulate::{Inputs, Simulated, simulate};
+pub(crate) use smooth::smoothed_attitude;
+
+use crate::Error;
+use crate::plant::Plant;
+
+/// Runs code with places for so many axes as a constant. Three sizes are enough, and a compiler
+/// needs half the time for them that it needs for six.
+macro_rules! with_places {
+    ($n:expr, $N:ident => $body:expr) => {
+        match $n {
+            1 => {
+                const $N: usize = 1;
+                $body
+            }
+            2 | 3 => {
+                const $N: usize = 3;
+                $body
+            }
+            _ => {
+                const $N: usize = 6;
+                $body
+            }
+        }
+    };
+}
+pub(crate) use with_places;
+
+impl Plant {
+    /// `ν̇_r = M⁻¹ (τ − n(ν_r, η))` on the plant's axes, zero on others; m/s² and rad/s²,
+    /// shape (6,).
+    ///
+    /// `force` and `velocity` (relative to the water) have shape (6,); what they hold of axes
+    /// that the plant does not have counts as known: a force there does nothing, a velocity
+    /// turns the frame.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if M cannot be inverted.
+    ///
+    /// # Example
+    /// ```
+    /// use nalgebra::{Vector3, Vector6};
+    /// use seaplant::Dof;
+    /// use seaplant::plant::{Plant, Structure, Symmetry};
+    /// let surge = Structure::of(&[Dof::Surge], Symmetry::None)?;
+    /// let plant = Plant::new(surge, vec![100.0, 5.0, 20.0])?;
+    /// let (mut force, mut velocity) = (Vector6::zeros(), Vector6::zeros());
+    /// (force[0], velocity[0]) = (50.0, 1.0);
+    /// let rate = plant.acceleration(&force, &velocity, &Vector3::z())?;
+    /// assert!((rate[0] - 0.25).abs() < 1e-12);
+    /// # Ok::<(), seaplant::Error>(())
+    /// ```
+    pub fn acceleration(
+        &self,
+        force: &Vector6<f64>,
+        velocity: &Vector6<f64>,
+        down_body: &Vector3<f64>,
+    ) -> Result<Vector6<f64>, Error> {
+        Ok(Whole::new(self)?.rate(velocity, down_body, force))
+    }
+}

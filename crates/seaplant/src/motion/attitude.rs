@@ -1,0 +1,68 @@
+//! Attitude between its samples, and what it turns.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use crate::Timed;
+
+/// `R(η)ᵀ`: takes a vector from the world's frame to the body's; `angles` are roll, pitch and
+/// heading, rad.
+pub(crate) fn body_from_world(angles: [f64; 3]) -> Matrix3<f64> {
+    let [roll, pitch, heading] = angles;
+    Rotation3::from_euler_angles(roll, pitch, heading).matrix().transpose()
+}
+
+/// k = R(η)ᵀ e₃: the world's down in body axes; rad in, shape (3,) out.
+///
+/// ```
+/// let k = seaplant::motion::down_body(0.0, 0.1);
+/// assert!((k.x + 0.1_f64.sin()).abs() < 1e-12);
+/// ```
+pub fn down_body(roll: f64, pitch: f64) -> Vector3<f64> {
+    Vector3::new(-pitch.sin(), pitch.cos() * roll.sin(), pitch.cos() * roll.cos())
+}
+
+/// A series at a time by the cubic through the four samples around it.
+///
+/// A straight line between samples 0.1 s apart takes 1 to 2 % off an oscillation at 4 rad/s,
+/// and with it off the righting moment; the cubic takes 0.01 %.
+pub(crate) fn interpolated(series: Option<&Timed>, t_s: f64) -> f64 {
+    let Some(series) = series else { return 0.0 };
+    let (time_s, x) = (series.time_s(), series.values());
+    let after = time_s.partition_point(|&t| t <= t_s);
+    // At the ends, and across a stretch without samples, nothing better than a line is known.
+    let is_inside = after >= 2 && after + 1 < time_s.len();
+    let regular = |from: usize| time_s[from + 1] - time_s[from] < 2.0 * series.period_s();
+    if !is_inside || !(after - 2..=after).all(regular) {
+        return series.at(t_s);
+    }
+    let nodes = [after - 2, after - 1, after, after + 1];
+    let weight = |j: usize| {
+        let others = nodes.iter().filter(|k| **k != nodes[j]);
+        let part = |&k: &usize| (t_s - time_s[k]) / (time_s[nodes[j]] - time_s[k]);
+        others.map(part).product::<f64>()
+    };
+    (0..4).map(|j| weight(j) * x[nodes[j]]).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn down_is_what_the_rotation_makes_of_it() {
+        let (roll, pitch) = (0.4, -0.7);
+        let k = body_from_world([roll, pitch, 2.0]) * Vector3::z();
+        assert!((k - down_body(roll, pitch)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_fast_oscillation_keeps_its_amplitude_between_samples() {
+        let time_s: Vec<f64> = (0..100).map(|k| 0.1 * f64::from(k)).collect();
+        let roll = |t: f64| (4.0 * t).sin();
+        let values: Vec<f64> = time_s.iter().map(|&t| roll(t)).collect();
+        let angle = Timed::new("roll", time_s, values).expect("valid");
+        let worst = (20..900).map(|k| 0.01 * f64::from(k));
+        let worst = worst.map(|t| (interpolated(Some(&angle), t) - roll(t)).abs());
+        assert!(worst.fold(0.0, f64::max) < 2e-3);
+    }
+}

@@ -1,0 +1,290 @@
+//! ν̇ of a plant and its derivatives, made ready for many evaluations.
+
+use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
+
+use crate::plant::{Basis, Instant, Plant, Product, kirchhoff, kirchhoff_slope};
+use crate::{Dof, Error};
+
+/// Everything on the left of the equation of motion that holds no acceleration.
+struct Forces {
+    mass: Matrix6<f64>,
+    products: Vec<(Dof, Product, f64)>,
+    weight_excess: f64,
+    lever: Vector3<f64>,
+    constant: Vector6<f64>,
+}
+
+impl Forces {
+    fn of(plant: &Plant) -> Self {
+        let mut forces = Self {
+            mass: plant.mass_matrix_of_six(),
+            products: Vec::new(),
+            weight_excess: 0.0,
+            lever: Vector3::zeros(),
+            constant: Vector6::zeros(),
+        };
+        for (term, &value) in plant.structure().terms().iter().zip(plant.coefficients()) {
+            match *term {
+                Basis::Mass(..) => {}
+                Basis::Product(on, product) => forces.products.push((on, product, value)),
+                Basis::WeightExcess => forces.weight_excess = value,
+                Basis::Lever(axis) => forces.lever[axis] = value,
+                Basis::One(on) => forces.constant[on.index()] = value,
+            }
+        }
+        forces
+    }
+
+    /// n(ν_r, η), N and N m.
+    fn at(&self, velocity: &Vector6<f64>, down_body: &Vector3<f64>) -> Vector6<f64> {
+        let mut n = kirchhoff(&(self.mass * velocity), velocity) + self.constant;
+        for (on, product, value) in &self.products {
+            n[on.index()] += value * product.value(velocity);
+        }
+        let moment = self.lever.cross(down_body);
+        for axis in 0..3 {
+            n[axis] -= self.weight_excess * down_body[axis];
+            n[axis + 3] -= moment[axis];
+        }
+        n
+    }
+
+    /// ∂n/∂ν, shape (6, 6).
+    fn slope(&self, velocity: &Vector6<f64>) -> Matrix6<f64> {
+        let mut slope = kirchhoff_slope(&self.mass, velocity);
+        for (on, product, value) in &self.products {
+            let mut row = [0.0; 6];
+            product.add_slope(velocity, *value, &mut row);
+            for (j, x) in row.into_iter().enumerate() {
+                slope[(on.index(), j)] += x;
+            }
+        }
+        slope
+    }
+}
+
+/// A plant whose rate is wanted on all six axes: zero on those that it does not have.
+pub(crate) struct Whole {
+    inverse: Matrix6<f64>,
+    forces: Forces,
+}
+
+impl Whole {
+    /// # Errors
+    /// [`Error::Plant`] if M cannot be inverted.
+    pub(crate) fn new(plant: &Plant) -> Result<Self, Error> {
+        let axes = plant.axes();
+        let of_axes = plant.mass_matrix().try_inverse().ok_or_else(|| singular(plant))?;
+        let mut inverse = Matrix6::zeros();
+        for (i, on) in axes.iter().enumerate() {
+            for (j, of) in axes.iter().enumerate() {
+                inverse[(on.index(), of.index())] = of_axes[(i, j)];
+            }
+        }
+        Ok(Self { inverse, forces: Forces::of(plant) })
+    }
+
+    /// ν̇_r = M⁻¹ (τ − n), shape (6,).
+    pub(crate) fn rate(
+        &self,
+        velocity: &Vector6<f64>,
+        down_body: &Vector3<f64>,
+        force: &Vector6<f64>,
+    ) -> Vector6<f64> {
+        self.inverse * (force - self.forces.at(velocity, down_body))
+    }
+}
+
+fn singular(plant: &Plant) -> Error {
+    let reason = "its mass matrix is singular".to_owned();
+    Error::Plant { axes: plant.structure().name(), reason }
+}
+
+/// A plant of at most `N` axes, ready to be evaluated many times; places that it has no axis
+/// for stay at zero.
+pub(crate) struct Prepared<const N: usize> {
+    axes: [Option<usize>; N],
+    inverse: SMatrix<f64, N, N>,
+    terms: Vec<Basis>,
+    forces: Forces,
+}
+
+impl<const N: usize> Prepared<N> {
+    /// # Errors
+    /// [`Error::Plant`] if the plant has more than N axes or M cannot be inverted.
+    pub(crate) fn new(plant: &Plant) -> Result<Self, Error> {
+        let n = plant.axes().len();
+        if n > N {
+            let reason = format!("has more than {N} axes");
+            return Err(Error::Plant { axes: plant.structure().name(), reason });
+        }
+        let axes = std::array::from_fn(|i| plant.axes().get(i).map(|dof| dof.index()));
+        let of_axes = plant.mass_matrix().try_inverse().ok_or_else(|| singular(plant))?;
+        let inverse = SMatrix::from_fn(|i, j| if i < n && j < n { of_axes[(i, j)] } else { 0.0 });
+        let terms = plant.structure().terms().to_vec();
+        Ok(Self { axes, inverse, terms, forces: Forces::of(plant) })
+    }
+
+    /// The plant's axes of a vector of six.
+    pub(crate) fn on_axes(&self, six: &Vector6<f64>) -> SVector<f64, N> {
+        SVector::from_fn(|i, _| self.axes[i].map_or(0.0, |axis| six[axis]))
+    }
+
+    /// A vector of six with the plant's axes put in place of what `others` has there.
+    pub(crate) fn to_six(&self, x: &SVector<f64, N>, others: &Vector6<f64>) -> Vector6<f64> {
+        let mut six = *others;
+        for (axis, &x) in self.axes.iter().zip(x.iter()) {
+            if let Some(axis) = axis {
+                six[*axis] = x;
+            }
+        }
+        six
+    }
+
+    /// Which axis of ν is in each place.
+    pub(crate) fn axes(&self) -> &[Option<usize>; N] {
+        &self.axes
+    }
+
+    /// M⁻¹, shape (N, N).
+    pub(crate) fn inverse(&self) -> &SMatrix<f64, N, N> {
+        &self.inverse
+    }
+
+    /// How many coefficients there are.
+    pub(crate) fn count(&self) -> usize {
+        self.terms.len()
+    }
+
+    /// ν̇_r = M⁻¹ (τ − n); `velocity` of all six axes, `force` of the plant's.
+    pub(crate) fn rate(
+        &self,
+        velocity: &Vector6<f64>,
+        down_body: &Vector3<f64>,
+        force: &SVector<f64, N>,
+    ) -> SVector<f64, N> {
+        let n = self.forces.at(velocity, down_body);
+        self.inverse * (force - self.on_axes(&n))
+    }
+
+    /// ∂ν̇/∂ν of the plant's axes, shape (N, N).
+    pub(crate) fn slope(&self, velocity: &Vector6<f64>) -> SMatrix<f64, N, N> {
+        let slope = self.forces.slope(velocity);
+        -self.inverse
+            * SMatrix::<f64, N, N>::from_fn(|i, j| match (self.axes[i], self.axes[j]) {
+                (Some(on), Some(of)) => slope[(on, of)],
+                _ => 0.0,
+            })
+    }
+
+    /// ∂ν̇/∂θ_k = −M⁻¹ Y_k(ν̇, ν, η) of every coefficient, put into `columns`.
+    pub(crate) fn by_coefficient(
+        &self,
+        velocity: &Vector6<f64>,
+        down_body: &Vector3<f64>,
+        rate: &SVector<f64, N>,
+        columns: &mut [SVector<f64, N>],
+    ) {
+        let at = Instant {
+            acceleration: self.to_six(rate, &Vector6::zeros()),
+            velocity: *velocity,
+            down_body: *down_body,
+        };
+        for (term, column) in self.terms.iter().zip(columns) {
+            *column = match *term {
+                // One row only: no product of matrices is needed.
+                Basis::Product(on, product) => match self.place(on) {
+                    Some(place) => self.inverse.column(place) * -product.value(velocity),
+                    None => SVector::zeros(),
+                },
+                _ => -self.inverse * self.on_axes(&term.regressor(&at)),
+            };
+        }
+    }
+
+    fn place(&self, on: Dof) -> Option<usize> {
+        self.axes.iter().position(|axis| *axis == Some(on.index()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::motion::down_body;
+    use crate::plant::{Structure, Symmetry};
+
+    /// Central differences over 1e-6 of numbers of order one to a hundred.
+    const DIFFERENCE: f64 = 1e-6;
+
+    pub(crate) fn vehicle() -> Plant {
+        let mut structure = Structure::of(&Dof::ALL, Symmetry::PortStarboard).expect("six");
+        for term in ["sway: r", "yaw: v", "sway: |r|r", "yaw: |v|r", "surge: vr", "heave: 1"] {
+            structure = structure.with(term.parse().expect("a term")).expect("fits");
+        }
+        let value = |term: &Basis| match term {
+            Basis::Mass(i, j) if i == j => 10.0 + 3.0 * i.index() as f64,
+            Basis::Mass(i, j) => 0.3 * (i.index() as f64) - 0.2 * (j.index() as f64),
+            Basis::Product(on, product) => {
+                1.5 + on.index() as f64 + product.factors().count() as f64
+            }
+            Basis::WeightExcess => -2.0,
+            Basis::Lever(_) => 6.6,
+            Basis::One(_) => 0.7,
+        };
+        let coefficients = structure.terms().iter().map(value).collect();
+        Plant::new(structure, coefficients).expect("possible")
+    }
+
+    fn motion() -> (Vector6<f64>, Vector3<f64>, SVector<f64, 6>) {
+        let velocity = Vector6::new(0.8, -0.3, 0.2, 0.5, -0.9, 1.1);
+        (velocity, down_body(0.3, -0.4), SVector::from([10.0, -5.0, 3.0, 0.5, -0.2, 2.0]))
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_rate() {
+        let plant = vehicle();
+        let prepared = Prepared::<6>::new(&plant).expect("six axes");
+        let (velocity, down, force) = motion();
+        let slope = prepared.slope(&velocity);
+        for j in 0..6 {
+            let at = |step: f64| {
+                let mut moved = velocity;
+                moved[j] += step;
+                prepared.rate(&moved, &down, &force)
+            };
+            let found = (at(1e-6) - at(-1e-6)) / 2e-6;
+            assert!((found - slope.column(j)).amax() < DIFFERENCE, "{j}");
+        }
+        let rate = prepared.rate(&velocity, &down, &force);
+        let mut columns = vec![SVector::zeros(); prepared.count()];
+        prepared.by_coefficient(&velocity, &down, &rate, &mut columns);
+        for (k, column) in columns.iter().enumerate() {
+            let at = |step: f64| {
+                let mut moved = plant.coefficients().to_vec();
+                moved[k] += step;
+                let moved = Plant::new(plant.structure().clone(), moved).expect("possible");
+                Prepared::<6>::new(&moved).expect("six").rate(&velocity, &down, &force)
+            };
+            let found = (at(1e-6) - at(-1e-6)) / 2e-6;
+            assert!((found - column).amax() < DIFFERENCE, "{}", plant.structure().terms()[k]);
+        }
+    }
+
+    #[test]
+    fn the_regressors_add_up_to_the_force() {
+        let plant = vehicle();
+        let prepared = Prepared::<6>::new(&plant).expect("six axes");
+        let (velocity, down, force) = motion();
+        let rate = prepared.rate(&velocity, &down, &force);
+        let at = Instant {
+            acceleration: prepared.to_six(&rate, &Vector6::zeros()),
+            velocity,
+            down_body: down,
+        };
+        let terms = plant.structure().terms().iter().zip(plant.coefficients());
+        let sum: Vector6<f64> = terms.map(|(term, value)| *value * term.regressor(&at)).sum();
+        assert!((sum - Vector6::from(force)).amax() < 1e-9);
+    }
+}

@@ -1,0 +1,296 @@
+//! The motion of a plant from its forces alone.
+
+use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3, Vector6};
+
+use super::{Whole, body_from_world, interpolated_attitude};
+use crate::plant::Plant;
+use crate::{Dof, Error, Timed};
+
+/// What drives a plant, and what is known of axes that it does not have.
+#[derive(Clone, Debug, Default)]
+pub struct Inputs {
+    /// Force and moment on each axis in SNAME order, held, N and N m; none is zero.
+    pub force: [Option<Timed>; 6],
+    /// Velocity of axes that the plant does not have, m/s and rad/s; none is zero.
+    pub velocity: [Option<Timed>; 6],
+    /// Roll, pitch and heading, rad; an angle that the plant's own axes turn is read at the
+    /// beginning only.
+    pub attitude: [Option<Timed>; 3],
+    /// North and east velocity of the water, m/s.
+    pub current: [f64; 2],
+}
+
+/// The motion of a plant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simulated {
+    /// Instants, s.
+    pub time_s: Vec<f64>,
+    /// Velocity over ground in body axes at each, m/s and rad/s, shape (6,).
+    pub velocity: Vec<Vector6<f64>>,
+    /// Roll, pitch and heading at each, rad.
+    pub attitude: Vec<[f64; 3]>,
+}
+
+/// The longest step, s.
+const STEP_S: f64 = 0.02;
+
+/// Beyond these a simulation runs away, m/s and rad/s.
+const RUNAWAY: f64 = 1e3;
+
+/// Simulates a plant from a velocity at the first of some instants.
+///
+/// Steps are at most 0.02 s, by the classical Runge–Kutta method. Where the plant has roll,
+/// pitch and yaw, attitude is a quaternion; where it has some of them, their angles follow
+/// from its rates and the others are taken from `inputs`.
+///
+/// `start` is velocity over ground, shape (6,); `time_s` increases.
+///
+/// # Errors
+/// [`Error::Diverged`] if the velocity runs away; [`Error::Plant`] if M is singular.
+///
+/// # Example
+/// ```
+/// use nalgebra::Vector6;
+/// use seaplant::motion::{Inputs, simulate};
+/// use seaplant::plant::{Plant, Structure, Symmetry};
+/// use seaplant::{Dof, Timed};
+/// let surge = Structure::of(&[Dof::Surge], Symmetry::None)?;
+/// let plant = Plant::new(surge, vec![100.0, 0.0, 20.0])?;
+/// let mut inputs = Inputs::default();
+/// inputs.force[0] = Some(Timed::new("thrust", vec![0.0], vec![80.0])?);
+/// // Top speed: √(τ/d_Q).
+/// let motion = simulate(&plant, &inputs, &Vector6::zeros(), &[0.0, 60.0])?;
+/// assert!((motion.velocity[1][0] - 2.0).abs() < 1e-6);
+/// # Ok::<(), seaplant::Error>(())
+/// ```
+pub fn simulate(
+    plant: &Plant,
+    inputs: &Inputs,
+    start: &Vector6<f64>,
+    time_s: &[f64],
+) -> Result<Simulated, Error> {
+    Run::new(plant, inputs)?.over(start, time_s)
+}
+
+/// A simulation.
+struct Run<'a> {
+    plant: Whole,
+    first: Dof,
+    inputs: &'a Inputs,
+    has: [bool; 6],
+}
+
+/// Attitude as the plant turns it.
+#[derive(Clone, Copy)]
+enum Turned {
+    /// All three rates are the plant's own.
+    Freely(Quaternion<f64>),
+    /// Some angles are known, others follow.
+    Partly([f64; 3]),
+}
+
+impl Turned {
+    fn plus(self, slope: Self, step: f64) -> Self {
+        match (self, slope) {
+            (Self::Freely(q), Self::Freely(rate)) => Self::Freely(q + rate * step),
+            (Self::Partly(x), Self::Partly(rate)) => {
+                Self::Partly(std::array::from_fn(|k| x[k] + step * rate[k]))
+            }
+            (same, _) => same,
+        }
+    }
+}
+
+impl<'a> Run<'a> {
+    fn new(plant: &Plant, inputs: &'a Inputs) -> Result<Self, Error> {
+        let has = Dof::ALL.map(|dof| plant.axes().contains(&dof));
+        Ok(Self { plant: Whole::new(plant)?, first: plant.axes()[0], inputs, has })
+    }
+
+    fn over(&self, start: &Vector6<f64>, time_s: &[f64]) -> Result<Simulated, Error> {
+        let mut found =
+            Simulated { time_s: time_s.to_vec(), velocity: Vec::new(), attitude: Vec::new() };
+        let Some(&first) = time_s.first() else { return Ok(found) };
+        let angles =
+            self.inputs.attitude.each_ref().map(|a| interpolated_attitude(a.as_ref(), first));
+        let mut turned = if self.has[3..].iter().all(|has| *has) {
+            let [roll, pitch, heading] = angles;
+            Turned::Freely(*UnitQuaternion::from_euler_angles(roll, pitch, heading).quaternion())
+        } else {
+            Turned::Partly(angles)
+        };
+        let water = self.water(turned, first);
+        let mut relative = self.on_own(start - water);
+        let mut now = first;
+        for &until in time_s {
+            while now < until {
+                let step = self.next_step(now, until);
+                (relative, turned) = self.step(relative, turned, now, step);
+                now += step;
+                if !relative.iter().all(|v| v.abs() < RUNAWAY) {
+                    return Err(Error::Diverged { dof: self.first, after_s: now - first });
+                }
+            }
+            let over_ground = relative + self.on_own(self.water(turned, now));
+            found.velocity.push(over_ground + self.others(now));
+            found.attitude.push(self.angles(turned, now));
+        }
+        Ok(found)
+    }
+
+    /// To the next change of a force, the next instant wanted, or as long as a step may be.
+    fn next_step(&self, now: f64, until: f64) -> f64 {
+        let change = |force: &Timed| {
+            let next = force.time_s().partition_point(|&t| t <= now + 1e-9);
+            force.time_s().get(next).copied()
+        };
+        let changes = self.inputs.force.iter().flatten().filter_map(change);
+        let until = changes.fold(until, f64::min);
+        let steps = ((until - now) / STEP_S).ceil().max(1.0);
+        (until - now) / steps
+    }
+
+    fn step(
+        &self,
+        relative: Vector6<f64>,
+        turned: Turned,
+        now: f64,
+        h: f64,
+    ) -> (Vector6<f64>, Turned) {
+        // The force of a step is that in its middle: it changes at the ends of steps only.
+        let force = Vector6::from_fn(|k, _| {
+            self.inputs.force[k].as_ref().map_or(0.0, |force| force.held_at(now + 0.5 * h))
+        });
+        let slopes = |v: Vector6<f64>, turned: Turned, t: f64| {
+            let six = v + self.others(t);
+            let down = self.to_body(turned, t) * Vector3::z();
+            (self.plant.rate(&six, &down, &force), self.turning(turned, &six, t))
+        };
+        let (a1, b1) = slopes(relative, turned, now);
+        let (a2, b2) = slopes(relative + a1 * (0.5 * h), turned.plus(b1, 0.5 * h), now + 0.5 * h);
+        let (a3, b3) = slopes(relative + a2 * (0.5 * h), turned.plus(b2, 0.5 * h), now + 0.5 * h);
+        let (a4, b4) = slopes(relative + a3 * h, turned.plus(b3, h), now + h);
+        let relative = relative + (a1 + 2.0 * (a2 + a3) + a4) * (h / 6.0);
+        let turned = turned.plus(b1, h / 6.0).plus(b2, h / 3.0).plus(b3, h / 3.0).plus(b4, h / 6.0);
+        let turned = match turned {
+            Turned::Freely(q) => Turned::Freely(Unit::new_normalize(q).into_inner()),
+            Turned::Partly(angles) => Turned::Partly(angles),
+        };
+        (relative, turned)
+    }
+
+    /// How attitude changes at a rate of turn.
+    fn turning(&self, turned: Turned, six: &Vector6<f64>, t: f64) -> Turned {
+        let (p, q, r) = (six[3], six[4], six[5]);
+        match turned {
+            Turned::Freely(attitude) => {
+                Turned::Freely(attitude * Quaternion::from_parts(0.0, Vector3::new(p, q, r)) * 0.5)
+            }
+            Turned::Partly(_) => {
+                let [roll, pitch, _] = self.angles(turned, t);
+                let across = q * roll.sin() + r * roll.cos();
+                let slopes = [
+                    p + pitch.tan() * across,
+                    q * roll.cos() - r * roll.sin(),
+                    across / pitch.cos(),
+                ];
+                Turned::Partly(slopes)
+            }
+        }
+    }
+
+    /// Roll, pitch and heading: turned where the plant turns them, else as known.
+    fn angles(&self, turned: Turned, t: f64) -> [f64; 3] {
+        match turned {
+            Turned::Freely(q) => {
+                let (roll, pitch, heading) = Unit::new_normalize(q).euler_angles();
+                [roll, pitch, heading]
+            }
+            Turned::Partly(angles) => std::array::from_fn(|k| {
+                if self.has[k + 3] {
+                    angles[k]
+                } else {
+                    interpolated_attitude(self.inputs.attitude[k].as_ref(), t)
+                }
+            }),
+        }
+    }
+
+    fn to_body(&self, turned: Turned, t: f64) -> Matrix3<f64> {
+        match turned {
+            Turned::Freely(q) => *Unit::new_normalize(q).inverse().to_rotation_matrix().matrix(),
+            Turned::Partly(_) => body_from_world(self.angles(turned, t)),
+        }
+    }
+
+    /// The current in body axes.
+    fn water(&self, turned: Turned, t: f64) -> Vector6<f64> {
+        let [north, east] = self.inputs.current;
+        let body = self.to_body(turned, t) * Vector3::new(north, east, 0.0);
+        Vector6::new(body.x, body.y, body.z, 0.0, 0.0, 0.0)
+    }
+
+    /// What is known of axes that the plant does not have.
+    fn others(&self, t: f64) -> Vector6<f64> {
+        Vector6::from_fn(|k, _| {
+            let known = self.inputs.velocity[k].as_ref().filter(|_| !self.has[k]);
+            known.map_or(0.0, |velocity| velocity.at(t))
+        })
+    }
+
+    fn on_own(&self, six: Vector6<f64>) -> Vector6<f64> {
+        Vector6::from_fn(|k, _| if self.has[k] { six[k] } else { 0.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::{Structure, Symmetry};
+
+    /// Integration in steps of 0.02 s over ten seconds, as a part.
+    const INTEGRATION: f64 = 1e-5;
+
+    fn free_body(lever: f64) -> Plant {
+        let structure = Structure::of(&Dof::ALL, Symmetry::PortStarboard).expect("six axes");
+        let structure = structure.without(|term| matches!(term, crate::plant::Basis::Product(..)));
+        let mass = [20.0, 0.0, 0.9, 21.0, -0.9, 0.3, 32.0, 0.3, 0.5, 0.0, 0.4, 0.6];
+        let coefficients = mass.into_iter().chain([0.0, lever]).collect();
+        Plant::new(structure, coefficients).expect("possible")
+    }
+
+    #[test]
+    fn a_body_without_damping_keeps_its_energy() {
+        let lever = 6.6;
+        let plant = free_body(lever);
+        let start = Vector6::new(0.8, -0.3, 0.2, 0.5, -0.9, 1.1);
+        let time_s: Vec<f64> = (0..100).map(|k| 0.1 * f64::from(k)).collect();
+        let motion = simulate(&plant, &Inputs::default(), &start, &time_s).expect("bounded");
+        let mass = plant.mass_matrix_of_six();
+        let energy = |k: usize| {
+            let v = motion.velocity[k];
+            let [roll, pitch, _] = motion.attitude[k];
+            0.5 * v.dot(&(mass * v)) - lever * super::super::down_body(roll, pitch).z
+        };
+        let worst = (0..100).map(|k| (energy(k) - energy(0)).abs()).fold(0.0, f64::max);
+        assert!(worst < INTEGRATION * energy(0).abs().max(1.0), "{worst}");
+    }
+
+    #[test]
+    fn a_current_carries_a_vehicle_that_is_not_driven() {
+        let structure =
+            Structure::of(&[Dof::Surge, Dof::Sway, Dof::Yaw], Symmetry::None).expect("3");
+        let mut coefficients = vec![20.0, 0.0, 0.0, 25.0, 0.0, 1.0];
+        coefficients.extend([5.0, 50.0, 5.0, 50.0, 1.0, 1.0]);
+        let plant = Plant::new(structure, coefficients).expect("possible");
+        let heading = Timed::new("heading", vec![0.0], vec![0.7]).expect("valid");
+        let inputs = Inputs {
+            attitude: [None, None, Some(heading)],
+            current: [0.3, 0.1],
+            ..Inputs::default()
+        };
+        let motion = simulate(&plant, &inputs, &Vector6::zeros(), &[0.0, 200.0]).expect("bounded");
+        let (u, v) = (motion.velocity[1][0], motion.velocity[1][1]);
+        assert!((u.hypot(v) - 0.3_f64.hypot(0.1)).abs() < 1e-3, "{u} {v}");
+    }
+}

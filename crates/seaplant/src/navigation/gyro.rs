@@ -1,0 +1,216 @@
+//! Whether a measured rate of turn and the heading beside it can both be right.
+
+use super::Recording;
+use super::turns::{Turns, integral};
+use crate::quantity::{Attitude, Axis};
+use crate::{Caveat, CaveatCode, Dof, Quantity, Timed};
+
+/// What is wrong with a rate or an angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Fault {
+    /// The rate never changes, though the angle does.
+    RateIsDead,
+    /// The angle never changes, though the rate does.
+    AngleIsDead,
+    /// The angle moves so many times as far as the rate says, or in other ways.
+    RateContradicts { scale: f64 },
+}
+
+/// Removes rates that cannot be right, and a heading that is stuck, and says so.
+pub(super) fn remove_dead(trial: &str, recording: &mut Recording) -> Vec<Caveat> {
+    let mut caveats = Vec::new();
+    for (rate, angle) in PAIRS {
+        let Some(fault) = fault(recording, &rate, &angle) else { continue };
+        let (wrong, why) = match fault {
+            Fault::RateIsDead => (&rate, format!("{rate} never changes, though {angle} does")),
+            Fault::AngleIsDead => (&angle, format!("{angle} never changes, though {rate} does")),
+            Fault::RateContradicts { scale } => (
+                &rate,
+                format!("{angle} moves {scale:.2} times as far as {rate} says, or in other ways"),
+            ),
+        };
+        let other = if *wrong == rate { &angle } else { &rate };
+        let message = format!(
+            "trial `{trial}`: {why}; {wrong} is left out and {other} used alone: check the channel, its unit and its sign"
+        );
+        caveats.push(Caveat::warning(CaveatCode::InstrumentsDisagree, message));
+        recording.remove(wrong);
+    }
+    caveats
+}
+
+/// Rates, and the angles that they are rates of while the vehicle is nearly level.
+const PAIRS: [(Quantity, Quantity); 4] = [
+    (Quantity::Rate(Axis::X), Quantity::Attitude(Attitude::Roll)),
+    (Quantity::Rate(Axis::Y), Quantity::Attitude(Attitude::Pitch)),
+    (Quantity::Rate(Axis::Z), Quantity::Attitude(Attitude::Heading)),
+    (Quantity::Velocity(Dof::Yaw), Quantity::Attitude(Attitude::Heading)),
+];
+
+/// Fewer samples do not show that a channel is dead.
+const LEAST_SAMPLES: usize = 20;
+
+/// Turning is compared over spans of this length, s, of which so many are needed.
+const SPAN_S: f64 = 5.0;
+const LEAST_SPANS: usize = 6;
+
+/// Turning below this says nothing, rad: a degree.
+const LEAST_TURN: f64 = 0.02;
+
+/// Turning shows above so many standard deviations of noise.
+const CLEAR: f64 = 5.0;
+
+/// A rate whose scale is off by more, or that explains less of what the angle does, is not of
+/// the same motion; tilt and noise of a sound gyro stay far below.
+const WRONG_SCALE: f64 = 0.5;
+const LEAST_EXPLAINED: f64 = 0.5;
+
+fn fault(recording: &Recording, rate: &Quantity, angle: &Quantity) -> Option<Fault> {
+    let known = |what| recording.get(what).filter(|series| series.len() >= LEAST_SAMPLES);
+    let (series, angle) = (known(rate)?, known(angle)?);
+    let spans = Spans::of(series, &Turns::of(angle, None));
+    let [of_rate, of_angle] = [is_constant(series), is_constant(angle)];
+    match (of_rate, of_angle) {
+        (true, true) => None,
+        (true, false) => spans.angle_moves().then_some(Fault::RateIsDead),
+        (false, true) => spans.rate_moves().then_some(Fault::AngleIsDead),
+        // Roll and pitch rates mix with the others as soon as the vehicle tilts.
+        (false, false) if !matches!(rate, Quantity::Rate(Axis::X | Axis::Y)) => {
+            spans.contradiction().map(|scale| Fault::RateContradicts { scale })
+        }
+        (false, false) => None,
+    }
+}
+
+fn is_constant(series: &Timed) -> bool {
+    series.values().iter().all(|x| *x == series.values()[0])
+}
+
+/// How far an angle and the integral of its rate went over spans, beside their means.
+struct Spans {
+    rate: Vec<f64>,
+    angle: Vec<f64>,
+    rate_noise: f64,
+    angle_noise: f64,
+}
+
+impl Spans {
+    fn of(rate: &Timed, turns: &Turns) -> Self {
+        let (t, x) = (turns.heading.time_s(), turns.heading.values());
+        let (mut by_rate, mut by_angle) = (Vec::new(), Vec::new());
+        let mut from = 0;
+        for k in 0..t.len() {
+            let next = turns.cuts.partition_point(|cut| cut.to_s <= t[from]);
+            let is_cut = turns.cuts.get(next).is_some_and(|cut| cut.to_s <= t[k]);
+            let is_long = t[k] - t[from] > 2.0 * SPAN_S;
+            if is_cut || is_long || t[from] < rate.first_s() || t[k] > rate.last_s() {
+                from = k;
+            } else if t[k] - t[from] >= SPAN_S {
+                let span_s = t[k] - t[from];
+                by_rate.push(integral(rate, t[from], t[k]) / span_s);
+                by_angle.push((x[k] - x[from]) / span_s);
+                from = k;
+            }
+        }
+        // Rates over spans, times the usual length of one.
+        let beside_mean = |rates: Vec<f64>| {
+            let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+            rates.into_iter().map(|x| SPAN_S * (x - mean)).collect()
+        };
+        Self {
+            rate: beside_mean(by_rate),
+            angle: beside_mean(by_angle),
+            rate_noise: sample_noise(rate) * (rate.period_s() * SPAN_S).sqrt(),
+            angle_noise: sample_noise(&turns.heading) * 2_f64.sqrt(),
+        }
+    }
+
+    fn is_clear(&self, moved: &[f64], noise: f64) -> bool {
+        moved.len() >= LEAST_SPANS && rms(moved.iter().copied()) > LEAST_TURN.max(CLEAR * noise)
+    }
+
+    fn angle_moves(&self) -> bool {
+        self.is_clear(&self.angle, self.angle_noise)
+    }
+
+    fn rate_moves(&self) -> bool {
+        self.is_clear(&self.rate, self.rate_noise)
+    }
+
+    /// The scale of `Δangle = s ∫rate dt`, if the two are not of one motion.
+    fn contradiction(&self) -> Option<f64> {
+        if !self.is_clear(&self.angle, self.angle_noise.hypot(self.rate_noise)) {
+            return None;
+        }
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let of_rate = dot(&self.rate, &self.rate).max(f64::MIN_POSITIVE);
+        let both = dot(&self.rate, &self.angle);
+        let (scale, explained) =
+            (both / of_rate, both * both / of_rate / dot(&self.angle, &self.angle));
+        ((scale - 1.0).abs() > WRONG_SCALE || explained < LEAST_EXPLAINED).then_some(scale)
+    }
+}
+
+/// The noise of one sample, from third differences, whose variance is 20 σ².
+fn sample_noise(series: &Timed) -> f64 {
+    let thirds = series.values().windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]);
+    rms(thirds) / 20_f64.sqrt()
+}
+
+fn rms(x: impl Iterator<Item = f64>) -> f64 {
+    let (sum, n) = x.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
+    (sum / n.max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series(of: impl Fn(f64) -> f64) -> Timed {
+        let time_s: Vec<f64> = (0..3000).map(|k| 0.1 * f64::from(k)).collect();
+        let values = time_s.iter().map(|t| of(*t)).collect::<Vec<_>>();
+        Timed::new("test", time_s, values).expect("valid")
+    }
+
+    const RATE: Quantity = Quantity::Rate(Axis::Z);
+    const HEADING: Quantity = Quantity::Attitude(Attitude::Heading);
+
+    fn heading(t: f64) -> f64 {
+        (3.0 + 2.0 * (0.2 * t).sin()).rem_euclid(std::f64::consts::TAU)
+    }
+
+    fn left(rate: impl Fn(f64) -> f64, heading: impl Fn(f64) -> f64) -> (Vec<Quantity>, String) {
+        let mut recording = Recording::from([(RATE, series(rate)), (HEADING, series(heading))]);
+        let caveats = remove_dead("a", &mut recording);
+        let message = caveats.first().map(|caveat| caveat.message.clone());
+        (recording.into_keys().collect(), message.unwrap_or_default())
+    }
+
+    #[test]
+    fn a_sound_gyro_stays_with_its_noise_and_bias() {
+        let noise = |t: f64| 0.05 * (7919.0 * t).sin();
+        let (left, message) = left(|t| 0.4 * (0.2 * t).cos() + 0.02 + noise(t), heading);
+        assert_eq!((left.len(), message.as_str()), (2, ""));
+    }
+
+    #[test]
+    fn a_rate_that_is_dead_reversed_or_in_degrees_gives_way_to_heading() {
+        for (scale, said) in [(0.0, "never changes"), (-1.0, "-1.00 times"), (57.3, "0.02 times")] {
+            let (left, message) = left(|t| scale * 0.4 * (0.2 * t).cos(), heading);
+            assert_eq!(left, [HEADING], "{scale}");
+            assert!(message.contains(said), "{message}");
+        }
+        let (left, _) = left(|t| 0.3 * (1.7 * t).cos(), heading);
+        assert_eq!(left, [HEADING]);
+    }
+
+    #[test]
+    fn a_stuck_compass_gives_way_to_the_gyro_and_a_vehicle_at_rest_to_nothing() {
+        assert_eq!(left(|t| 0.4 * (0.2 * t).cos(), |_| 1.0).0, [RATE]);
+        assert_eq!(left(|_| 0.0, |_| 1.0).0.len(), 2);
+        assert_eq!(
+            left(|t| 0.001 * (7919.0 * t).sin(), |t| 1.0 + 0.002 * (13.0 * t).sin()).0.len(),
+            2
+        );
+    }
+}

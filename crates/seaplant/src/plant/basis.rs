@@ -1,0 +1,295 @@
+//! The regressors of the equation of motion: what each coefficient multiplies.
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use crate::Dof;
+
+/// An instant of motion, as regressors read it; body frame, SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instant {
+    /// ν̇_r, relative to the water; m/s² and rad/s².
+    pub acceleration: Vector6<f64>,
+    /// ν_r, relative to the water; m/s and rad/s.
+    pub velocity: Vector6<f64>,
+    /// k = Rᵀ e₃: the world's down in body axes, a unit vector.
+    pub down_body: Vector3<f64>,
+}
+
+/// A velocity that a term multiplies, or its modulus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Factor {
+    /// Of which axis.
+    pub of: Dof,
+    /// Whether it is |ν|.
+    pub modulus: bool,
+}
+
+/// A product of one to three velocities, such as `|u|u` or `ur`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Product {
+    factors: [Option<Factor>; Self::MOST],
+}
+
+impl Product {
+    /// The greatest degree that a term may have.
+    pub const MOST: usize = 3;
+
+    /// A product of velocities; `None` unless there are one to three factors.
+    pub fn new(factors: &[Factor]) -> Option<Self> {
+        if factors.is_empty() || factors.len() > Self::MOST {
+            return None;
+        }
+        let mut sorted = factors.to_vec();
+        // |v|r and r|v| are one term.
+        sorted.sort_by_key(|factor| (!factor.modulus, factor.of));
+        let mut all = [None; Self::MOST];
+        for (place, factor) in all.iter_mut().zip(sorted) {
+            *place = Some(factor);
+        }
+        Some(Self { factors: all })
+    }
+
+    /// `ν`.
+    pub const fn linear(of: Dof) -> Self {
+        Self { factors: [Some(Factor { of, modulus: false }), None, None] }
+    }
+
+    /// `|ν| ν`.
+    pub const fn quadratic(of: Dof) -> Self {
+        let modulus = Some(Factor { of, modulus: true });
+        Self { factors: [modulus, Some(Factor { of, modulus: false }), None] }
+    }
+
+    /// The factors, moduli first.
+    pub fn factors(&self) -> impl Iterator<Item = Factor> + '_ {
+        self.factors.iter().flatten().copied()
+    }
+
+    /// The product at a velocity.
+    pub fn value(&self, velocity: &Vector6<f64>) -> f64 {
+        self.factors().map(|factor| factor.value(velocity)).product()
+    }
+
+    /// Adds `weight · ∂product/∂ν` to a row.
+    pub fn add_slope(&self, velocity: &Vector6<f64>, weight: f64, row: &mut [f64; 6]) {
+        for (k, factor) in self.factors().enumerate() {
+            let others = self.factors().enumerate().filter(|(j, _)| *j != k);
+            let others: f64 = others.map(|(_, other)| other.value(velocity)).product();
+            let index = factor.of.index();
+            let slope = if factor.modulus { sign(velocity[index]) } else { 1.0 };
+            row[index] += weight * slope * others;
+        }
+    }
+}
+
+fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
+}
+
+impl Factor {
+    fn value(self, velocity: &Vector6<f64>) -> f64 {
+        let x = velocity[self.of.index()];
+        if self.modulus { x.abs() } else { x }
+    }
+}
+
+/// What one coefficient multiplies in
+/// `M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ`: one to six rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Basis {
+    /// An entry of the symmetric M, with the Coriolis force that follows from it.
+    Mass(Dof, Dof),
+    /// Damping, or another product of velocities, on one axis.
+    Product(Dof, Product),
+    /// Weight minus buoyancy: `−k` on the translations.
+    WeightExcess,
+    /// A component of `W r_G − B r_B`: `−r × k` on the rotations.
+    Lever(usize),
+    /// A constant force on one axis.
+    One(Dof),
+}
+
+impl Basis {
+    /// The regressor `Y_k(ν̇, ν, η)`: what a coefficient of one adds to the left of the
+    /// equation of motion, on all six axes.
+    ///
+    /// # Source
+    /// [Fossen2021, ch. 6]; C from M by Kirchhoff's equations.
+    pub fn regressor(&self, at: &Instant) -> Vector6<f64> {
+        let Instant { acceleration, velocity, down_body } = at;
+        match *self {
+            Self::Mass(i, j) => {
+                let (i, j) = (i.index(), j.index());
+                let mut y = kirchhoff(&times_unit(i, j, velocity), velocity);
+                y += times_unit(i, j, acceleration);
+                y
+            }
+            Self::Product(on, product) => on_axis(on, product.value(velocity)),
+            Self::WeightExcess => {
+                Vector6::new(-down_body.x, -down_body.y, -down_body.z, 0.0, 0.0, 0.0)
+            }
+            Self::Lever(axis) => {
+                let mut lever = Vector3::zeros();
+                lever[axis] = 1.0;
+                let moment = -lever.cross(down_body);
+                Vector6::new(0.0, 0.0, 0.0, moment.x, moment.y, moment.z)
+            }
+            Self::One(on) => on_axis(on, 1.0),
+        }
+    }
+
+    /// The axes on which it acts at all.
+    pub fn axes(&self) -> Vec<Dof> {
+        match *self {
+            Self::Mass(i, j) if i == j => vec![i],
+            Self::Mass(i, j) => vec![i, j],
+            Self::Product(on, _) | Self::One(on) => vec![on],
+            Self::WeightExcess => vec![Dof::Surge, Dof::Sway, Dof::Heave],
+            Self::Lever(_) => vec![Dof::Roll, Dof::Pitch, Dof::Yaw],
+        }
+    }
+
+    /// The unit of its coefficient.
+    pub fn unit(&self) -> String {
+        let force = |on: Dof| on.units().force;
+        match self {
+            Self::Mass(i, j) => {
+                match usize::from(i.is_rotation()) + usize::from(j.is_rotation()) {
+                    0 => "kg",
+                    1 => "kg m",
+                    _ => "kg m²",
+                }
+            }
+            .to_owned(),
+            Self::Product(on, product) => format!("{}/{}", force(*on), velocity_unit(product)),
+            Self::WeightExcess => "N".to_owned(),
+            Self::Lever(_) => "N m".to_owned(),
+            Self::One(on) => force(*on).to_owned(),
+        }
+    }
+}
+
+/// `(m/s)²`, `(m/s)(rad/s)`, … of a product of velocities.
+fn velocity_unit(product: &Product) -> String {
+    let rotations = product.factors().filter(|factor| factor.of.is_rotation()).count();
+    let translations = product.factors().count() - rotations;
+    let power = |unit: &str, n: usize| match n {
+        0 => String::new(),
+        1 => format!("({unit})"),
+        2 => format!("({unit})²"),
+        _ => format!("({unit})³"),
+    };
+    let text = power("m/s", translations) + &power("rad/s", rotations);
+    if translations > 0 && rotations > 0 { format!("({text})") } else { text }
+}
+
+fn on_axis(on: Dof, value: f64) -> Vector6<f64> {
+    let mut y = Vector6::zeros();
+    y[on.index()] = value;
+    y
+}
+
+/// `E x`, where E is the symmetric matrix with ones at (i, j) and (j, i).
+fn times_unit(i: usize, j: usize, x: &Vector6<f64>) -> Vector6<f64> {
+    let mut y = Vector6::zeros();
+    y[i] += x[j];
+    if i != j {
+        y[j] += x[i];
+    }
+    y
+}
+
+/// `C(M, ν) ν` for the momentum p = M ν: `[ω × a; v × a + ω × b]` with p = [a; b].
+///
+/// # Source
+/// Kirchhoff's equations; [Fossen2021, ch. 6].
+pub(crate) fn kirchhoff(momentum: &Vector6<f64>, velocity: &Vector6<f64>) -> Vector6<f64> {
+    let part = |x: &Vector6<f64>, from: usize| Vector3::new(x[from], x[from + 1], x[from + 2]);
+    let (a, b) = (part(momentum, 0), part(momentum, 3));
+    let (v, omega) = (part(velocity, 0), part(velocity, 3));
+    let (force, moment) = (omega.cross(&a), v.cross(&a) + omega.cross(&b));
+    Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+}
+
+/// `∂(C(M, ν) ν)/∂ν`, shape (6, 6).
+pub(crate) fn kirchhoff_slope(mass: &Matrix6<f64>, velocity: &Vector6<f64>) -> Matrix6<f64> {
+    let momentum = mass * velocity;
+    let mut slope = Matrix6::zeros();
+    for j in 0..6 {
+        let mut unit = Vector6::zeros();
+        unit[j] = 1.0;
+        let column =
+            kirchhoff(&momentum, &unit) + kirchhoff(&mass.column(j).into_owned(), velocity);
+        slope.set_column(j, &column);
+    }
+    slope
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rounding of sums of products of numbers of order one to a thousand.
+    const ROUNDING: f64 = 1e-9;
+
+    /// The published forces have two decimals, N and N m.
+    const PUBLISHED: f64 = 5e-3;
+
+    #[test]
+    fn coriolis_forces_are_those_of_kirchhoffs_equations() {
+        // Published: added mass diag(5, 60, 70, 0.5, 8, 9) in a general motion.
+        let mass = [5.0, 60.0, 70.0, 0.5, 8.0, 9.0];
+        let velocity = Vector6::new(1.5, 0.2, -0.1, 0.05, 0.1, 0.2);
+        let at = Instant { acceleration: Vector6::zeros(), velocity, down_body: Vector3::z() };
+        let mut force = Vector6::zeros();
+        for (dof, m) in Dof::ALL.into_iter().zip(mass) {
+            force += m * Basis::Mass(dof, dof).regressor(&at);
+        }
+        let expected = Vector6::new(-3.1, 1.85, -0.15, -0.18, 9.665, 16.54);
+        assert!((force - expected).amax() < PUBLISHED, "{force}");
+    }
+
+    #[test]
+    fn coriolis_forces_do_no_work() {
+        let velocity = Vector6::new(1.5, 0.2, -0.1, 0.7, -0.4, 0.2);
+        let at = Instant { acceleration: Vector6::zeros(), velocity, down_body: Vector3::z() };
+        for i in Dof::ALL {
+            for j in Dof::ALL.into_iter().filter(|j| *j >= i) {
+                let power = Basis::Mass(i, j).regressor(&at).dot(&velocity);
+                assert!(power.abs() < ROUNDING, "{i} {j}: {power}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_low_centre_of_gravity_rights_the_vehicle() {
+        // Heeled to starboard, bow up: k = (−sin θ, cos θ sin φ, cos θ cos φ).
+        let (roll, pitch) = (0.3_f64, 0.2_f64);
+        let down_body =
+            Vector3::new(-pitch.sin(), pitch.cos() * roll.sin(), pitch.cos() * roll.cos());
+        let at = Instant { acceleration: Vector6::zeros(), velocity: Vector6::zeros(), down_body };
+        let y = Basis::Lever(2).regressor(&at);
+        // Left of the equation of motion, so that the moment on the body is the opposite.
+        assert!(y[3] > 0.0 && y[4] > 0.0 && y[5] == 0.0, "{y}");
+    }
+
+    #[test]
+    fn a_heavy_vehicle_sinks() {
+        let at = Instant {
+            acceleration: Vector6::zeros(),
+            velocity: Vector6::zeros(),
+            down_body: Vector3::z(),
+        };
+        assert_eq!(Basis::WeightExcess.regressor(&at)[2], -1.0);
+    }
+
+    #[test]
+    fn units_follow_the_axes() {
+        let factor = |of, modulus| Factor { of, modulus };
+        let mixed = Product::new(&[factor(Dof::Yaw, false), factor(Dof::Sway, true)]);
+        let unit = |basis: Basis| basis.unit();
+        assert_eq!(unit(Basis::Product(Dof::Yaw, mixed.expect("two"))), "N m/((m/s)(rad/s))");
+        assert_eq!(unit(Basis::Product(Dof::Surge, Product::quadratic(Dof::Surge))), "N/(m/s)²");
+        assert_eq!(unit(Basis::Mass(Dof::Sway, Dof::Yaw)), "kg m");
+    }
+}

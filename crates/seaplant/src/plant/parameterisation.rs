@@ -1,0 +1,280 @@
+//! Free numbers that make coefficients, and coefficients that a vehicle can have.
+
+use nalgebra::{DMatrix, DVector, Matrix6};
+
+use super::{Basis, Product, Structure};
+use crate::Dof;
+
+/// From free numbers, which an optimiser may move, to the coefficients of a structure.
+pub trait Parameterisation {
+    /// The coefficients, in the order of the structure's terms; shape (p,).
+    fn coefficients(&self, free: &DVector<f64>) -> DVector<f64>;
+    /// `∂coefficients/∂free`, shape (p, number of free numbers).
+    fn jacobian(&self, free: &DVector<f64>) -> DMatrix<f64>;
+    /// Free numbers whose coefficients are nearly these, and possible; shape (p,).
+    fn free(&self, coefficients: &DVector<f64>) -> DVector<f64>;
+    /// The lowest value of each free number, if it has one.
+    fn lowest(&self) -> Vec<Option<f64>>;
+}
+
+/// Coefficients as they are: of regressions, and of a single axis.
+#[derive(Clone, Debug)]
+pub struct Plain;
+
+impl Parameterisation for Plain {
+    fn coefficients(&self, free: &DVector<f64>) -> DVector<f64> {
+        free.clone()
+    }
+
+    fn jacobian(&self, free: &DVector<f64>) -> DMatrix<f64> {
+        DMatrix::identity(free.len(), free.len())
+    }
+
+    fn free(&self, coefficients: &DVector<f64>) -> DVector<f64> {
+        coefficients.clone()
+    }
+
+    fn lowest(&self) -> Vec<Option<f64>> {
+        Vec::new()
+    }
+}
+
+/// Coefficients that a body in water can have, whatever the free numbers are.
+///
+/// `M = M_RB + L Lᵀ` where the rigid body is known, so that added mass is positive
+/// semidefinite; else `M = L Lᵀ` with e^ℓ on the diagonal of L, so that M is positive
+/// definite. An axis's damping by its own velocity is not below zero. Other coefficients are
+/// free.
+///
+/// # Source
+/// \[Wensing2018\] for the idea; log-Cholesky factors are those of \[Pinheiro1996\].
+#[derive(Clone, Debug)]
+pub struct Physical {
+    blocks: Vec<Block>,
+    rigid_body: Option<Matrix6<f64>>,
+    lowest: Vec<Option<f64>>,
+    count: usize,
+}
+
+/// Axes that M couples with each other, all with all.
+#[derive(Clone, Debug)]
+struct Block {
+    axes: Vec<Dof>,
+    /// The place of M_ij among the coefficients, by row and column ≤ row.
+    places: Vec<Vec<usize>>,
+}
+
+/// An eigenvalue of M, or of added mass, is lifted to this part of its scale in a start: on
+/// the edge of what is possible a factor has no slope to leave it by.
+const LEAST_PART: f64 = 0.01;
+
+impl Physical {
+    /// The possible coefficients of a structure whose M blocks are full, as those of
+    /// [`Structure::of`] are.
+    pub fn new(structure: &Structure, rigid_body: Option<Matrix6<f64>>) -> Self {
+        let is_own_damping = |term: &Basis| {
+            matches!(term, Basis::Product(on, product)
+                if [Product::linear(*on), Product::quadratic(*on)].contains(product))
+        };
+        let lowest = |term| is_own_damping(term).then_some(0.0);
+        Self {
+            blocks: blocks(structure),
+            rigid_body,
+            lowest: structure.terms().iter().map(lowest).collect(),
+            count: structure.terms().len(),
+        }
+    }
+
+    /// The factor L of a block that free numbers hold in the places of its M.
+    fn factor(&self, block: &Block, free: &DVector<f64>) -> DMatrix<f64> {
+        let n = block.axes.len();
+        DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+            std::cmp::Ordering::Less => 0.0,
+            std::cmp::Ordering::Equal if self.rigid_body.is_none() => {
+                free[block.places[i][j]].exp()
+            }
+            _ => free[block.places[i][j]],
+        })
+    }
+
+    fn rigid_part(&self, i: Dof, j: Dof) -> f64 {
+        self.rigid_body.map_or(0.0, |mass| mass[(i.index(), j.index())])
+    }
+}
+
+fn blocks(structure: &Structure) -> Vec<Block> {
+    let mut blocks: Vec<Block> = Vec::new();
+    for &axis in structure.axes() {
+        let coupled = |block: &&mut Block| {
+            let first = block.axes[0];
+            structure.index_of(&Basis::Mass(first.min(axis), first.max(axis))).is_some()
+        };
+        match blocks.iter_mut().find(coupled) {
+            Some(block) => block.axes.push(axis),
+            None => blocks.push(Block { axes: vec![axis], places: Vec::new() }),
+        }
+    }
+    for block in &mut blocks {
+        let place = |i: usize, j: usize| {
+            structure.index_of(&Basis::Mass(block.axes[j], block.axes[i])).unwrap_or(usize::MAX)
+        };
+        block.places =
+            (0..block.axes.len()).map(|i| (0..=i).map(|j| place(i, j)).collect()).collect();
+    }
+    blocks
+}
+
+impl Parameterisation for Physical {
+    fn coefficients(&self, free: &DVector<f64>) -> DVector<f64> {
+        let mut coefficients = free.clone();
+        for block in &self.blocks {
+            let factor = self.factor(block, free);
+            let mass = &factor * factor.transpose();
+            for (i, row) in block.places.iter().enumerate() {
+                for (j, &place) in row.iter().enumerate() {
+                    coefficients[place] =
+                        mass[(i, j)] + self.rigid_part(block.axes[i], block.axes[j]);
+                }
+            }
+        }
+        coefficients
+    }
+
+    fn jacobian(&self, free: &DVector<f64>) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::identity(self.count, self.count);
+        for block in &self.blocks {
+            let factor = self.factor(block, free);
+            let all: Vec<usize> = block.places.iter().flatten().copied().collect();
+            for &place in &all {
+                jacobian[(place, place)] = 0.0;
+            }
+            for (a, row) in block.places.iter().enumerate() {
+                for (c, &from) in row.iter().enumerate() {
+                    // ∂L = e_a e_cᵀ · slope, so that ∂M = ∂L Lᵀ + L ∂Lᵀ: row and column a.
+                    let slope =
+                        if a == c && self.rigid_body.is_none() { factor[(a, a)] } else { 1.0 };
+                    for b in 0..block.axes.len() {
+                        let place = block.places[a.max(b)][a.min(b)];
+                        let twice = if a == b { 2.0 } else { 1.0 };
+                        jacobian[(place, from)] += twice * slope * factor[(b, c)];
+                    }
+                }
+            }
+        }
+        jacobian
+    }
+
+    fn free(&self, coefficients: &DVector<f64>) -> DVector<f64> {
+        let mut free = coefficients.clone();
+        for (x, lowest) in free.iter_mut().zip(&self.lowest) {
+            *x = lowest.map_or(*x, |lowest| x.max(lowest));
+        }
+        for block in &self.blocks {
+            let n = block.axes.len();
+            let rigid = |i: usize, j: usize| self.rigid_part(block.axes[i], block.axes[j]);
+            let scale = DVector::from_fn(n, |i, _| {
+                let own = if self.rigid_body.is_some() { rigid(i, i) } else { 0.0 };
+                let own = own.max(coefficients[block.places[i][i]].abs());
+                if own > 0.0 { own.sqrt() } else { 1.0 }
+            });
+            let added = DMatrix::from_fn(n, n, |i, j| {
+                let place = block.places[i.max(j)][i.min(j)];
+                (coefficients[place] - rigid(i, j)) / (scale[i] * scale[j])
+            });
+            let factor = lifted(added);
+            for (i, row) in block.places.iter().enumerate() {
+                for (j, &place) in row.iter().enumerate() {
+                    let x = factor[(i, j)] * scale[i];
+                    free[place] = if i == j && self.rigid_body.is_none() { x.ln() } else { x };
+                }
+            }
+        }
+        free
+    }
+
+    fn lowest(&self) -> Vec<Option<f64>> {
+        self.lowest.clone()
+    }
+}
+
+/// The Cholesky factor of a symmetric matrix whose eigenvalues are lifted above zero.
+fn lifted(matrix: DMatrix<f64>) -> DMatrix<f64> {
+    let n = matrix.nrows();
+    let eigen = matrix.symmetric_eigen();
+    let values = eigen.eigenvalues.map(|value| value.max(LEAST_PART));
+    let vectors = &eigen.eigenvectors;
+    let lifted = vectors * DMatrix::from_diagonal(&values) * vectors.transpose();
+    // Eigenvalues from above zero: a factor there is, but for rounding that cannot matter.
+    lifted.cholesky().map_or_else(|| DMatrix::identity(n, n), |factor| factor.l())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::{RigidBody, Symmetry};
+
+    /// Differences over steps of 1e-6 carry this relative error.
+    const DIFFERENCE: f64 = 1e-6;
+
+    fn six() -> Structure {
+        Structure::of(&Dof::ALL, Symmetry::PortStarboard).expect("six axes")
+    }
+
+    fn body() -> Matrix6<f64> {
+        let inertia = [[0.26, 0.0, 0.0], [0.0, 0.23, 0.0], [0.0, 0.0, 0.37]];
+        RigidBody::new(13.5, [0.0, 0.0, 0.05], inertia).expect("a body").mass_matrix()
+    }
+
+    fn free_numbers(count: usize) -> DVector<f64> {
+        DVector::from_fn(count, |k, _| 0.3 + 0.1 * (k as f64 * 1.7).sin())
+    }
+
+    #[test]
+    fn the_jacobian_is_that_of_the_coefficients() {
+        let structure = six();
+        for rigid in [None, Some(body())] {
+            let physical = Physical::new(&structure, rigid);
+            let free = free_numbers(structure.terms().len());
+            let jacobian = physical.jacobian(&free);
+            for k in 0..free.len() {
+                let at = |step: f64| {
+                    let mut moved = free.clone();
+                    moved[k] += step;
+                    physical.coefficients(&moved)
+                };
+                let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
+                assert!((slope - jacobian.column(k)).amax() < DIFFERENCE, "{k}");
+            }
+        }
+    }
+
+    #[test]
+    fn possible_coefficients_come_back_from_their_free_numbers() {
+        let structure = six();
+        for rigid in [None, Some(body())] {
+            let physical = Physical::new(&structure, rigid);
+            // Far inside what is possible: three times the mass of the rigid body.
+            let mut free = free_numbers(structure.terms().len());
+            for (k, term) in structure.terms().iter().enumerate() {
+                if matches!(term, Basis::Mass(i, j) if i == j) {
+                    free[k] = 5.0;
+                }
+            }
+            let coefficients = physical.coefficients(&free);
+            let again = physical.coefficients(&physical.free(&coefficients));
+            assert!((again - &coefficients).amax() < 1e-9 * coefficients.amax());
+        }
+    }
+
+    #[test]
+    fn added_mass_is_never_negative() {
+        let structure = six();
+        let physical = Physical::new(&structure, Some(body()));
+        let light = DVector::from_element(structure.terms().len(), -1.0);
+        let coefficients = physical.coefficients(&physical.free(&light));
+        let surge = structure.index_of(&Basis::Mass(Dof::Surge, Dof::Surge)).expect("there");
+        assert!(coefficients[surge] >= 13.5);
+        let drag = Basis::Product(Dof::Surge, Product::linear(Dof::Surge));
+        assert_eq!(coefficients[structure.index_of(&drag).expect("there")], 0.0);
+    }
+}

@@ -1,0 +1,158 @@
+//! What was found of a plant of several axes, as data.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Parameter;
+use crate::plant::Symmetry;
+use crate::{Caveat, Dof, Method};
+
+/// A plant of several axes:
+/// `M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ` with ν_r relative to the water.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CoupledPlant {
+    /// Its axes, in SNAME order: rows and columns of every matrix.
+    pub axes: Vec<Dof>,
+    /// How it was found.
+    pub method: Method,
+    /// Which axes M may couple.
+    pub symmetry: Symmetry,
+    /// Its coefficients by name: `mass.surge`, `mass.surge-pitch`, `yaw: |v|r`,
+    /// `weight-minus-buoyancy`, `lever.z`.
+    pub parameters: BTreeMap<String, Coefficient>,
+    /// M: rigid body plus added mass.
+    pub mass_matrix: MatrixResult,
+    /// M of the dry vehicle, where that is known.
+    #[serde(default)]
+    pub rigid_body_mass_matrix: Option<Vec<Vec<f64>>>,
+    /// What the water adds, where the dry vehicle is known.
+    #[serde(default)]
+    pub added_mass: Option<Vec<Vec<f64>>>,
+    /// What multiplies ν_r; zero where no term is.
+    pub linear_damping: MatrixResult,
+    /// What multiplies |ν|ν of each axis; zero where no term is.
+    pub quadratic_damping: MatrixResult,
+    /// Correlations of the coefficients.
+    pub correlation: Correlation,
+    /// Currents by trial; disturbance and noise by axis.
+    pub nuisances: BTreeMap<String, Parameter>,
+    /// What the trials tell of the coefficients.
+    pub identifiability: Identifiability,
+    /// The terms that were tried beside the usual ones.
+    #[serde(default)]
+    pub structure: Vec<TermDecision>,
+    /// Numbers measured.
+    pub samples: usize,
+    /// ln-likelihood at the optimum.
+    pub log_likelihood: f64,
+    /// Its error on the trials that it was fitted to, simulated freely from their start.
+    pub fit: CoupledScore,
+    /// Its error on trials that it had not seen.
+    #[serde(default)]
+    pub hold_out: Option<CoupledScore>,
+    /// The error, on the same trials, of each driven axis with a plant of its own: what
+    /// coupling explains is what this has more.
+    #[serde(default)]
+    pub single_axes: BTreeMap<Dof, AxisScore>,
+    /// Doubts.
+    pub caveats: Vec<Caveat>,
+}
+
+/// A coefficient with its uncertainty.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Coefficient {
+    /// The estimate.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// Lower end of its 95 % interval.
+    pub low95: f64,
+    /// Upper end of its 95 % interval.
+    pub high95: f64,
+    /// Its unit.
+    pub unit: String,
+    /// The axes on which it acts.
+    pub on: Vec<Dof>,
+    /// What tells it.
+    pub told_by: ToldBy,
+}
+
+/// Where a number comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ToldBy {
+    /// The trials.
+    Data,
+    /// A limit of what is possible: not below zero, or not below the rigid body.
+    Limit,
+    /// Neither: its interval is wider than the number itself.
+    Nothing,
+}
+
+/// A matrix with standard deviations, by row and column in the order of the axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MatrixResult {
+    /// The numbers.
+    pub value: Vec<Vec<f64>>,
+    /// Their standard deviations; zero where there is no term.
+    pub std: Vec<Vec<f64>>,
+}
+
+/// Correlations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Correlation {
+    /// Rows and columns.
+    pub names: Vec<String>,
+    /// Correlations, −1 to 1.
+    pub value: Vec<Vec<f64>>,
+}
+
+/// What trials tell of coefficients.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Identifiability {
+    /// How many coefficients there are.
+    pub coefficients: usize,
+    /// How many combinations of them the motion tells.
+    pub rank: usize,
+    /// What each coefficient's variance is multiplied with because others look like it.
+    pub variance_inflation: BTreeMap<String, f64>,
+    /// Coefficients whose interval is wider than the number itself.
+    pub not_told: Vec<String>,
+}
+
+/// A term that was tried, and what came of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TermDecision {
+    /// The term, or terms that go together.
+    pub terms: Vec<String>,
+    /// Whether the plant has it.
+    pub admitted: bool,
+    /// Twice what the log-likelihood gains by it.
+    pub likelihood_ratio: f64,
+    /// How often chance alone would make as large a gain.
+    pub p_value: f64,
+}
+
+/// The error of a plant on some trials, simulated freely.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CoupledScore {
+    /// Over all trials.
+    pub by_axis: BTreeMap<Dof, AxisScore>,
+    /// By trial.
+    pub trials: BTreeMap<String, BTreeMap<Dof, AxisScore>>,
+}
+
+/// The error of a plant in one axis; what a simulation that runs away has none of is absent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AxisScore {
+    /// Mean |model − measured| of velocity, m/s or rad/s.
+    pub mean_abs_error: Option<f64>,
+    /// The same of a model that never moves.
+    pub null_error: f64,
+    /// 1 − Σ(model − measured)² / Σ(measured − mean)².
+    pub r2: Option<f64>,
+    /// Samples compared.
+    pub samples: usize,
+}

@@ -1,0 +1,231 @@
+//! What a trial says of several axes at once.
+
+use super::force::force_along;
+use super::{Role, TrialSetup};
+use crate::motion::smoothed_attitude;
+use crate::navigation::{Motion, Recording, navigate};
+use crate::{Caveat, CaveatCode, Dof, Error, Grid, Timed, Vehicle};
+
+/// Forces, velocities and attitude of one trial, for a plant of several axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoupledRecord {
+    /// Which trial.
+    pub trial: String,
+    /// What it is for.
+    pub role: Role,
+    /// Force and moment on each axis, held, N and N m, in SNAME order; none where nothing
+    /// pushes.
+    pub force: [Option<Timed>; 6],
+    /// Velocity over ground in body axes, m/s and rad/s, likewise.
+    pub velocity: [Option<Timed>; 6],
+    /// Roll, pitch and heading, unwrapped, smoothed by the rates where these were measured, rad.
+    pub attitude: [Option<Timed>; 3],
+    /// The time in which all of it is known, s.
+    pub window_s: (f64, f64),
+    /// What gives reason to doubt it.
+    pub caveats: Vec<Caveat>,
+}
+
+/// Fewer samples of an axis say nothing of six coefficients.
+const LEAST_SAMPLES: usize = 30;
+
+impl CoupledRecord {
+    /// Reads what a recording says of some axes.
+    ///
+    /// Velocity is what an instrument measured; where there is none, the derivative of
+    /// heading, roll, pitch or depth, with a caveat.
+    ///
+    /// # Errors
+    /// [`Error::MissingChannel`] if an axis has no motion or no axis has a force,
+    /// [`Error::NoOverlap`] if they share no time, [`Error::TooShort`] if fewer than 30
+    /// samples of an axis are in it.
+    pub fn new(
+        setup: &TrialSetup,
+        recording: &Recording,
+        vehicle: &Vehicle,
+        axes: &[Dof],
+    ) -> Result<Self, Error> {
+        let navigated = navigate(&setup.name, recording, &vehicle.sensors)?;
+        let mut caveats = Vec::new();
+        let force = Dof::ALL.map(|dof| Some(held_means(&force_along(recording, vehicle, dof)?)));
+        let mut velocity = Dof::ALL.map(|dof| navigated.measured.get(&dof).cloned());
+        for &dof in axes {
+            if velocity[dof.index()].is_none() {
+                let Some(Motion::Position(path)) = navigated.by_position.get(&dof) else {
+                    return Err(no_motion(&setup.name, dof));
+                };
+                velocity[dof.index()] = Some(slope(path)?);
+                let message = format!(
+                    "trial `{}`: {dof} has no velocity sensor, so that its velocity is the slope of its position; log a rate or a velocity",
+                    setup.name
+                );
+                caveats.push(Caveat::warning(CaveatCode::Navigation, message));
+            }
+        }
+        let has_force = |dof: &&Dof| force[dof.index()].is_some();
+        if !axes.iter().any(|dof| has_force(&dof)) {
+            return Err(Error::MissingChannel {
+                trial: setup.name.clone(),
+                what: format!("force on any of {}", names(axes)),
+                advice: "give thrusters in vehicle.toml, or map wrench.surge, say".to_owned(),
+            });
+        }
+        velocity = velocity.map(|series| Some(means(&series?)));
+        let turns = [Dof::Roll, Dof::Pitch, Dof::Yaw];
+        let angles = turns.map(|dof| match dof {
+            Dof::Yaw => navigated.heading.clone(),
+            _ => navigated.position.get(&dof).cloned(),
+        });
+        let attitude = smoothed_attitude(angles, turns.map(|dof| navigated.measured.get(&dof)));
+        let mut record = Self {
+            trial: setup.name.clone(),
+            role: setup.role,
+            force,
+            velocity,
+            attitude,
+            window_s: (0.0, 0.0),
+            caveats,
+        };
+        record.window_s = record.common_window(setup, axes)?;
+        record.check_length(axes)?;
+        Ok(record)
+    }
+
+    /// Whether an axis is pushed at all.
+    pub fn is_driven(&self, dof: Dof) -> bool {
+        let force = self.force[dof.index()].as_ref();
+        force.is_some_and(|force| force.values().iter().any(|x| *x != 0.0))
+    }
+
+    fn common_window(&self, setup: &TrialSetup, axes: &[Dof]) -> Result<(f64, f64), Error> {
+        let mut from = setup.from_s.unwrap_or(f64::NEG_INFINITY);
+        let mut to = setup.to_s.unwrap_or(f64::INFINITY);
+        let span = |what: String, series: &Timed| {
+            format!("{what}, from {:.1} to {:.1} s,", series.first_s(), series.last_s())
+        };
+        let mut before = "the trial's window".to_owned();
+        for &dof in axes {
+            let motion = self.velocity[dof.index()].as_ref().map(|x| ("motion", x, x.last_s()));
+            let force = self.force[dof.index()].as_ref().map(|x| {
+                let held = if x.len() == 1 { f64::INFINITY } else { x.last_s() + x.period_s() };
+                ("force", x, held)
+            });
+            for (what, series, last) in motion.into_iter().chain(force) {
+                from = from.max(series.first_s());
+                to = to.min(last);
+                let what = span(format!("the {dof} {what}"), series);
+                if from >= to {
+                    return Err(Error::NoOverlap {
+                        trial: self.trial.clone(),
+                        first: before,
+                        second: what,
+                    });
+                }
+                before = what;
+            }
+        }
+        Ok((from, to))
+    }
+
+    fn check_length(&self, axes: &[Dof]) -> Result<(), Error> {
+        for &dof in axes {
+            let (from, to) = self.window_s;
+            let velocity = self.velocity[dof.index()].as_ref();
+            let found = velocity.and_then(|x| x.window(from, to)).map_or(0, |x| x.len());
+            if found < LEAST_SAMPLES {
+                return Err(Error::TooShort {
+                    name: format!("the {dof} motion of trial `{}`", self.trial),
+                    found,
+                    needed: LEAST_SAMPLES,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn names(axes: &[Dof]) -> String {
+    let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
+    names.join(", ")
+}
+
+fn no_motion(trial: &str, dof: Dof) -> Error {
+    let advice = match dof {
+        Dof::Surge | Dof::Sway => format!(
+            "map velocity.{dof} or dvl.velocity; a coupled plant does not take it from position"
+        ),
+        Dof::Heave => "map velocity.heave, dvl.velocity.z or depth".to_owned(),
+        Dof::Roll => "map rate.roll or attitude.roll, or leave roll out of axes".to_owned(),
+        Dof::Pitch => "map rate.pitch or attitude.pitch, or leave pitch out of axes".to_owned(),
+        Dof::Yaw => "map rate.yaw or attitude.heading".to_owned(),
+    };
+    Error::MissingChannel { trial: trial.to_owned(), what: format!("velocity for {dof}"), advice }
+}
+
+/// Series that are sampled more often are averaged over so long, s: what a vehicle does within
+/// it no coefficient explains, and each sample costs the filter a step.
+const FINEST_S: f64 = 0.05;
+
+/// A series without samples closer than that, each mean at the mean of its times.
+fn means(series: &Timed) -> Timed {
+    if series.period_s() >= 0.9 * FINEST_S {
+        return series.clone();
+    }
+    let bin = |t: f64| ((t - series.first_s()) / FINEST_S).floor();
+    let (mut time_s, mut values) = (Vec::new(), Vec::new());
+    let (mut sums, mut current) = ((0.0, 0.0, 0.0), bin(series.first_s()));
+    let mut close = |(t, x, n): (f64, f64, f64)| {
+        time_s.push(t / n);
+        values.push(x / n);
+    };
+    for (&t, &x) in series.time_s().iter().zip(series.values()) {
+        if bin(t) > current {
+            close(sums);
+            (sums, current) = ((0.0, 0.0, 0.0), bin(t));
+        }
+        sums = (sums.0 + t, sums.1 + x, sums.2 + 1.0);
+    }
+    close(sums);
+    // Means of increasing times increase.
+    Timed::new("velocity", time_s, values).unwrap_or_else(|_| series.clone())
+}
+
+/// A held series that changes no more often than that, with the same mean over each step.
+fn held_means(force: &Timed) -> Timed {
+    if force.len() < 2 || force.period_s() >= 0.9 * FINEST_S {
+        return force.clone();
+    }
+    let first_s = force.first_s() + 0.5 * FINEST_S;
+    let grid = Grid::spanning(first_s, force.last_s(), FINEST_S);
+    let starts: Vec<f64> = grid.times().map(|t| t - 0.5 * FINEST_S).collect();
+    Timed::new("force", starts, force.held_means(grid)).unwrap_or_else(|_| force.clone())
+}
+
+/// The slope of a position between its samples.
+fn slope(path: &Timed) -> Result<Timed, Error> {
+    let pairs = path.time_s().windows(2).zip(path.values().windows(2));
+    let (time_s, values): (Vec<f64>, Vec<f64>) =
+        pairs.map(|(t, x)| (0.5 * (t[0] + t[1]), (x[1] - x[0]) / (t[1] - t[0]))).unzip();
+    Timed::new("velocity", time_s, values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_at_200_hz_becomes_one_at_20_hz_that_says_the_same() {
+        let time_s: Vec<f64> = (0..2000).map(|k| 0.005 * f64::from(k)).collect();
+        let ramp = Timed::new("ramp", time_s.clone(), time_s.clone()).expect("valid");
+        let found = means(&ramp);
+        assert!((found.period_s() - FINEST_S).abs() < 1e-9, "{}", found.period_s());
+        // A mean at the mean of its times lies on the line.
+        let off = found.time_s().iter().zip(found.values()).map(|(t, x)| (t - x).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-9);
+        let force = held_means(&ramp);
+        let middle = |t: f64| force.held_at(t);
+        assert!((middle(1.01) - 1.0225).abs() < 3e-3, "{}", middle(1.01));
+        let slow = Timed::new("slow", vec![0.0, 0.1, 0.2], vec![1.0; 3]).expect("valid");
+        assert_eq!((means(&slow), held_means(&slow)), (slow.clone(), slow));
+    }
+}
