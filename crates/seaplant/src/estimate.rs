@@ -46,7 +46,7 @@ use crate::terms::Term;
 use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{
     AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Model, PhysicalParameters, Terms,
-    ThrustModel,
+    ThrustModel, VelocitySensor,
 };
 
 /// How a plant was found.
@@ -387,6 +387,11 @@ impl Fit {
                 linear: nuisances.linear_thrust,
                 turning: value(&nuisances.turning).unwrap_or(0.0),
                 current: current.map(|(trial, u)| (trial.clone(), u.value)).collect(),
+            },
+            sensor: VelocitySensor {
+                lag_s: value(&nuisances.sensor_lag_s).unwrap_or(0.0),
+                window_s: value(&nuisances.sensor_window_s).unwrap_or(0.0),
+                scale: value(&nuisances.velocity_scale).unwrap_or(1.0),
             },
         }
     }

@@ -124,6 +124,9 @@ pub(crate) fn compare_record(model: &Model, axis: &AxisRecord) -> Result<Compari
                 simulated = axis.velocity_of(&path)?.values().to_vec();
             }
         }
+        if !is_position {
+            simulated = model.sensor.shows(samples.time_s(), &simulated);
+        }
         all.add_velocity(&measured, simulated, &axis.force);
     }
     Ok(all.into_comparison(axis.dof, &axis.trial))

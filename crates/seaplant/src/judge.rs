@@ -16,7 +16,7 @@ pub(crate) use asked::{Drift, NOT_WHITE, another_plant, widened};
 pub use asked::{Part, PlantChange};
 pub(crate) use choose::{Contender, choose, impossible, is_better};
 pub(crate) use colour::LAGS;
-pub use colour::{box_pierce, inflation_for, robust_covariance};
+pub use colour::{box_pierce, robust_covariance};
 pub(crate) use coupling::Coupling;
 pub(crate) use cross::left_out;
 pub(crate) use linear::windows_of;

@@ -101,8 +101,8 @@ pub use identify::{
     CoupledPlan, IdentifyOptions, Stage, accumulated_plant, identify, identify_watched,
     plant_of_result, steady_drag,
 };
-pub use judge::{box_pierce, inflation_for, robust_covariance, score_plant};
-pub use model::{Model, ThrustModel};
+pub use judge::{box_pierce, robust_covariance, score_plant};
+pub use model::{Model, ThrustModel, VelocitySensor};
 pub use navigation::{Motion, Navigated, Recording};
 pub use plant::{LumpedParameters, PhysicalParameters, Stability};
 pub use quantity::Quantity;

@@ -306,7 +306,7 @@ pub struct Score {
 }
 
 /// The error of a plant on one trial.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrialScore {
     /// Which trial.
     pub trial: String,

@@ -78,8 +78,15 @@ pub(crate) fn disputed(one: &Judged, other: &Judged, speed: f64) -> Option<Cavea
         spoken(x.value),
         spoken(x.std)
     );
-    Some(Caveat::warning(CaveatCode::MethodsDisagree, message))
+    let factor = (y.value / x.value).max(x.value / y.value);
+    let is_open = !(factor > 0.0 && factor < ANOTHER_PLANT);
+    let code = if is_open { CaveatCode::NotDetermined } else { CaveatCode::MethodsDisagree };
+    Some(Caveat::warning(code, message))
 }
+
+/// Plants whose masses or drags differ by this factor, and that predict alike, leave the plant
+/// open.
+const ANOTHER_PLANT: f64 = 1.5;
 
 /// That a plant simulates its own fitted trials clearly worse than output error's does.
 pub(crate) fn outdone(one: &Judged, by: &Judged) -> Option<Caveat> {

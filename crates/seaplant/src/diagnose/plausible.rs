@@ -21,6 +21,7 @@ pub(crate) fn implausible(plants: &mut BTreeMap<Dof, PlantResult>, vehicle: &Veh
     for (dof, plant) in plants.iter_mut() {
         plant.caveats.extend(drag_coefficient(*dof, plant, vehicle));
         plant.caveats.extend(too_heavy(*dof, plant, vehicle));
+        plant.caveats.extend(too_light(*dof, plant, vehicle));
     }
     let doubts: Vec<(Dof, Caveat)> = Dof::ALL
         .into_iter()
@@ -62,7 +63,7 @@ const FORGIVEN_TIMES: f64 = 1.5;
 /// A mass that no body of that size has: well more than the vehicle, the water in its box, and
 /// what a plate of its face moves with it, `π/4 ρ a b²` for sides a ≥ b [Newman1977, ch. 4].
 ///
-/// An inertia: all of that at the ends of its longest side.
+/// An inertia: the vehicle at the corners of its box, the water in it and around it spread evenly.
 fn too_heavy(dof: Dof, plant: &PlantResult, vehicle: &Vehicle) -> Option<Caveat> {
     let mass = &plant.parameters.mass;
     let (most, by) = most_mass(dof, vehicle)?;
@@ -100,9 +101,44 @@ fn most_mass(dof: Dof, vehicle: &Vehicle) -> Option<(f64, &'static str)> {
     if !dof.is_rotation() {
         return Some((FORGIVEN_TIMES * mass(dof), HULL));
     }
-    let heaviest = mass(Dof::Surge).max(mass(Dof::Sway)).max(mass(Dof::Heave));
-    let radius = 0.5 * length.max(width).max(height);
-    Some((FORGIVEN_TIMES * heaviest * radius * radius, HULL))
+    let (a, b, faces) = match dof {
+        Dof::Roll => (width, height, [plate(length, height), plate(length, width)]),
+        Dof::Pitch => (length, height, [plate(width, height), plate(length, width)]),
+        _ => (length, width, [plate(width, height), plate(length, height)]),
+    };
+    // All of the vehicle at the corners, and water spread evenly.
+    let square = a * a + b * b;
+    let water = SEA_WATER * length * width * height + faces[0] + faces[1];
+    let dry = vehicle.dry_mass_kg.unwrap_or(0.0);
+    Some((FORGIVEN_TIMES * (dry * square / 4.0 + water * square / 12.0), HULL))
+}
+
+/// Of the inertia of a box of even density, a vehicle that has its mass in its middle keeps more
+/// than this part.
+const LEAST_INERTIA_PART: f64 = 0.15;
+
+/// An inertia that is too small for a vehicle of that mass and size.
+fn too_light(dof: Dof, plant: &PlantResult, vehicle: &Vehicle) -> Option<Caveat> {
+    let ([length, width, height], dry) = (vehicle.size_m?, vehicle.dry_mass_kg?);
+    let (a, b) = match dof {
+        Dof::Roll => (width, height),
+        Dof::Pitch => (length, height),
+        Dof::Yaw => (length, width),
+        _ => return None,
+    };
+    let inertia = &plant.parameters.mass;
+    let least = LEAST_INERTIA_PART * dry * (a * a + b * b) / 12.0;
+    (inertia.high95 < least).then(|| {
+        let message = format!(
+            "the {dof} inertia of {} {} is below {} {}, the least that a vehicle of {} kg and that size can have: thrust is likely in a wrong unit, its curve or the thrusters' arms wrong by a factor",
+            spoken(inertia.value),
+            inertia.unit,
+            spoken(least),
+            inertia.unit,
+            spoken(dry)
+        );
+        Caveat::severe(CaveatCode::Implausible, message)
+    })
 }
 
 /// More added mass along the axis with the clearly smaller area.

@@ -5,15 +5,83 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::linear::{Asked, Lacking, Window};
+use super::linear::{Asked, Lacking, Window, windows_of};
 use crate::caveat::spoken;
 use crate::results::Score;
-use crate::{Caveat, CaveatCode, Dof, Estimate, Fit};
+use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Estimate, Fit, Model};
 
-/// The change of the plant that the errors of some windows ask for.
-pub(super) fn change(windows: &[Window]) -> Option<PlantChange> {
-    let asked = Lacking::of(windows, |window| Some(plant_columns(window))).solve()?;
-    PlantChange::of(&asked)
+/// The change of the plant that some records ask for; `None` if they cannot tell.
+///
+/// Least squares on the errors of the simulation, linear in the change. A large change is made in
+/// steps, each simulated anew, for the errors are linear in small changes only.
+pub(super) fn change(
+    model: &Model,
+    axes: &[AxisRecord],
+    windows: Vec<Window>,
+) -> Result<Option<PlantChange>, Error> {
+    let mut stand = Stand { model: model.clone(), thrust: 1.0, drag: 1.0, windows };
+    for _ in 0..MOST_STEPS {
+        let Some(asked) = stand.asked() else { return Ok(None) };
+        let (a, d) = (asked.value[0], asked.value[1]);
+        if a.abs() < SMALL_STEP && d.abs() < SMALL_STEP {
+            return Ok(PlantChange::of(&asked, stand.thrust, stand.drag));
+        }
+        match stand.after(a, d, axes)? {
+            Some(next) => stand = next,
+            None => break,
+        }
+    }
+    Ok(stand.asked().and_then(|asked| PlantChange::of(&asked, stand.thrust, stand.drag)))
+}
+
+/// Steps towards the plant that trials ask for.
+const MOST_STEPS: usize = 8;
+/// A change of so small a part needs no new simulation.
+const SMALL_STEP: f64 = 0.1;
+/// A step multiplies thrust over mass, and drag over mass, by no more than this, and divides by no
+/// more.
+const LONGEST_STEP: f64 = 2.0;
+/// A step that does not reduce the errors is halved this often.
+const HALVINGS: usize = 4;
+
+/// A model on the way to the one that trials ask for.
+struct Stand {
+    model: Model,
+    /// Thrust over mass, and drag over mass, in parts of the first model's.
+    thrust: f64,
+    drag: f64,
+    windows: Vec<Window>,
+}
+
+impl Stand {
+    fn asked(&self) -> Option<Asked> {
+        Lacking::of(&self.windows, |window| Some(plant_columns(window))).solve()
+    }
+
+    fn square(&self) -> f64 {
+        self.windows.iter().flat_map(|window| &window.error).map(|e| e * e).sum()
+    }
+
+    /// With thrust over mass greater by the part a, drag over mass by the part d, or by as much of
+    /// that as reduces the errors; `None` if nothing does.
+    fn after(&self, a: f64, d: f64, axes: &[AxisRecord]) -> Result<Option<Self>, Error> {
+        let bounded = |x: f64| (1.0 + x).clamp(1.0 / LONGEST_STEP, LONGEST_STEP) - 1.0;
+        let (mut a, mut d) = (bounded(a), bounded(d));
+        for _ in 0..HALVINGS {
+            let mut model = self.model.clone();
+            model.lumped.alpha *= 1.0 + a;
+            model.lumped.beta *= 1.0 + d;
+            model.lumped.mu *= 1.0 + d;
+            let windows = windows_of(&model, axes)?;
+            let (thrust, drag) = (self.thrust * (1.0 + a), self.drag * (1.0 + d));
+            let next = Self { model, thrust, drag, windows };
+            if next.windows.len() == self.windows.len() && next.square() < self.square() {
+                return Ok(Some(next));
+            }
+            (a, d) = (0.5 * a, 0.5 * d);
+        }
+        Ok(None)
+    }
 }
 
 /// What a change of thrust over mass and one of drag over mass would do.
@@ -59,27 +127,28 @@ impl PlantChange {
         within(self.mass, VOUCHED_MASS) && within(self.drag, VOUCHED_DRAG)
     }
 
-    /// Of thrust over mass a and drag over mass d, in parts: mass changes by 1/(1 + a) − 1, drag
-    /// by (1 + d)/(1 + a) − 1.
+    /// Of thrust over mass and drag over mass, of which trials ask for the parts a and d more than
+    /// `thrust` and `drag` times what they were: mass is `1/(thrust (1 + a))` times what it was,
+    /// drag `drag (1 + d)/(thrust (1 + a))` times.
     ///
     /// `None` of a change so large that it is none of the plant.
-    pub(crate) fn of(asked: &Asked) -> Option<Self> {
+    pub(super) fn of(asked: &Asked, thrust: f64, drag: f64) -> Option<Self> {
         let (a, d) = (asked.value[0], asked.value[1]);
         let is_finite = asked.value.iter().chain(asked.covariance.iter()).all(|x| x.is_finite());
         if 1.0 + a < LEAST_MASS || !is_finite {
             return None;
         }
-        let over = 1.0 / (1.0 + a);
+        let mass = 1.0 / (thrust * (1.0 + a));
+        let drag_now = drag * (1.0 + d) * mass;
         let std = |of_a: f64, of_d: f64| {
             let of =
                 DVector::from_fn(asked.value.len(), |j, _| [of_a, of_d].get(j).map_or(0.0, |x| *x));
             of.dot(&(&asked.covariance * &of)).max(0.0).sqrt()
         };
-        let drag_slope = -(1.0 + d) * over * over;
+        let of = |value: f64, std| Estimate::new(value - 1.0, std, asked.freedom).into();
         Some(Self {
-            mass: Estimate::new(over - 1.0, std(-over * over, 0.0), asked.freedom).into(),
-            drag: Estimate::new((1.0 + d) * over - 1.0, std(drag_slope, over), asked.freedom)
-                .into(),
+            mass: of(mass, std(-mass / (1.0 + a), 0.0)),
+            drag: of(drag_now, std(-drag_now / (1.0 + a), drag * mass)),
         })
     }
 }
@@ -107,8 +176,7 @@ fn beyond(change: Part, limit: f64) -> bool {
 pub(crate) fn widened(fit: Fit, changes: [Option<PlantChange>; 2]) -> Fit {
     let mut covariance = fit.covariance;
     for change in changes.into_iter().flatten() {
-        // The look is linear: it overshoots, and nothing is off by more than all of it.
-        let sure = |part: Part| (part.low95.max(0.0) + part.high95.min(0.0)).clamp(-0.9, 1.0);
+        let sure = |part: Part| part.low95.max(0.0) + part.high95.min(0.0);
         let (mass, drag) = (sure(change.mass), sure(change.drag));
         // Back from mass and drag to what multiplies α, and β and μ.
         let a = 1.0 / (1.0 + mass).max(LEAST_MASS) - 1.0;

@@ -2,6 +2,7 @@
 
 use crate::caveat::spoken;
 use crate::estimate::t_quantile_975;
+use crate::results::{Score, TrialScore};
 use crate::{Fit, Method, Vehicle};
 
 use super::score::Scored;
@@ -35,7 +36,14 @@ pub(crate) fn choose(contenders: &[Contender<'_>]) -> Option<usize> {
     let open: Vec<usize> = (0..contenders.len()).filter(is_open).collect();
     let first = *open.first()?;
     let parts = |k: usize| contenders[k].tested.map_or(&[][..], |tested| &tested.parts);
-    let better = open[1..].iter().copied().filter(|&k| is_better(parts(k), parts(first)));
+    let is_better = |&k: &usize| {
+        let Some((own, than)) = contenders[k].tested.zip(contenders[first].tested) else {
+            return is_better(parts(k), parts(first));
+        };
+        !loses_position(own, than)
+            && (is_better(parts(k), parts(first)) || is_better_throughout(own, than))
+    };
+    let better = open[1..].iter().copied().filter(is_better);
     let mean = |k: usize| parts(k).iter().sum::<f64>() / parts(k).len() as f64;
     Some(better.min_by(|&a, &b| mean(a).total_cmp(&mean(b))).unwrap_or(first))
 }
@@ -59,6 +67,47 @@ pub(crate) fn is_better(parts: &[f64], than: &[f64]) -> bool {
     let std = (square / (n - 1.0) / independent).sqrt();
     let sums = (parts.iter().sum::<f64>(), than.iter().sum::<f64>());
     mean > t_quantile_975(independent - 1.0) * std && sums.0 < BETTER_PART * sums.1
+}
+
+/// An error below this part of another, in each of several trials, is clearly smaller …
+const CLEAR_PART: f64 = 0.9;
+/// … if it is below this part over all of them …
+const CLEAR_PART_OVER_ALL: f64 = 0.8;
+
+/// … and so it is below this part beside offsets.
+const CLEAR_PART_BESIDE_OFFSETS: f64 = 0.98;
+
+/// An error of position above this many times another's is clearly larger.
+const CLEARLY_LARGER: f64 = 1.2;
+
+/// Whether a plant's simulated position is off by clearly more than another's, where position was
+/// measured: a velocity sensor that reads too much shows the velocity of another plant.
+fn loses_position(own: &Scored, than: &Scored) -> bool {
+    let pairs = own.score.trials.iter().zip(&than.score.trials);
+    let (own, than) = pairs
+        .filter_map(|(a, b)| a.position_mean_abs_error.zip(b.position_mean_abs_error))
+        .fold((0.0, 0.0), |(own, than), (a, b)| (own + a, than + b));
+    own > CLEARLY_LARGER * than
+}
+
+/// Whether a plant simulates each of several trials clearly better than another does, and not only
+/// for a force that is constant in each: short trials have too few parts for [`is_better`] to show
+/// it.
+fn is_better_throughout(own: &Scored, than: &Scored) -> bool {
+    let below = |own: Option<f64>, than: Option<f64>, part: f64| {
+        own.zip(than).is_some_and(|(own, than)| own < part * than)
+    };
+    let (own, than) = (&own.score, &than.score);
+    // Where position was measured, velocity is derived from it and has its noise.
+    let error = |trial: &TrialScore| trial.position_mean_abs_error.or(trial.mean_abs_error);
+    let over_all = |score: &Score| -> Option<f64> {
+        score.trials.iter().map(|trial| Some(error(trial)? * trial.samples as f64)).sum()
+    };
+    let mut pairs = own.trials.iter().zip(&than.trials);
+    own.trials.len() > 1
+        && pairs.all(|(a, b)| below(error(a), error(b), CLEAR_PART))
+        && below(over_all(own), over_all(than), CLEAR_PART_OVER_ALL)
+        && below(own.offset_free_error, than.offset_free_error, CLEAR_PART_BESIDE_OFFSETS)
 }
 
 /// Why a plant cannot be that of a vehicle, or says nothing of it; `speed` is the usual one.
@@ -96,7 +145,6 @@ pub(crate) fn impossible(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::Score;
 
     fn scored(parts: &[f64]) -> Scored {
         let mean_abs_error = Some(parts.iter().sum::<f64>() / parts.len() as f64);
@@ -122,6 +170,33 @@ mod tests {
         };
         assert_eq!(choice(&equal), Some(0));
         assert_eq!(choice(&clear), Some(1));
+    }
+
+    #[test]
+    fn short_trials_that_are_all_predicted_better_count() {
+        let of = |errors: [f64; 3]| {
+            let trial = |e: f64| TrialScore {
+                mean_abs_error: Some(e),
+                samples: 1,
+                ..TrialScore::default()
+            };
+            let mean = errors.iter().sum::<f64>() / 3.0;
+            let trials = errors.map(trial).to_vec();
+            let (mean_abs_error, offset_free_error) = (Some(mean), Some(mean));
+            let score = Score { mean_abs_error, offset_free_error, trials, ..Score::default() };
+            Scored { score, parts: Vec::new() }
+        };
+        let first = of([1.0, 1.2, 0.8]);
+        let choice = |errors: [f64; 3]| {
+            let other = of(errors);
+            choose(&[
+                contender(Method::FilterError, &first),
+                contender(Method::OutputError, &other),
+            ])
+        };
+        assert_eq!(choice([0.6, 0.7, 0.6]), Some(1));
+        assert_eq!(choice([0.4, 0.4, 0.8]), Some(0), "one trial is not predicted better");
+        assert_eq!(choice([0.85, 1.0, 0.7]), Some(0), "hardly better over all");
     }
 
     #[test]

@@ -4,6 +4,9 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::estimate::Innovations;
 
+/// Fewer batches say too little of how scores vary.
+const LEAST_BATCHES: usize = 8;
+
 /// Lags that are looked at.
 pub(crate) const LAGS: usize = 40;
 
@@ -35,37 +38,13 @@ fn lags(one: &Innovations) -> &[f64] {
     one.autocorrelation.get(1..last).unwrap_or_default()
 }
 
-/// By how much variances grow because innovations are correlated: the long-run variance of the
-/// innovations over their variance, `1 + 2 Σ (1 − k/(K+1)) r_k`, never below 1.
-///
-/// It is that of a parameter whose sensitivity changes slowly beside K samples. Multiply the
-/// covariance by it, or its square root into standard deviations; better where scores are at
-/// hand is [`robust_covariance`].
-///
-/// # Source
-/// W. K. Newey, K. D. West, "A simple, positive semi-definite, heteroskedasticity and
-/// autocorrelation consistent covariance matrix", *Econometrica* 55, 1987.
-pub fn inflation_for(innovations: &[Innovations]) -> f64 {
-    let samples: usize = innovations.iter().map(|one| one.samples).sum();
-    if samples == 0 {
-        return 1.0;
-    }
-    let of = |one: &Innovations| {
-        let lags = lags(one);
-        let weight = |k: usize| 1.0 - (k + 1) as f64 / (lags.len() + 1) as f64;
-        let sum: f64 = lags.iter().enumerate().map(|(k, r)| weight(k) * r).sum();
-        one.samples as f64 * (1.0 + 2.0 * sum)
-    };
-    (innovations.iter().map(of).sum::<f64>() / samples as f64).max(1.0)
-}
-
 /// The covariance of a maximum-likelihood estimate whose model may be wrong: `A⁻¹ J A⁻¹`, and
 /// nowhere less than `A⁻¹`.
 ///
 /// `information` is A, shape (p, p); `scores` are the gradients of the cost over batches of the
 /// record at the optimum, each of shape (p,), long beside the memory of the innovations (thirty
-/// batches do); `J = B/(B − p) Σ (s_b − s̄)(s_b − s̄)ᵀ`. Where batches are too few, or A cannot be
-/// inverted, `None`.
+/// batches do); `J = B/(B − 1) Σ (s_b − s̄)(s_b − s̄)ᵀ`. Where batches are fewer than eight, or A
+/// cannot be inverted, `None`.
 ///
 /// # Source
 /// H. White, "Maximum likelihood estimation of misspecified models", *Econometrica* 50, 1982;
@@ -83,7 +62,10 @@ pub fn robust_covariance(
     scores: &[DVector<f64>],
 ) -> Option<DMatrix<f64>> {
     let p = information.nrows();
-    let freedom = scores.len().checked_sub(p).filter(|freedom| *freedom > 0)? as f64;
+    if scores.len() < LEAST_BATCHES {
+        return None;
+    }
+    let freedom = (scores.len() - 1) as f64;
     let scale = DVector::from_fn(p, |j, _| 1.0 / information[(j, j)].sqrt());
     if !scale.iter().all(|x| x.is_finite()) {
         return None;
@@ -105,23 +87,6 @@ pub fn robust_covariance(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn innovations(autocorrelation: Vec<f64>) -> Innovations {
-        Innovations { trial: "t".to_owned(), samples: 1000, autocorrelation }
-    }
-
-    #[test]
-    fn white_innovations_inflate_nothing_and_slow_ones_by_their_memory() {
-        let white = innovations([&[1.0][..], &[0.0; 40]].concat());
-        assert_eq!(inflation_for(&[white]), 1.0);
-        // A first-order memory of 0.5 has a long-run variance of (1 + 0.5) / (1 − 0.5) = 3.
-        let slow = innovations((0..=40).map(|k| 0.5_f64.powi(k)).collect());
-        let found = inflation_for(&[slow]);
-        // The triangle of lags takes 2 Σ k/41 0.5^k = 4/41 off.
-        assert!((found - (3.0 - 4.0 / 41.0)).abs() < 1e-6, "{found}");
-        assert_eq!(inflation_for(&[]), 1.0);
-        assert_eq!(inflation_for(&[innovations(vec![1.0, -0.4])]), 1.0);
-    }
 
     #[test]
     fn a_robust_covariance_is_never_less_than_the_models_own() {

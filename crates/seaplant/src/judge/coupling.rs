@@ -141,7 +141,8 @@ impl Coupling {
         });
         let explained = 1.0 - with.left_unseen()? / without.left_unseen()?;
         let (with, without) = (with.solve()?, without.solve()?);
-        let (with, without) = (PlantChange::of(&with)?, PlantChange::of(&without)?);
+        let (with, without) =
+            (PlantChange::of(&with, 1.0, 1.0)?, PlantChange::of(&without, 1.0, 1.0)?);
         Some(Self {
             causes: known.iter().map(|cause| cause.name).collect(),
             explained,

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::evaluate::compare_record;
 use crate::regression::batch_s;
-use crate::{AxisRecord, Comparison, Error, Model};
+use crate::{AxisRecord, Comparison, Error, Model, VelocitySensor};
 
 /// Longest window with an initial velocity and a constant force of its own, s: forces of tethers
 /// and currents change within minutes, and drag shows within one.
@@ -42,6 +42,8 @@ pub(crate) struct Window {
     pub(crate) drag: Vec<f64>,
     /// How fast a small error of velocity dies out, 1/s, below zero.
     decay: Vec<f64>,
+    /// What shows velocity.
+    sensor: VelocitySensor,
     nuisances: Vec<Vec<f64>>,
 }
 
@@ -127,6 +129,7 @@ impl Window {
         let mut window = Self {
             trial: comparison.trial.clone(),
             decay: decay.collect(),
+            sensor: model.sensor,
             time_s,
             error: Vec::new(),
             velocity,
@@ -134,9 +137,9 @@ impl Window {
             drag,
             nuisances: Vec::new(),
         };
-        let force = window.integrate(&vec![1.0; error.len()]);
+        let force = window.shown(&vec![1.0; error.len()]);
         // Drag acts on velocity through the water: a current u adds −(2β|v| + μ) u.
-        let current = window.integrate(&window.decay.iter().map(|x| -x).collect::<Vec<_>>());
+        let current = window.shown(&window.decay.iter().map(|x| -x).collect::<Vec<_>>());
         let has_current = !comparison.dof.is_rotation();
         let nuisances = [Some(window.of_start()), Some(force), has_current.then_some(current)];
         for nuisance in nuisances.into_iter().flatten() {
@@ -154,7 +157,12 @@ impl Window {
     /// What an acceleration that the model lacks does to velocity, without what the nuisances
     /// take of it; shape (n,), over the step that each sample begins.
     pub(crate) fn response(&self, acceleration: &[f64]) -> Vec<f64> {
-        self.without_nuisances(self.integrate(acceleration))
+        self.without_nuisances(self.shown(acceleration))
+    }
+
+    /// What the sensor shows of the velocity that an acceleration adds.
+    fn shown(&self, acceleration: &[f64]) -> Vec<f64> {
+        self.sensor.shows(&self.time_s, &self.integrate(acceleration))
     }
 
     fn of_start(&self) -> Vec<f64> {

@@ -45,8 +45,11 @@ pub(crate) fn score(model: &Model, axes: &[AxisRecord], nulls: &Nulls) -> Result
     score.best_null =
         nulls.best(&outcomes.iter().filter_map(Outcome::comparison).collect::<Vec<_>>());
     score.offset_free_error = offset_free_error(&windows);
-    score.change = change(&windows);
-    Ok(Scored { score, parts: parts(&windows) })
+    // A long record's simulation takes much memory, and others follow.
+    drop(outcomes);
+    let parts = parts(&windows);
+    score.change = change(model, axes, windows)?;
+    Ok(Scored { score, parts })
 }
 
 fn offset_free_error(windows: &[Window]) -> Option<f64> {

@@ -61,6 +61,10 @@ const PREDICTS: f64 = 0.5;
 /// … and this part of that of the best model without a plant.
 const BEATS_NULL: f64 = 0.85;
 
+/// Noise of velocity hides how much better a plant is: it brings the errors nearer together, and
+/// does not make the better the larger by more than chance.
+const HIDDEN_BY_NOISE: f64 = 1.1;
+
 /// A mass interval whose ends are further apart than this factor says nothing of mass.
 const WIDEST_MASS: f64 = 2.0;
 /// Drag at working speed that is known no better than ± this part is not known.
@@ -157,7 +161,7 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
     if free_error(score) > PREDICTS * score.null_error && !vouched {
         return of(Trust::Doubtful, format!("it predicts {against}"));
     }
-    if let Some(reason) = no_better_than_null(score, &trials, unit).filter(|_| !vouched) {
+    if let Some(reason) = no_better_than_null(score, &trials, unit, vouched) {
         return of(Trust::Doubtful, reason);
     }
     if let Some(doubt) = with(Severity::Warning).find(|caveat| is_doubt(caveat.code)) {
@@ -165,6 +169,11 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
             Trust::Doubtful,
             doubt.message.split(": ").next().unwrap_or_default().to_owned(),
         );
+    }
+    let warns = |code| with(Severity::Warning).any(|caveat| caveat.code == code);
+    if warns(CaveatCode::WideInterval) && warns(CaveatCode::AnotherPlantFits) {
+        let reason = "its interval is wide, and trials ask for another plant yet".to_owned();
+        return of(Trust::Doubtful, reason);
     }
     match with(Severity::Warning).count() {
         0 if plant.hold_out.is_none() => {
@@ -177,10 +186,11 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
 }
 
 /// Null models are given the trials' offsets, so that the plant is, too.
-fn no_better_than_null(score: &Score, trials: &str, unit: &str) -> Option<String> {
+fn no_better_than_null(score: &Score, trials: &str, unit: &str, vouched: bool) -> Option<String> {
     let null = score.best_null?;
     let e = free_error(score);
-    (e > BEATS_NULL * null.mean_abs_error).then(|| {
+    let most = if vouched { HIDDEN_BY_NOISE } else { BEATS_NULL };
+    (e > most * null.mean_abs_error).then(|| {
         format!(
             "it predicts {trials} with e = {} {unit}, hardly better than {} with {}",
             spoken2(e),

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::{Navigated, TRANSLATIONS};
 use crate::{Dof, Timed};
 
-/// Longer series are thinned to so many samples: of a day, one a second is left.
-const MOST_SAMPLES: usize = 100_000;
+/// Longer series are thinned to about so many samples: of a day, one in two seconds is left.
+const MOST_SAMPLES: usize = 50_000;
 
 /// Velocities and attitude of the whole vehicle, as far as they were logged.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -147,6 +147,12 @@ impl Propulsion {
         speed
     }
 
+    /// How fast a propeller's speed changes, rad/s²; 0 of one that follows at once.
+    pub(super) fn slope(&self, speed: &Changing, asked: &Changing) -> f64 {
+        let slope = self.piece(speed, asked).slope(speed, asked);
+        if slope.is_finite() { slope } else { 0.0 }
+    }
+
     /// How a propeller moves next.
     #[inline]
     fn piece(&self, speed: &Changing, asked: &Changing) -> Piece<'_> {

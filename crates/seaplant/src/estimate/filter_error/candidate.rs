@@ -209,13 +209,26 @@ impl Candidate {
     }
 
     /// What it does not stand beside: another law of the same thing.
-    pub(crate) const fn rival(self) -> Option<Self> {
+    pub(crate) fn rivals(self) -> Vec<Self> {
         match self {
-            Self::SensorLag => Some(Self::SensorWindow),
-            Self::SensorWindow => Some(Self::SensorLag),
-            Self::Inflow => Some(Self::InflowAhead),
-            Self::InflowAhead => Some(Self::Inflow),
-            _ => None,
+            Self::SensorLag => vec![Self::SensorWindow],
+            Self::SensorWindow => vec![Self::SensorLag],
+            Self::Inflow => vec![Self::InflowAhead],
+            Self::InflowAhead => vec![Self::Inflow],
+            _ => Vec::new(),
+        }
+    }
+
+    /// What may be in the model in its place, so that it is tried without them, too: from a model
+    /// that has them descent may not lead to one that has it instead.
+    pub(crate) fn imitators(self) -> Vec<Self> {
+        match self {
+            Self::SensorLag | Self::SensorWindow => {
+                vec![Self::Lag, Self::LagRatio, Self::Slew, Self::Delay]
+            }
+            Self::Slew => vec![Self::Lag, Self::LagRatio, Self::Inflow, Self::InflowAhead],
+            Self::CurrentDrift => vec![Self::Current],
+            _ => Vec::new(),
         }
     }
 

@@ -56,6 +56,11 @@ pub(crate) struct Drive<'a> {
     full_speed: f64,
 }
 
+/// A speed that jumps by more than this part of the greatest within a step is followed before the
+/// jump and after it: the thrust of a mean speed is not the mean thrust. A smaller jump is part of
+/// the mean, which is off by a four-hundredth of full thrust at most.
+const JUMP_PART: f64 = 0.1;
+
 /// A propeller is settled this long before a trial starts, s: what it is told at the start
 /// is new to it.
 const JUST_BEFORE_S: f64 = 1e-6;
@@ -68,6 +73,39 @@ struct Propeller<'a> {
     before: (f64, f64),
     /// The speed that it has.
     speed: Changing,
+}
+
+impl Propeller<'_> {
+    /// Brings it through a part of a step, towards one speed; lengths are those of the part and of
+    /// the step, s.
+    #[inline]
+    fn go(
+        &mut self,
+        propulsion: &Propulsion,
+        law: &ThrustLaw,
+        asked: Changing,
+        [part_s, step_s]: [f64; 2],
+        push: &mut Push,
+    ) {
+        let track = self.track;
+        let add = |segment: &Segment| push.add(track, law, segment, step_s);
+        self.speed = propulsion.through(self.speed, asked, part_s, add);
+    }
+
+    /// What a later end of the part just passed does: its speed changes on, and so does what is
+    /// added up; `weight` is 1 over the length of the step, below zero of an end that comes sooner.
+    fn end_later(
+        &mut self,
+        propulsion: &Propulsion,
+        law: &ThrustLaw,
+        asked: Changing,
+        weight: f64,
+        push: &mut Push,
+    ) {
+        let slope = propulsion.slope(&self.speed, &asked);
+        self.speed.by[DELAY] += slope * weight.signum();
+        push.end_later(self.track, law, self.speed.x, weight);
+    }
 }
 
 impl<'a> Drive<'a> {
@@ -106,15 +144,33 @@ impl<'a> Drive<'a> {
         self.propulsion.step(h);
         let law =
             ThrustLaw { kappa: self.kappa, exponent: self.exponent, full_speed: self.full_speed };
+        let to_s = stop.time_s - self.delay_s;
         for propeller in &mut self.propellers {
-            let after = propeller.asked.until(stop.time_s - self.delay_s);
-            let before = std::mem::replace(&mut propeller.before, after);
-            let mut asked = Changing::constant((after.0 - before.0) / h);
-            asked.by[DELAY] = (before.1 - after.1) / h;
-            let track = propeller.track;
-            propeller.speed = self
-                .propulsion
-                .through(propeller.speed, asked, h, |segment| push.add(track, &law, segment, h));
+            let before = propeller.before;
+            let jump_s = propeller.asked.jump_before(to_s, JUMP_PART * self.full_speed);
+            let jump_s = jump_s.filter(|jump_s| *jump_s > to_s - h);
+            let first = jump_s.map(|jump_s| {
+                let middle = propeller.asked.until(jump_s);
+                (middle.0, jump_s - (to_s - h))
+            });
+            let after = propeller.asked.until(to_s);
+            propeller.before = after;
+            let Some((middle, first_s)) = first else {
+                let mut asked = Changing::constant((after.0 - before.0) / h);
+                asked.by[DELAY] = (before.1 - after.1) / h;
+                propeller.go(&self.propulsion, &law, asked, [h, h], &mut push);
+                continue;
+            };
+            // A later jump makes what is before it longer, and what is after it shorter.
+            let second_s = h - first_s;
+            let mut asked = Changing::constant((middle - before.0) / first_s);
+            asked.by[DELAY] = (before.1 - asked.x) / first_s;
+            propeller.go(&self.propulsion, &law, asked, [first_s, h], &mut push);
+            propeller.end_later(&self.propulsion, &law, asked, 1.0 / h, &mut push);
+            let mut asked = Changing::constant((after.0 - middle) / second_s);
+            asked.by[DELAY] = (asked.x - after.1) / second_s;
+            propeller.go(&self.propulsion, &law, asked, [second_s, h], &mut push);
+            propeller.end_later(&self.propulsion, &law, asked, -1.0 / h, &mut push);
         }
         push
     }
@@ -128,6 +184,20 @@ struct ThrustLaw {
 }
 
 impl Push {
+    /// Adds what a later end of a part of a step does, by the delay.
+    fn end_later(&mut self, track: &ThrusterTrack, law: &ThrustLaw, speed: f64, weight: f64) {
+        let (sign, strength) =
+            if speed < 0.0 { (-1.0, law.kappa * track.reverse) } else { (1.0, track.forward) };
+        let gain = match law.exponent != 0.0 && speed != 0.0 && law.full_speed > 0.0 {
+            true => (law.exponent * (speed.abs().ln() - law.full_speed.ln())).exp(),
+            false => 1.0,
+        };
+        let force = sign * track.lever * strength * gain * speed * speed;
+        self.tau_by[DELAY] += weight * force;
+        let way = usize::from(sign * track.lever < 0.0);
+        self.gamma_by[way][DELAY] += weight * track.lever * track.lever * speed.abs();
+    }
+
     /// Adds the thrust of the part of a step in which the propeller turns one way.
     #[inline]
     fn add(&mut self, track: &ThrusterTrack, law: &ThrustLaw, segment: &Segment, h: f64) {

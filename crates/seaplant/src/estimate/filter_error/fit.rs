@@ -8,11 +8,13 @@ use serde::{Deserialize, Serialize};
 
 use super::candidate::{Candidate, Decision};
 use super::kalman::Innovation;
-use super::minimise::{Optimum, limits, scaled_inverse, unit_diagonal};
-use super::parameters::{Shape, Unknown, Values};
+use super::minimise::{
+    Optimum, POSITION_PRECISION_S, VELOCITY_PRECISION, limits, scaled_inverse, unit_diagonal,
+};
+use super::parameters::{Shape, Unknown, Usual, Values};
 use super::problem::{Belief, Kind, Prior, Problem, Record};
 use super::schedule::Measurements;
-use super::search::{Fitted, Search, Usual};
+use super::search::{Fitted, Search};
 use super::spikes::{innovations_of_another, strike_out};
 use super::strength::covariance_with_thrust;
 use super::together::TwoPlants;
@@ -21,6 +23,8 @@ use crate::estimate::{
     DelayedFit, Estimate, Fit, Innovations, Method, Nuisances, OutputErrorOptions, Waves,
     check_trials, fit_output_error,
 };
+use crate::judge::robust_covariance;
+use crate::regression::batch_s;
 use crate::signal::autocorrelation;
 use crate::terms::Term;
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms, Timed};
@@ -113,7 +117,6 @@ pub fn fit_filter_error(
         fixed: first.fixed(),
         starts: &starts,
         hold_out: &others,
-        usual: Usual { speed: speed_rms(axes), thrust: force_rms(axes) },
         tried: candidates.len().max(1),
     };
     let base = search.fit(&unknowns, linear, None, &begun);
@@ -188,10 +191,10 @@ fn lag_or_mass(fit: &Fit, fitted: &Fitted<'_>, search: &Search<'_>) -> Option<Ca
     let Fitted { problem, optimum } = fitted;
     let values = problem.values(&optimum.theta, 0);
     let slope = |speed: f64| -(values.get(Unknown::Mu) + 2.0 * values.get(Unknown::Beta) * speed);
-    let vehicle_s = 1.0 / slope(search.usual.speed);
+    let vehicle_s = 1.0 / slope(search.fixed.shape.usual.speed);
     let propeller_s = values.get(Unknown::Lag).max(LEAST_LAG_S);
     // A vehicle that is slower than any propeller cannot be taken for one.
-    let (_, slowest_s) = limits(Unknown::Lag);
+    let (_, slowest_s) = limits(Unknown::Lag, &problem.fixed.shape);
     if !(vehicle_s > 0.0 && vehicle_s < slowest_s) || problem.index(Unknown::Slew, 0).is_some() {
         return None;
     }
@@ -276,8 +279,10 @@ struct Beginning {
 impl Beginning {
     fn of(axes: &[AxisRecord], start: &DelayedFit, dry_mass_kg: Option<f64>) -> Self {
         let propellers = Propellers::of(axes);
-        let mut values =
-            Values::none(Shape { full_speed: propellers.full_speed, ..Shape::default() });
+        let alpha = start.fit.lumped.alpha.abs();
+        let usual = Usual { speed: speed_rms(axes), thrust: force_rms(axes), alpha };
+        let full_speed = propellers.full_speed;
+        let mut values = Values::none(Shape { full_speed, usual, ..Shape::default() });
         for (unknown, start) in Candidate::ALL.into_iter().flat_map(Candidate::unknowns) {
             values.set(unknown, start);
         }
@@ -287,9 +292,8 @@ impl Beginning {
         set(Unknown::Lag, (0.5 * late_s).max(LEAST_LAG_S));
         set(Unknown::Delay, start.delay_s - 0.5 * late_s);
         set(Unknown::Slew, 0.0);
-        let alpha = start.fit.lumped.alpha.abs();
-        let disturbance = (TYPICAL_DISTURBANCE * alpha * force_rms(axes)).max(1e-9);
-        let noise = instrument_noise(axes);
+        let disturbance = (TYPICAL_DISTURBANCE * alpha * usual.thrust).max(1e-9);
+        let noise = instrument_noise(axes, usual.speed);
         noise.iter().for_each(|(unknown, log_std)| set(*unknown, *log_std));
         plant(&mut values, &start.fit.lumped);
         values.set(Unknown::LogDisturbance, disturbance.ln());
@@ -325,16 +329,18 @@ impl Beginning {
 }
 
 /// The noise of each instrument that there is, as its logarithm.
-fn instrument_noise(axes: &[AxisRecord]) -> Vec<(Unknown, f64)> {
+fn instrument_noise(axes: &[AxisRecord], speed: f64) -> Vec<(Unknown, f64)> {
     let measurements: Vec<Measurements> = axes.iter().flat_map(Measurements::parts_of).collect();
     let velocities = measurements.iter().filter_map(Measurements::velocity);
     let positions = measurements.iter().filter_map(Measurements::position);
     [
-        (Unknown::LogVelocityNoise, sample_noise(velocities)),
-        (Unknown::LogPositionNoise, sample_noise(positions)),
+        (Unknown::LogVelocityNoise, sample_noise(velocities), VELOCITY_PRECISION),
+        (Unknown::LogPositionNoise, sample_noise(positions), POSITION_PRECISION_S),
     ]
     .into_iter()
-    .filter_map(|(unknown, std)| Some((unknown, std?.max(1e-7).ln())))
+    .filter_map(|(unknown, std, precision)| {
+        Some((unknown, std?.max(precision * speed).max(1e-7).ln()))
+    })
     .collect()
 }
 
@@ -521,10 +527,13 @@ fn into_fit(
 ) -> Result<Fit, Error> {
     let Fitted { problem, optimum } = fitted;
     let stuck = || Error::NotConverged { dof, iterations: optimum.iterations };
-    let of_logs = scaled_inverse(&optimum.information).ok_or_else(stuck)?;
+    let of_model = scaled_inverse(&optimum.information).ok_or_else(stuck)?;
     let with_thrust = covariance_with_thrust(problem, &optimum.theta, axes);
-    let all = with_thrust.unwrap_or_else(|| of_logs.clone());
-    let of_thrust = &all - of_logs;
+    let of_thrust = with_thrust.map_or_else(|| 0.0 * &of_model, |all| all - &of_model);
+    let scores =
+        problem.scores(&optimum.theta, batch_s(axes.iter().map(AxisRecord::seconds).sum()));
+    let of_logs = robust_covariance(&optimum.information, &scores).unwrap_or(of_model);
+    let all = with_precision(problem, optimum, of_logs) + &of_thrust;
     let samples = problem.samples();
     let freedom = freedom(problem);
     let innovations: Vec<Vec<f64>> = (0..problem.records.len())
@@ -540,7 +549,7 @@ fn into_fit(
         lumped: lumped(problem, optimum, 0),
         covariance: plant_covariance(problem, &all, 0),
         thrust_covariance: plant_covariance(problem, &of_thrust, 0),
-        t_freedom: freedom,
+        t_freedom: freedom.min((scores.len() - 1).max(1) as f64),
         condition: condition(&optimum.information),
         inflation: Vec::new(),
         samples,
@@ -555,6 +564,24 @@ fn into_fit(
     };
     fit.caveats = caveats(&fit, &innovations);
     Ok(fit)
+}
+
+/// No log tells mass and drag more precisely than to this part: propeller speeds are rounded, and
+/// nobody saw what they did between samples.
+const PRECISION: f64 = 1e-3;
+
+/// A covariance with that.
+fn with_precision(
+    problem: &Problem<'_>,
+    optimum: &Optimum,
+    mut covariance: DMatrix<f64>,
+) -> DMatrix<f64> {
+    for unknown in [Unknown::Alpha, Unknown::Beta, Unknown::Mu] {
+        if let Some(place) = problem.index(unknown, 0) {
+            covariance[(place, place)] += (PRECISION * optimum.theta[place]).powi(2);
+        }
+    }
+    covariance
 }
 
 /// Covariance of `[α, β, μ, bias]` of one record's kind.

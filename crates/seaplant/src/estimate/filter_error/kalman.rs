@@ -38,6 +38,8 @@ pub(crate) struct Likelihood {
     pub(crate) information: DMatrix<f64>,
     /// What each measurement surprises by, if that was asked for.
     pub(crate) innovations: Vec<Innovation>,
+    /// The gradients of parts one after the other, if they were asked for; each of shape (n,).
+    pub(crate) scores: Vec<DVector<f64>>,
 }
 
 /// What the filter failed to predict of one measurement.
@@ -64,9 +66,9 @@ impl Innovation {
 impl Likelihood {
     /// Of no measurement.
     pub(crate) fn of_nothing(active: &Active, wanted: Wanted) -> Self {
-        let n = if wanted == Wanted::Sensitivities { active.len() } else { 0 };
+        let n = wanted.columns(active);
         let (gradient, information) = (DVector::zeros(n), DMatrix::zeros(n, n));
-        Self { cost: 0.0, gradient, information, innovations: Vec::new() }
+        Self { cost: 0.0, gradient, information, innovations: Vec::new(), scores: Vec::new() }
     }
 
     /// Of two parts of a trial that are followed from states of their own.
@@ -75,6 +77,7 @@ impl Likelihood {
         self.gradient += other.gradient;
         self.information += other.information;
         self.innovations.extend(other.innovations);
+        self.scores.extend(other.scores);
         self
     }
 }
@@ -202,6 +205,45 @@ struct Kalman<'a, const S: usize, const N: usize> {
     gradient: Row<N>,
     information: [Row<N>; N],
     innovations: Option<Vec<Innovation>>,
+    batches: Option<Batches<N>>,
+}
+
+/// Gradients of parts that are as long as one another.
+struct Batches<const N: usize> {
+    length_s: f64,
+    /// The time since the last part ended.
+    since_s: f64,
+    /// The gradient at its end.
+    before: Row<N>,
+    ended: Vec<Row<N>>,
+}
+
+impl<const N: usize> Batches<N> {
+    fn of(length_s: f64) -> Self {
+        Self { length_s, since_s: 0.0, before: [0.0; N], ended: Vec::new() }
+    }
+
+    fn after(&mut self, step_s: f64, gradient: &Row<N>) {
+        self.since_s += step_s;
+        if self.since_s >= self.length_s {
+            self.end(gradient);
+        }
+    }
+
+    fn end(&mut self, gradient: &Row<N>) {
+        self.ended.push(std::array::from_fn(|j| gradient[j] - self.before[j]));
+        (self.since_s, self.before) = (0.0, *gradient);
+    }
+
+    /// All parts; one that is shorter than half of the others counts with the last.
+    fn all(mut self, gradient: &Row<N>) -> Vec<Row<N>> {
+        let is_short = self.since_s < 0.5 * self.length_s;
+        match self.ended.last_mut().filter(|_| is_short) {
+            Some(last) => (0..N).for_each(|j| last[j] += gradient[j] - self.before[j]),
+            None => self.end(gradient),
+        }
+        self.ended
+    }
 }
 
 /// What inflow takes: from all propellers, and beside that from those that push the way the
@@ -213,14 +255,26 @@ struct Inflow {
 }
 
 /// What to find out beside the cost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Wanted {
     /// Nothing.
     Cost,
     /// Gradient and information.
     Sensitivities,
+    /// These, and the gradients of parts of that length, s.
+    Scores(f64),
     /// The innovations.
     Innovations,
+}
+
+impl Wanted {
+    /// How many derivatives it takes.
+    fn columns(self, active: &Active) -> usize {
+        match self {
+            Self::Sensitivities | Self::Scores(_) => active.len(),
+            Self::Cost | Self::Innovations => 0,
+        }
+    }
 }
 
 /// The likelihood of one trial.
@@ -232,7 +286,7 @@ pub(crate) fn likelihood(
     start: Start,
     wanted: Wanted,
 ) -> Likelihood {
-    let columns = if wanted == Wanted::Sensitivities { active.len() } else { 0 };
+    let columns = wanted.columns(active);
     let layout = Layout::of(values, measurements.position().is_some());
     macro_rules! run {
         ($s:literal, $n:literal) => {
@@ -289,12 +343,16 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
             gradient: [0.0; N],
             information: [[0.0; N]; N],
             innovations: None,
+            batches: None,
         }
     }
 
     fn noting(mut self, wanted: Wanted, samples: usize) -> Self {
         let is_wanted = wanted == Wanted::Innovations;
         self.innovations = is_wanted.then(|| Vec::with_capacity(samples));
+        if let Wanted::Scores(length_s) = wanted {
+            self.batches = Some(Batches::of(length_s));
+        }
         self
     }
 
@@ -310,6 +368,9 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
                 self.predict(&drive.until(&stop), &discrete);
             }
             self.measure(&stop.measured);
+            if let Some(batches) = &mut self.batches {
+                batches.after(stop.length_s, &self.gradient);
+            }
         }
         let n = self.active.len().min(N);
         let is_finite = self.cost.is_finite() && self.state.x[V].is_finite();
@@ -318,6 +379,10 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
             gradient: DVector::from_fn(n, |j, _| self.gradient[j]),
             information: DMatrix::from_fn(n, n, |i, j| self.information[i.min(j)][i.max(j)]),
             innovations: self.innovations.unwrap_or_default(),
+            scores: self.batches.map_or_else(Vec::new, |batches| {
+                let rows = batches.all(&self.gradient).into_iter();
+                rows.map(|row| DVector::from_fn(n, |j, _| row[j])).collect()
+            }),
         }
     }
 

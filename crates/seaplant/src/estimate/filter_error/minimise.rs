@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::parameters::Unknown;
+use super::parameters::{Sensor, Shape, Unknown};
 use super::problem::Problem;
 
 /// Where a fit ended.
@@ -28,7 +28,10 @@ const CONVERGED: f64 = 2e-3;
 
 /// Where no step helps at any size, what was promised may be this much: within a third of a
 /// standard deviation.
-const ROUNDING: f64 = 0.05;
+pub(crate) const ROUNDING: f64 = 0.05;
+
+/// Less noise than this is none.
+const LEAST_NOISE: f64 = 1e-11;
 
 /// A step that gains less than this part of what it promised is a poor one.
 const POOR_GAIN: f64 = 0.02;
@@ -46,11 +49,13 @@ pub(crate) fn minimise(
     most_iterations: usize,
 ) -> Optimum {
     let unknowns = problem.numbers();
-    let mut descent = Descent { theta: start, damping: FIRST_DAMPING, at_kink: false, poor: 0 };
+    let limits = limits_of(problem);
+    let (damping, at_kink, poor) = (FIRST_DAMPING, false, 0);
+    let mut descent = Descent { theta: start, limits, damping, at_kink, poor };
     let mut here = problem.evaluate(&descent.theta);
     for iterations in 0..most_iterations {
         let free = descent.free(unknowns, &here.1);
-        let step = damped_step(&here.2, &here.1, &descent.room(unknowns), &free, LEAST_DAMPING);
+        let step = damped_step(&here.2, &here.1, &descent.room(), &free, LEAST_DAMPING);
         let promise = step.map_or(f64::INFINITY, |step| promise(&here.2, &here.1, &step));
         let moved = promise >= CONVERGED && descent.step(problem, unknowns, &here, &free);
         if !moved {
@@ -78,6 +83,8 @@ pub(crate) fn minimise(
 /// Where a minimisation has got to.
 struct Descent {
     theta: DVector<f64>,
+    /// Of each number.
+    limits: Vec<(f64, f64)>,
     damping: f64,
     at_kink: bool,
     poor: usize,
@@ -92,7 +99,7 @@ impl Descent {
     }
 
     fn free(&self, unknowns: &[Unknown], gradient: &DVector<f64>) -> Vec<bool> {
-        let mut free = free(unknowns, &self.theta, gradient);
+        let mut free = free(&self.limits, &self.theta, gradient);
         for (free, unknown) in free.iter_mut().zip(unknowns) {
             *free &= !(self.at_kink && *unknown == Unknown::Delay);
         }
@@ -100,12 +107,9 @@ impl Descent {
     }
 
     /// How far down and up each number may go.
-    fn room(&self, unknowns: &[Unknown]) -> Vec<(f64, f64)> {
-        let of = |(unknown, at): (&Unknown, &f64)| {
-            let (low, high) = limits(*unknown);
-            (low - at, high - at)
-        };
-        unknowns.iter().zip(self.theta.iter()).map(of).collect()
+    fn room(&self) -> Vec<(f64, f64)> {
+        let of = |((low, high), at): (&(f64, f64), &f64)| (low - at, high - at);
+        self.limits.iter().zip(self.theta.iter()).map(of).collect()
     }
 
     /// Takes the longest step that lowers the cost; whether there was one.
@@ -117,9 +121,9 @@ impl Descent {
         free: &[bool],
     ) -> bool {
         while self.damping < MOST_DAMPING {
-            let room = self.room(unknowns);
+            let room = self.room();
             let next = damped_step(information, gradient, &room, free, self.damping)
-                .map(|step| within(unknowns, &self.theta, &step))
+                .map(|step| within(unknowns, &self.limits, &self.theta, &step))
                 .filter(|next| problem.cost(next) < *cost);
             if let Some(next) = next {
                 self.theta = next;
@@ -133,12 +137,11 @@ impl Descent {
 }
 
 /// Which numbers may move: not those at a limit that the cost pushes them against.
-fn free(unknowns: &[Unknown], theta: &DVector<f64>, gradient: &DVector<f64>) -> Vec<bool> {
-    let is_free = |(j, unknown): (usize, &Unknown)| {
-        let (low, high) = limits(*unknown);
-        !(theta[j] <= low && gradient[j] > 0.0 || theta[j] >= high && gradient[j] < 0.0)
+fn free(limits: &[(f64, f64)], theta: &DVector<f64>, gradient: &DVector<f64>) -> Vec<bool> {
+    let is_free = |(j, (low, high)): (usize, &(f64, f64))| {
+        !(theta[j] <= *low && gradient[j] > 0.0 || theta[j] >= *high && gradient[j] < 0.0)
     };
-    unknowns.iter().enumerate().map(is_free).collect()
+    limits.iter().enumerate().map(is_free).collect()
 }
 
 /// The damped step of Gauss and Newton. A number that would leave its limits goes to the
@@ -190,16 +193,39 @@ fn promise(information: &DMatrix<f64>, gradient: &DVector<f64>, step: &DVector<f
     -2.0 * gradient.dot(step) - step.dot(&(information * step))
 }
 
-/// Where a number means something.
-pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
+/// Where each number of a problem means something.
+fn limits_of(problem: &Problem<'_>) -> Vec<(f64, f64)> {
+    let shape = &problem.fixed.shape;
+    problem.numbers().iter().map(|unknown| limits(*unknown, shape)).collect()
+}
+
+/// A first plant whose mass is off by more than this factor is none to start from.
+const OTHER_MASS: f64 = 100.0;
+
+/// No sensor shows a velocity more precisely than to this part of the usual speed, and no model
+/// predicts it: what is smoother was smoothed by whoever logged it, and says nothing of the plant …
+pub(crate) const VELOCITY_PRECISION: f64 = 1e-3;
+/// … nor a position more precisely than to what is passed in this time, s.
+pub(crate) const POSITION_PRECISION_S: f64 = 3e-4;
+
+/// Where a number means something in a model of that shape.
+pub(crate) fn limits(unknown: Unknown, shape: &Shape) -> (f64, f64) {
+    let Shape { sensor, usual, .. } = *shape;
+    let log = |x: f64| x.max(LEAST_NOISE).ln();
     match unknown {
+        Unknown::Alpha if usual.alpha > 0.0 => (usual.alpha / OTHER_MASS, usual.alpha * OTHER_MASS),
         Unknown::Alpha => (f64::MIN_POSITIVE, f64::INFINITY),
+        Unknown::LogVelocityNoise => (log(VELOCITY_PRECISION * usual.speed), 5.0),
+        Unknown::LogPositionNoise => (log(POSITION_PRECISION_S * usual.speed), 5.0),
         // Drag brakes, and inflow takes thrust away.
         Unknown::Beta | Unknown::Mu => (f64::NEG_INFINITY, 0.0),
         Unknown::Inflow | Unknown::InflowAhead => (0.0, f64::INFINITY),
         Unknown::Lag => (0.0, 3.0),
         Unknown::LogLagRatio => (-2.5, 2.5),
         Unknown::Slew => (0.0, 10.0),
+        // A log of thrust that is late looks like thrust that comes too soon. Beside a sensor that
+        // lags it would only undo that lag.
+        Unknown::Delay if sensor != Sensor::Prompt => (0.0, 3.0),
         Unknown::Delay => (-1.0, 3.0),
         Unknown::LogReverseRatio | Unknown::LogForwardRatio => (-1.5, 1.5),
         // Between thrust that is linear in speed and thrust that is cubic.
@@ -211,11 +237,7 @@ pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
         Unknown::LogSwellDamping => (-5.0, -0.4),
         // A disturbance of an hour is a bias, and one that forgets in 0.05 s is noise.
         Unknown::LogCorrelation => (-3.0, 8.0),
-        Unknown::LogDisturbance
-        | Unknown::LogSwell
-        | Unknown::LogDrift
-        | Unknown::LogVelocityNoise
-        | Unknown::LogPositionNoise => (-25.0, 5.0),
+        Unknown::LogDisturbance | Unknown::LogSwell | Unknown::LogDrift => (LEAST_NOISE.ln(), 5.0),
         Unknown::Bias
         | Unknown::Current
         | Unknown::LeverFirst
@@ -226,10 +248,15 @@ pub(crate) fn limits(unknown: Unknown) -> (f64, f64) {
 }
 
 /// A step cut to limits, and to what a parabola can be trusted for.
-fn within(unknowns: &[Unknown], theta: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
+fn within(
+    unknowns: &[Unknown],
+    limits: &[(f64, f64)],
+    theta: &DVector<f64>,
+    step: &DVector<f64>,
+) -> DVector<f64> {
     DVector::from_fn(theta.len(), |j, _| {
         let from = theta[j];
-        let (low, high) = limits(unknowns[j]);
+        let (low, high) = limits[j];
         let (near, far) = match unknowns[j] {
             Unknown::Alpha => (from / 4.0, from * 4.0),
             Unknown::Current => (from - 0.2, from + 0.2),

@@ -102,6 +102,19 @@ pub(crate) struct Shape {
     pub(crate) swell: bool,
     /// Whether the current varies in a trial.
     pub(crate) drift: bool,
+    /// What is usual, which says where numbers mean something.
+    pub(crate) usual: Usual,
+}
+
+/// What is usual in the fitted trials; zero of what is not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Usual {
+    /// Root mean square, m/s or rad/s.
+    pub(crate) speed: f64,
+    /// Root mean square, N or N m.
+    pub(crate) thrust: f64,
+    /// The α of the plant that the search starts from.
+    pub(crate) alpha: f64,
 }
 
 /// What a velocity sensor does to velocity before it is logged.
@@ -119,7 +132,8 @@ pub(crate) enum Sensor {
 impl Default for Shape {
     fn default() -> Self {
         let sensor = Sensor::Prompt;
-        Self { full_speed: 1.0, linear: false, sensor, swell: false, drift: false }
+        let usual = Usual::default();
+        Self { full_speed: 1.0, linear: false, sensor, swell: false, drift: false, usual }
     }
 }
 

@@ -54,6 +54,8 @@ pub(crate) struct Record {
     tracks: Vec<ThrusterTrack>,
     turning: Option<Timed>,
     parts: Vec<Part>,
+    /// Mean velocity, m/s or rad/s; `None` if none was measured.
+    pub(crate) mean_velocity: Option<f64>,
     /// Trials of one kind may have a plant of their own: see [`Problem::apart`].
     pub(crate) kind: Kind,
 }
@@ -84,11 +86,13 @@ impl Record {
         let fastest = speeds.fold(0.0_f64, |max, v| max.max(v.abs()));
         let spread = (START_PART * fastest).max(f64::MIN_POSITIVE);
         let part = |measurements| Part::of(measurements, velocity.as_ref(), spread);
+        let mean = |velocity: &Timed| velocity.values().iter().sum::<f64>() / velocity.len() as f64;
         Self {
             trial: axis.trial.clone(),
             tracks: axis.tracks(),
             turning: axis.turning.clone(),
             parts: Measurements::parts_of(axis).into_iter().map(part).collect(),
+            mean_velocity: velocity.as_ref().map(mean),
             kind,
         }
     }
@@ -283,6 +287,22 @@ impl<'a> Problem<'a> {
             information[(place, place)] += curvature;
         }
         (cost, gradient, information)
+    }
+
+    /// The gradients of parts of the trials, each about that long, s; each of shape (n,).
+    pub(crate) fn scores(&self, theta: &DVector<f64>, length_s: f64) -> Vec<DVector<f64>> {
+        let of = |record: usize| {
+            let parts = self.likelihood(theta, record, Wanted::Scores(length_s)).scores;
+            let placed = move |part: DVector<f64>| {
+                let mut score = DVector::zeros(self.len());
+                for (x, &place) in part.iter().zip(&self.places[record]) {
+                    score[place] += x;
+                }
+                score
+            };
+            parts.into_iter().map(placed)
+        };
+        (0..self.records.len()).flat_map(of).collect()
     }
 
     /// Innovations of one trial.

@@ -235,6 +235,27 @@ impl<'a> SignalIntegral<'a> {
         Self { series, linear, at: 0, before: 0.0 }
     }
 
+    /// Where the signal jumps most between where it was last looked at and `to_s`, if by more than
+    /// `least`.
+    #[inline]
+    pub(crate) fn jump_before(&self, to_s: f64, least: f64) -> Option<f64> {
+        if self.linear {
+            return None;
+        }
+        let (t, x) = (self.series.time_s(), self.series.values());
+        let (mut greatest, mut found) = (least, None);
+        for k in self.at + 1..t.len() {
+            if t[k] >= to_s {
+                break;
+            }
+            let jump = (x[k] - x[k - 1]).abs();
+            if jump > greatest {
+                (greatest, found) = (jump, Some(t[k]));
+            }
+        }
+        found
+    }
+
     /// The integral up to `t_s`, from the first sample on, and the signal there.
     #[inline]
     pub(crate) fn until(&mut self, t_s: f64) -> (f64, f64) {

@@ -1,11 +1,12 @@
 //! Which parts the model gets: the search over candidates.
 
 use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::candidate::{Candidate, Decision, Turn};
 use super::held_out::HeldOut;
-use super::minimise::{MOST_ITERATIONS, Optimum, limits, minimise, scaled_inverse};
-use super::parameters::{Unknown, Values};
+use super::minimise::{MOST_ITERATIONS, Optimum, ROUNDING, limits, minimise, scaled_inverse};
+use super::parameters::{Unknown, Usual, Values};
 use super::problem::{Prior, Problem, Record};
 use super::whiteness::Whiteness;
 use crate::parallel;
@@ -44,19 +45,8 @@ pub(crate) struct Search<'a> {
     pub(crate) starts: &'a [Values],
     /// Trials that are not fitted, to judge candidates by.
     pub(crate) hold_out: &'a [Record],
-    /// What is usual in the fitted trials.
-    pub(crate) usual: Usual,
     /// How many candidates are tried.
     pub(crate) tried: usize,
-}
-
-/// Root mean squares over the fitted trials.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Usual {
-    /// m/s or rad/s.
-    pub(crate) speed: f64,
-    /// N or N m.
-    pub(crate) thrust: f64,
 }
 
 /// A model that was fitted.
@@ -90,7 +80,7 @@ impl<'a> Fitted<'a> {
             for &unknown in problem.unknowns() {
                 let Some(place) = problem.index(unknown, record) else { continue };
                 let known = from.and_then(|from| from.value(unknown, record));
-                let (low, high) = limits(unknown);
+                let (low, high) = limits(unknown, &problem.fixed.shape);
                 theta[place] = known.unwrap_or_else(|| at.get(unknown)).clamp(low, high);
             }
         }
@@ -108,6 +98,36 @@ impl<'a> Fitted<'a> {
     fn rank(&self) -> (bool, f64) {
         (!self.optimum.converged, self.optimum.cost)
     }
+}
+
+/// Mean speeds of trials that differ by less than this part of the greatest show nothing of what
+/// follows them.
+const SPEEDS_DIFFER: f64 = 0.3;
+
+/// A ratio of current to speed is the same in all trials by chance once in a thousand.
+const SAME_RATIO: f64 = 1e-3;
+
+/// Whether the currents of trials are in proportion to the mean speeds of the vehicle: water does
+/// not know how fast a vehicle goes, so that this is something else, such as drag.
+fn follows_speed(fitted: &Fitted<'_>) -> bool {
+    let records = fitted.problem.records.iter().enumerate();
+    let pairs: Vec<(f64, f64)> = records
+        .filter_map(|(k, record)| Some((record.mean_velocity?, fitted.value(Unknown::Current, k)?)))
+        .collect();
+    let speeds = || pairs.iter().map(|(speed, _)| *speed);
+    let (least, most) = (speeds().fold(f64::MAX, f64::min), speeds().fold(f64::MIN, f64::max));
+    if pairs.len() < 3 || most - least < SPEEDS_DIFFER * most.abs().max(least.abs()) {
+        return false;
+    }
+    let sum = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
+    let ratio = sum(&|(v, u)| u * v) / sum(&|(v, _)| v * v);
+    let left = sum(&|(v, u)| (u - ratio * v).powi(2));
+    let freedom = (pairs.len() - 1) as f64;
+    let explained = sum(&|(v, _)| (ratio * v).powi(2));
+    let chance = FisherSnedecor::new(1.0, freedom);
+    chance.is_ok_and(|chance| {
+        chance.sf(explained * freedom / left.max(f64::MIN_POSITIVE)) < SAME_RATIO
+    })
 }
 
 impl<'a> Search<'a> {
@@ -213,6 +233,7 @@ impl<'a> Search<'a> {
     fn eliminate(&self, model: &mut Model<'a>) {
         let mut needed_anyway = Vec::new();
         while let Some((least, without)) = self.least_worth(model, &needed_anyway) {
+            model.fitted = self.at_least(least, model.fitted.clone(), &without);
             let decision = self.decide(least, &model.fitted, &without);
             if !decision.admitted {
                 model.kept.retain(|kept| *kept != least);
@@ -269,18 +290,34 @@ impl<'a> Search<'a> {
         let open: Vec<Candidate> = candidates.iter().copied().filter(is_open).collect();
         let promises = parallel::map(&open, |c| match c.has_score() {
             true => self.score(&model.fitted, *c).unwrap_or(0.0) > self.needed(*c),
-            false => !is_white,
+            false => !is_white || c.imitators().iter().any(|other| model.kept.contains(other)),
         });
         open.into_iter().zip(promises).filter(|(_, promises)| *promises).map(|(c, _)| c).collect()
     }
 
-    /// The model with a candidate more, its rival left out, after a few iterations.
+    /// The model with a candidate more, its rival left out, after a few iterations; or, if that is
+    /// better, without what imitates it either.
     fn probed(&self, model: &Model<'a>, candidate: Candidate) -> Model<'a> {
+        let beside = self.probed_without(model, candidate, &candidate.rivals());
+        let imitators = candidate.imitators();
+        if !model.kept.iter().any(|kept| imitators.contains(kept)) {
+            return beside;
+        }
+        let less = [candidate.rivals(), imitators].concat();
+        let instead = self.probed_without(model, candidate, &less);
+        if self.criterion(&instead) < self.criterion(&beside) { instead } else { beside }
+    }
+
+    fn probed_without(
+        &self,
+        model: &Model<'a>,
+        candidate: Candidate,
+        less: &[Candidate],
+    ) -> Model<'a> {
         let mut kept = model.kept.clone();
-        let rival = candidate.rival().filter(|rival| kept.contains(rival));
-        kept.retain(|kept| Some(*kept) != rival);
+        kept.retain(|kept| !less.contains(kept));
         kept.push(candidate);
-        let fitted = self.changed(&model.fitted, rival, Some(candidate), PROBING);
+        let fitted = self.changed(&model.fitted, less, Some(candidate), PROBING);
         Model { fitted, kept }
     }
 
@@ -314,10 +351,17 @@ impl<'a> Search<'a> {
     /// each part of the model that is left stays.
     fn judge(&self, model: &mut Model<'a>) -> Vec<Decision> {
         loop {
-            let judged = parallel::map(&model.kept, |candidate| {
-                let without = self.without(&model.fitted, *candidate);
-                (self.judged(*candidate, &model.fitted, &without), without)
+            let without = parallel::map(&model.kept, |c| self.without(&model.fitted, *c));
+            for (candidate, without) in model.kept.iter().zip(&without) {
+                model.fitted = self.at_least(*candidate, model.fitted.clone(), without);
+            }
+            let pairs: Vec<(Candidate, Fitted<'a>)> =
+                model.kept.iter().copied().zip(without).collect();
+            let judged = parallel::map(&pairs, |(candidate, without)| {
+                self.judged(*candidate, &model.fitted, without)
             });
+            let judged: Vec<(Decision, Fitted<'a>)> =
+                judged.into_iter().zip(pairs.into_iter().map(|(_, without)| without)).collect();
             let worst = judged
                 .iter()
                 .filter(|(decision, without)| !decision.admitted && without.optimum.converged)
@@ -344,7 +388,7 @@ impl<'a> Search<'a> {
         };
         // What the logs ask for and held-out trials refuse is shown with both.
         let is_close = candidate.is_term() || ratio > self.needed(candidate);
-        let with = is_close.then(|| self.changed(fitted, None, Some(candidate), MOST_ITERATIONS));
+        let with = is_close.then(|| self.changed(fitted, &[], Some(candidate), MOST_ITERATIONS));
         let decision = match with.filter(|with| with.optimum.converged) {
             Some(with) => self.judged(candidate, &with, fitted),
             None => self.decision(candidate, ratio, None, None),
@@ -396,22 +440,40 @@ impl<'a> Search<'a> {
 
     /// Whether a candidate is worth its place, by a fit with it and one without.
     fn decide(&self, candidate: Candidate, with: &Fitted<'_>, without: &Fitted<'_>) -> Decision {
-        // The larger of nested models cannot fit worse: where it seems to, rounding is left.
-        let ratio = (2.0 * (without.optimum.cost - with.optimum.cost)).max(0.0);
-        self.decision(candidate, ratio, self.size(candidate, with), None)
+        let ratio = 2.0 * (without.optimum.cost - with.optimum.cost);
+        // Nested optima differ by rounding, at least.
+        let ratio = if ratio.abs() < 2.0 * ROUNDING { ratio.max(0.0) } else { ratio };
+        let decision = self.decision(candidate, ratio, self.size(candidate, with), None);
+        let is_possible = candidate != Candidate::Current || !follows_speed(with);
+        Decision { admitted: decision.admitted && is_possible, ..decision }
+    }
+
+    /// The larger of two nested models, which cannot fit worse than the smaller: where it does, it
+    /// has ended in a worse optimum, and starts again from that of the smaller.
+    fn at_least(&self, candidate: Candidate, with: Fitted<'a>, without: &Fitted<'a>) -> Fitted<'a> {
+        if with.optimum.cost < without.optimum.cost + ROUNDING {
+            return with;
+        }
+        let again = self.changed(without, &[], Some(candidate), MOST_ITERATIONS);
+        if again.optimum.cost < with.optimum.cost { again } else { with }
     }
 
     /// [`Search::decide`], with what held-out trials say.
     fn judged(&self, candidate: Candidate, with: &Fitted<'_>, without: &Fitted<'_>) -> Decision {
-        let Decision { likelihood_ratio, size, .. } = self.decide(candidate, with, without);
-        let held_out =
-            (!self.hold_out.is_empty()).then(|| HeldOut::of(with, without, self.hold_out));
-        self.decision(candidate, likelihood_ratio, size, held_out)
+        let decision = self.decide(candidate, with, without);
+        if self.hold_out.is_empty()
+            || (decision.candidate == Candidate::Current && !decision.admitted)
+        {
+            return decision;
+        }
+        let Decision { likelihood_ratio, size, .. } = decision;
+        let held_out = HeldOut::of(with, without, self.hold_out);
+        self.decision(candidate, likelihood_ratio, size, Some(held_out))
     }
 
     /// How much a term does in a model that has it.
     fn size(&self, candidate: Candidate, with: &Fitted<'_>) -> Option<f64> {
-        let Usual { speed, thrust } = self.usual;
+        let Usual { speed, thrust, .. } = self.fixed.shape.usual;
         let values = with.problem.values(&with.optimum.theta, 0);
         match candidate {
             Candidate::LinearDrag => {
@@ -476,16 +538,16 @@ impl<'a> Search<'a> {
         if candidate == Candidate::Current { sum } else { max }
     }
 
-    /// The model with a candidate less, and one more.
+    /// The model with some candidates less, and one more.
     fn changed(
         &self,
         model: &Fitted<'a>,
-        less: Option<Candidate>,
+        less: &[Candidate],
         more: Option<Candidate>,
         iterations: usize,
     ) -> Fitted<'a> {
         let mut unknowns = model.problem.unknowns().to_vec();
-        unknowns.retain(|unknown| !less.is_some_and(|less| less.has(*unknown)));
+        unknowns.retain(|unknown| !less.iter().any(|less| less.has(*unknown)));
         let mut at = self.fixed;
         for (unknown, start) in more.into_iter().flat_map(Candidate::unknowns) {
             unknowns.push(unknown);
@@ -494,7 +556,7 @@ impl<'a> Search<'a> {
         if more == Some(Candidate::Swell) {
             self.first_waves(model, &mut at);
         }
-        let was_linear = model.problem.is_linear() && less != Some(Candidate::LinearThrust);
+        let was_linear = model.problem.is_linear() && !less.contains(&Candidate::LinearThrust);
         let linear = was_linear || more == Some(Candidate::LinearThrust);
         Fitted::within(self.problem(&unknowns, linear), Some(model), &at, iterations)
     }
@@ -510,7 +572,7 @@ impl<'a> Search<'a> {
     }
 
     fn without(&self, model: &Fitted<'a>, candidate: Candidate) -> Fitted<'a> {
-        self.changed(model, Some(candidate), None, MOST_ITERATIONS)
+        self.changed(model, &[candidate], None, MOST_ITERATIONS)
     }
 
     /// Rao's score test of a candidate at the optimum without it:
