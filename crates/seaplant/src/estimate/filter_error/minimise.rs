@@ -231,7 +231,8 @@ pub(crate) fn limits(unknown: Unknown, shape: &Shape) -> (f64, f64) {
         // Between thrust that is linear in speed and thrust that is cubic.
         Unknown::Exponent => (-1.0, 1.0),
         Unknown::VelocityScale => (-0.5, 1.0),
-        Unknown::LogSensorLag | Unknown::LogSensorWindow => (-4.0, 1.6),
+        // No instrument smooths for longer than two seconds.
+        Unknown::LogSensorLag | Unknown::LogSensorWindow => (-4.0, 0.7),
         // Waves of 1 s to 1 min, from a swell of one period to a sea of many.
         Unknown::LogSwellFrequency => (-2.3, 1.84),
         Unknown::LogSwellDamping => (-5.0, -0.4),
