@@ -171,9 +171,14 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
         );
     }
     let warns = |code| with(Severity::Warning).any(|caveat| caveat.code == code);
-    if warns(CaveatCode::WideInterval) && warns(CaveatCode::AnotherPlantFits) {
+    let is_wide = warns(CaveatCode::WideInterval);
+    if is_wide && warns(CaveatCode::AnotherPlantFits) {
         let reason = "its interval is wide, and trials ask for another plant yet".to_owned();
         return of(Trust::Doubtful, reason);
+    }
+    if is_wide && warns(CaveatCode::ResidualsNotWhite) {
+        let reason = "its interval is wide, and something moves the vehicle that the model lacks";
+        return of(Trust::Doubtful, reason.to_owned());
     }
     match with(Severity::Warning).count() {
         0 if plant.hold_out.is_none() => {
