@@ -131,7 +131,8 @@ impl PlantChange {
     /// `thrust` and `drag` times what they were: mass is `1/(thrust (1 + a))` times what it was,
     /// drag `drag (1 + d)/(thrust (1 + a))` times.
     ///
-    /// `None` of a change so large that it is none of the plant.
+    /// `None` of a change that is none of a plant: to a mass near zero or a drag below it. Then
+    /// something else moves the vehicle, as a tether does that pulls slowly.
     pub(super) fn of(asked: &Asked, thrust: f64, drag: f64) -> Option<Self> {
         let (a, d) = (asked.value[0], asked.value[1]);
         let is_finite = asked.value.iter().chain(asked.covariance.iter()).all(|x| x.is_finite());
@@ -140,6 +141,9 @@ impl PlantChange {
         }
         let mass = 1.0 / (thrust * (1.0 + a));
         let drag_now = drag * (1.0 + d) * mass;
+        if drag_now < 0.0 {
+            return None;
+        }
         let std = |of_a: f64, of_d: f64| {
             let of =
                 DVector::from_fn(asked.value.len(), |j, _| [of_a, of_d].get(j).map_or(0.0, |x| *x));

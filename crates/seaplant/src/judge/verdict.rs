@@ -172,6 +172,10 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
     }
     let warns = |code| with(Severity::Warning).any(|caveat| caveat.code == code);
     let is_wide = warns(CaveatCode::WideInterval);
+    if is_wide && warns(CaveatCode::NoBetterThanNull) {
+        let reason = "its interval is wide, and on a held-out trial it is no better than a model that never moves";
+        return of(Trust::Doubtful, reason.to_owned());
+    }
     if is_wide && warns(CaveatCode::AnotherPlantFits) {
         let reason = "its interval is wide, and trials ask for another plant yet".to_owned();
         return of(Trust::Doubtful, reason);
