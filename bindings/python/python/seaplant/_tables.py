@@ -121,8 +121,8 @@ def _index_name(index: Any, time: str | None, columns: str) -> str:
         )
     if _native.time_column([(name, None)], None, None) is None:
         raise InputError(
-            f"no time among {columns}, and the index {name!r} is not called as time is; name one "
-            "with time="
+            f"no time among {columns}, and the index {name!r} is not called as time is; name "
+            "one with time="
         )
     return name
 

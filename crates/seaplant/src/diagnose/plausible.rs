@@ -192,4 +192,17 @@ mod tests {
         assert_eq!(most_mass(Dof::Surge, &unsized_hull).map(|most| most.0), Some(34000.0));
         assert_eq!(most_mass(Dof::Yaw, &unsized_hull), None);
     }
+
+    #[test]
+    fn an_inertia_is_that_of_a_body_of_that_mass_and_size() {
+        let robot = Vehicle {
+            dry_mass_kg: Some(8.6),
+            size_m: Some([0.327, 0.283, 0.136]),
+            ..Vehicle::default()
+        };
+        let (most, _) = most_mass(Dof::Yaw, &robot).expect("known");
+        // A box of even density has 0.13 kg m², and about as much again of water.
+        assert!(most > 4.0 * 0.13 && most < 10.0 * 0.17, "{most}");
+        assert!(most_mass(Dof::Roll, &robot).expect("known").0 < most);
+    }
 }

@@ -20,18 +20,19 @@ pub(super) fn change(
     windows: Vec<Window>,
 ) -> Result<Option<PlantChange>, Error> {
     let mut stand = Stand { model: model.clone(), thrust: 1.0, drag: 1.0, windows };
+    let first = stand.square();
     for _ in 0..MOST_STEPS {
         let Some(asked) = stand.asked() else { return Ok(None) };
         let (a, d) = (asked.value[0], asked.value[1]);
         if a.abs() < SMALL_STEP && d.abs() < SMALL_STEP {
-            return Ok(PlantChange::of(&asked, stand.thrust, stand.drag));
+            return Ok(stand.change(&asked, first));
         }
         match stand.after(a, d, axes)? {
             Some(next) => stand = next,
             None => break,
         }
     }
-    Ok(stand.asked().and_then(|asked| PlantChange::of(&asked, stand.thrust, stand.drag)))
+    Ok(stand.asked().and_then(|asked| stand.change(&asked, first)))
 }
 
 /// Steps towards the plant that trials ask for.
@@ -55,7 +56,18 @@ struct Stand {
 
 impl Stand {
     fn asked(&self) -> Option<Asked> {
-        Lacking::of(&self.windows, |window| Some(plant_columns(window))).solve()
+        self.lacking().solve()
+    }
+
+    fn lacking(&self) -> Lacking {
+        Lacking::of(&self.windows, |window| Some(plant_columns(window)))
+    }
+
+    /// What is asked for in all; `before` is the square of the errors of the first model.
+    fn change(&self, asked: &Asked, before: f64) -> Option<PlantChange> {
+        let change = PlantChange::of(asked, self.thrust, self.drag)?;
+        let left = self.lacking().left_unseen().unwrap_or(before);
+        Some(PlantChange { explained: 1.0 - left / before.max(f64::MIN_POSITIVE), ..change })
     }
 
     fn square(&self) -> f64 {
@@ -98,6 +110,9 @@ pub struct PlantChange {
     pub mass: Part,
     /// Of the drag at the speeds of the trials.
     pub drag: Part,
+    /// The part of the errors, squared, that it explains in halves of the trials that it was not
+    /// found in.
+    pub explained: f64,
 }
 
 /// A part of something, and how sure that is.
@@ -127,6 +142,12 @@ impl PlantChange {
         within(self.mass, VOUCHED_MASS) && within(self.drag, VOUCHED_DRAG)
     }
 
+    /// Whether it explains errors that it was not found in: slow forces that happen to look like a
+    /// change of the plant in one part do not in another.
+    fn is_confirmed(&self) -> bool {
+        self.explained > EXPLAINED
+    }
+
     /// Of thrust over mass and drag over mass, of which trials ask for the parts a and d more than
     /// `thrust` and `drag` times what they were: mass is `1/(thrust (1 + a))` times what it was,
     /// drag `drag (1 + d)/(thrust (1 + a))` times.
@@ -153,9 +174,13 @@ impl PlantChange {
         Some(Self {
             mass: of(mass, std(-mass / (1.0 + a), 0.0)),
             drag: of(drag_now, std(-drag_now / (1.0 + a), drag * mass)),
+            explained: 0.0,
         })
     }
 }
+
+/// A change that explains less than this part of the errors is not worth a word.
+const EXPLAINED: f64 = 0.1;
 
 /// Trials that know the mass within this part, and drag within the other, vouch for a plant.
 const VOUCHED_MASS: f64 = 0.15;
@@ -179,7 +204,7 @@ fn beyond(change: Part, limit: f64) -> bool {
 /// includes 0, for what trials cannot tell is no fault of the model.
 pub(crate) fn widened(fit: Fit, changes: [Option<PlantChange>; 2]) -> Fit {
     let mut covariance = fit.covariance;
-    for change in changes.into_iter().flatten() {
+    for change in changes.into_iter().flatten().filter(PlantChange::is_confirmed) {
         let sure = |part: Part| part.low95.max(0.0) + part.high95.min(0.0);
         let (mass, drag) = (sure(change.mass), sure(change.drag));
         // Back from mass and drag to what multiplies α, and β and μ.
@@ -207,7 +232,7 @@ pub(crate) fn another_plant(
     which: &str,
     whiteness: Option<f64>,
 ) -> Option<Caveat> {
-    let change = score.change?;
+    let change = score.change.filter(PlantChange::is_confirmed)?;
     let is_white = whiteness.is_none_or(|whiteness| whiteness < NOT_WHITE);
     let part = if is_white { 1.0 } else { NOT_WHITE_PART };
     let mass = beyond(change.mass, part * MASS_PART);
@@ -341,7 +366,8 @@ mod tests {
     }
 
     fn score(mass: Part, drag: Part) -> Score {
-        Score { change: Some(PlantChange { mass, drag }), ..Score::default() }
+        let change = PlantChange { mass, drag, explained: 0.5 };
+        Score { change: Some(change), ..Score::default() }
     }
 
     #[test]
@@ -358,7 +384,18 @@ mod tests {
 
     #[test]
     fn precise_agreement_vouches_and_a_rough_one_does_not() {
-        let change = |std| PlantChange { mass: part(0.02, std), drag: part(-0.05, std) };
+        let (mass, drag) = (|std| part(0.02, std), |std| part(-0.05, std));
+        let change = |std| PlantChange { mass: mass(std), drag: drag(std), explained: 0.0 };
         assert!(change(0.03).vouches() && !change(0.2).vouches());
+    }
+
+    #[test]
+    fn a_change_that_explains_nothing_elsewhere_is_no_reason_to_doubt() {
+        let far = score(part(0.12, 0.02), part(0.0, 0.01));
+        let of = |explained| {
+            let change = far.change.map(|change| PlantChange { explained, ..change });
+            another_plant(Dof::Surge, &Score { change, ..far.clone() }, "held-out", Some(1.0))
+        };
+        assert!(of(0.3).is_some() && of(0.05).is_none());
     }
 }

@@ -357,6 +357,17 @@ mod tests {
     }
 
     #[test]
+    fn the_greatest_jump_ahead_is_found_if_it_is_large_enough() {
+        let held = series(&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, -4.0, -5.0]);
+        let mut integral = SignalIntegral::new(&held, false);
+        integral.until(0.5);
+        assert_eq!(integral.jump_before(2.5, 0.5), Some(2.0));
+        assert_eq!(integral.jump_before(2.0, 0.5), Some(1.0));
+        assert_eq!(integral.jump_before(2.0, 1.5), None);
+        assert_eq!(SignalIntegral::new(&held, true).jump_before(2.5, 0.5), None);
+    }
+
+    #[test]
     fn an_integral_of_linear_samples_is_that_of_trapezia() {
         let moving = series(&[0.0, 1.0, 3.0], &[2.0, -1.0, 4.0]);
         let mut integral = SignalIntegral::new(&moving, true);

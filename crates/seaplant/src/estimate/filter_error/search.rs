@@ -114,6 +114,11 @@ fn follows_speed(fitted: &Fitted<'_>) -> bool {
     let pairs: Vec<(f64, f64)> = records
         .filter_map(|(k, record)| Some((record.mean_velocity?, fitted.value(Unknown::Current, k)?)))
         .collect();
+    are_in_proportion(&pairs)
+}
+
+/// Whether the second numbers are in proportion to the first, which differ, by more than chance.
+fn are_in_proportion(pairs: &[(f64, f64)]) -> bool {
     let speeds = || pairs.iter().map(|(speed, _)| *speed);
     let (least, most) = (speeds().fold(f64::MAX, f64::min), speeds().fold(f64::MIN, f64::max));
     if pairs.len() < 3 || most - least < SPEEDS_DIFFER * most.abs().max(least.abs()) {
@@ -123,11 +128,8 @@ fn follows_speed(fitted: &Fitted<'_>) -> bool {
     let ratio = sum(&|(v, u)| u * v) / sum(&|(v, _)| v * v);
     let left = sum(&|(v, u)| (u - ratio * v).powi(2));
     let freedom = (pairs.len() - 1) as f64;
-    let explained = sum(&|(v, _)| (ratio * v).powi(2));
-    let chance = FisherSnedecor::new(1.0, freedom);
-    chance.is_ok_and(|chance| {
-        chance.sf(explained * freedom / left.max(f64::MIN_POSITIVE)) < SAME_RATIO
-    })
+    let explained = sum(&|(v, _)| (ratio * v).powi(2)) * freedom / left.max(f64::MIN_POSITIVE);
+    FisherSnedecor::new(1.0, freedom).is_ok_and(|chance| chance.sf(explained) < SAME_RATIO)
 }
 
 impl<'a> Search<'a> {
@@ -608,5 +610,22 @@ impl<'a> Search<'a> {
         let left_over = pick(&added, &added) - pick(&added, &base) * solved;
         let g = DVector::from_fn(added.len(), |j, _| gradient[added[j]]);
         Some(g.dot(&left_over.cholesky()?.solve(&g)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn currents_in_proportion_to_speed_are_told_from_a_current() {
+        let with = |currents: [f64; 4]| {
+            let pairs: Vec<(f64, f64)> = [0.3, 0.6, 0.9, 1.2].into_iter().zip(currents).collect();
+            are_in_proportion(&pairs)
+        };
+        assert!(with([0.030, 0.061, 0.089, 0.120]));
+        assert!(!with([0.1, 0.1, 0.1, 0.1]));
+        assert!(!with([0.05, -0.02, 0.11, 0.08]));
+        assert!(!are_in_proportion(&[(0.5, 0.1), (0.5, 0.1), (0.5, 0.1)]));
     }
 }
