@@ -5,6 +5,7 @@ mod bad_files;
 mod bad_results;
 mod book;
 mod bounds;
+mod cases;
 mod clocks;
 mod compare;
 mod coupled;

@@ -108,6 +108,7 @@ impl Work<'_> {
         }
         let tested = hold_out.as_ref().unwrap_or(&own);
         let changes = [own.score.change, hold_out.as_ref().and_then(|one| one.score.change)];
+        let changes = changes.map(|change| change.filter(|_| !has_drift(&fit)));
         // The paper's intervals are kept as they are, too.
         let fit = if fit.method == Method::Paper { fit } else { widened(fit, changes) };
         let impossible = impossible(&fit, self.vehicle, bench.speed, tested);
@@ -278,8 +279,9 @@ impl Work<'_> {
         doubts.extend(more);
         doubts.extend(intervals(fit, bench.speed));
         let whiteness = box_pierce(&fit.innovations);
-        let asks =
-            |scored: &Scored, which| another_plant(self.dof, &scored.score, which, whiteness);
+        let asks = |scored: &Scored, which| {
+            another_plant(self.dof, &scored.score, which, whiteness).filter(|_| !has_drift(fit))
+        };
         let unseen = hold_out.as_ref().and_then(|scored| asks(scored, "held-out"));
         doubts.extend(unseen.or_else(|| asks(own, "fitted")));
         doubts.extend(whiteness.and_then(|whiteness| self.not_white(whiteness, fit)));
@@ -301,4 +303,10 @@ impl Work<'_> {
         found.results.methods.entry(dof).or_default().insert(method, plant);
         Ok(())
     }
+}
+
+/// Whether the model has a current that varies: a simulation knows its mean only, and what is left of
+/// it looks like another drag.
+fn has_drift(fit: &Fit) -> bool {
+    fit.nuisances.current_drift.is_some()
 }

@@ -20,6 +20,10 @@ pub(crate) struct Contender<'a> {
 /// A plant that predicts better by less than this is no better: it may be chance.
 const BETTER_PART: f64 = 0.95;
 
+/// To be recommended in place of the first, a plant's errors must be below this part: a method that
+/// minimises just these has smaller ones where slow forces that it takes for drag go on.
+const CLEARLY_BETTER_PART: f64 = 0.85;
+
 /// The contender to recommend: the first that is possible, unless another predicts unseen
 /// trials better by more than chance; of those the best. `None` if none is possible.
 ///
@@ -36,12 +40,14 @@ pub(crate) fn choose(contenders: &[Contender<'_>]) -> Option<usize> {
     let open: Vec<usize> = (0..contenders.len()).filter(is_open).collect();
     let first = *open.first()?;
     let parts = |k: usize| contenders[k].tested.map_or(&[][..], |tested| &tested.parts);
+    let total = |parts: &[f64]| parts.iter().sum::<f64>();
     let is_better = |&k: &usize| {
         let Some((own, than)) = contenders[k].tested.zip(contenders[first].tested) else {
             return is_better(parts(k), parts(first));
         };
-        !loses_position(own, than)
-            && (is_better(parts(k), parts(first)) || is_better_throughout(own, than))
+        let is_clear = total(parts(k)) < CLEARLY_BETTER_PART * total(parts(first));
+        let by_parts = is_clear && is_better(parts(k), parts(first));
+        !loses_position(own, than) && (by_parts || is_better_throughout(own, than))
     };
     let better = open[1..].iter().copied().filter(is_better);
     let mean = |k: usize| parts(k).iter().sum::<f64>() / parts(k).len() as f64;

@@ -232,6 +232,11 @@ impl Candidate {
         }
     }
 
+    /// Whether what imitates it may leave innovations white, so that it is tried all the same.
+    pub(crate) const fn may_hide(self) -> bool {
+        matches!(self, Self::SensorLag | Self::CurrentDrift)
+    }
+
     /// What it changes, without which it is nothing.
     pub(crate) const fn needs(self) -> Option<Self> {
         match self {

@@ -285,6 +285,7 @@ impl<'a> Search<'a> {
         refused: &[Candidate],
     ) -> Vec<Candidate> {
         let is_white = Whiteness::of(&model.fitted).is_white();
+        let is_kept = |other: &Candidate| model.kept.contains(other);
         let is_open = |c: &Candidate| {
             let possible = c.needs().is_none_or(|other| model.kept.contains(&other));
             possible && !model.kept.contains(c) && !refused.contains(c)
@@ -292,7 +293,7 @@ impl<'a> Search<'a> {
         let open: Vec<Candidate> = candidates.iter().copied().filter(is_open).collect();
         let promises = parallel::map(&open, |c| match c.has_score() {
             true => self.score(&model.fitted, *c).unwrap_or(0.0) > self.needed(*c),
-            false => !is_white || c.imitators().iter().any(|other| model.kept.contains(other)),
+            false => !is_white || c.may_hide() && c.imitators().iter().any(is_kept),
         });
         open.into_iter().zip(promises).filter(|(_, promises)| *promises).map(|(c, _)| c).collect()
     }

@@ -1,0 +1,136 @@
+//! Simulated vehicles with faults that the digital twin of the project does not make, and their
+//! truth, through the whole program.
+//!
+//! They are looked for in the folder that `SEAPLANT_CASES` names, else in `../shared/cases`; a test
+//! whose files are absent says so.
+
+use std::path::PathBuf;
+
+use serde_json::Value;
+
+use crate::real_data::workspace;
+use crate::workshop::{Workshop, number};
+
+/// A user takes a mass for right within this part …
+const MASS: f64 = 0.05;
+/// … and a drag at the speed that the vehicle goes within this.
+const DRAG: f64 = 0.10;
+
+/// A likelihood ratio of nested models is not below zero; what two optima differ by when each is
+/// reached to within its rounding, twice its 0.05, is.
+const ROUNDING: f64 = 0.1;
+
+fn case(name: &str) -> Option<PathBuf> {
+    let named = std::env::var_os("SEAPLANT_CASES").map(PathBuf::from);
+    let folder = workspace().join(named.unwrap_or_else(|| "../shared/cases".into())).join(name);
+    if !folder.exists() {
+        eprintln!("skipped: {} is not there", folder.display());
+        return None;
+    }
+    Some(folder.canonicalize().expect("it is there"))
+}
+
+/// The recommended plant of a case, and the truth.
+fn plant(name: &str) -> Option<(Value, Value)> {
+    let folder = case(name)?;
+    let truth = std::fs::read_to_string(folder.join("truth.json")).expect("a truth");
+    let truth: Value = serde_json::from_str(&truth).expect("JSON");
+    let campaign = folder.join("campaign.toml");
+    let workshop = Workshop::empty();
+    let output = workshop
+        .seaplant(&["identify", campaign.to_str().expect("UTF-8"), "--out", "out", "--json"])
+        .output()
+        .expect("it runs");
+    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let dof = truth["dof"].as_str().expect("named");
+    Some((found["plants"][dof].clone(), truth))
+}
+
+/// Quadratic and linear drag at a speed.
+fn drag(of: &dyn Fn(&str) -> f64, speed: f64) -> f64 {
+    of("quadratic_drag") * speed * speed + of("linear_drag") * speed
+}
+
+fn is_found(name: &str) {
+    let Some((plant, truth)) = plant(name) else { return };
+    let found = |key: &str| plant["parameters"][key]["value"].as_f64().unwrap_or(0.0);
+    let known = |key: &str| truth[key].as_f64().unwrap_or(0.0);
+    let mass = found("mass") / known("mass") - 1.0;
+    assert!(mass.abs() < MASS, "{name}: mass {:+.1} %", 100.0 * mass);
+    // Drag is compared where the vehicle goes; the error of a model that never moves is its speed.
+    let speed = number(&plant, "hold_out.null_error");
+    let drag = drag(&found, speed) / drag(&known, speed) - 1.0;
+    assert!(drag.abs() < DRAG, "{name}: drag {:+.1} %", 100.0 * drag);
+    for decision in plant["structure"].as_array().expect("decisions") {
+        let ratio = number(decision, "likelihood_ratio");
+        assert!(ratio > -ROUNDING, "{name}: {decision}");
+    }
+}
+
+#[test]
+fn spikes_do_not_veto_linear_drag() {
+    is_found("02-holdout-veto/case136-surge-spikes");
+}
+
+#[test]
+fn propellers_that_lag_differently_up_and_down_are_found() {
+    is_found("03-lag-per-direction/case16-surge-lag2");
+}
+
+#[test]
+fn rate_limited_propellers_are_found() {
+    is_found("04-slew/case26-heave-slew");
+}
+
+#[test]
+fn swell_is_found() {
+    is_found("05-swell/case12-surge");
+}
+
+#[test]
+fn yaw_is_followed_across_gaps_of_heading() {
+    is_found("07-yaw-gap/case99-yaw-dropout");
+}
+
+#[test]
+fn one_sided_inflow_is_found() {
+    is_found("09-inflow-one-sided/case56-surge-inflow1");
+}
+
+#[test]
+fn another_thrust_exponent_is_found() {
+    is_found("11-curve-exponent/case174-heave-curve");
+}
+
+#[test]
+fn a_current_that_varies_is_found() {
+    is_found("12-current-varies/case85-sway-slowcurrent");
+}
+
+#[test]
+fn a_sensor_that_averages_is_found() {
+    is_found("13-dvl-averages/case161-sway-dvlsmooth");
+}
+
+#[test]
+fn a_sensor_that_reads_too_much_is_found() {
+    is_found("14-dvl-scale/case122-heave-dvlscale");
+}
+
+#[test]
+fn plants_that_the_logs_do_not_tell_are_doubtful() {
+    for name in ["case12-surge-field3", "case14-heave-field3", "case15-yaw-field3"] {
+        let Some((plant, _)) = plant(&format!("06-usable-with-wide-interval/{name}")) else {
+            return;
+        };
+        let trust = plant["verdict"]["trust"].as_str().expect("judged");
+        assert!(["doubtful", "do-not-use"].contains(&trust), "{name}: {trust}");
+    }
+}
+
+#[test]
+fn thrust_that_sags_is_told() {
+    let Some((plant, _)) = plant("10-thrust-drifts/case176-surge-sag") else { return };
+    let caveats = plant["caveats"].as_array().expect("caveats");
+    assert!(caveats.iter().any(|caveat| caveat["code"] == "plant-drifts"), "{caveats:?}");
+}
