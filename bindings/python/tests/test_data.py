@@ -149,7 +149,11 @@ def test_wrong_tables_are_refused_with_advice():
 )
 def test_time_is_recognised_as_in_files(columns, name, second):
     expected = plant(columns).mass.value
-    of = {name: columns["time"] / second, "speed": columns["speed"], "wrench": columns["wrench"]}
+    of = {
+        name: columns["time"] / second,
+        "speed": columns["speed"],
+        "wrench": columns["wrench"],
+    }
     frame = pd.DataFrame(of)
     for table in (of, frame, frame.set_index(name), pl.DataFrame(of)):
         # Dividing and multiplying by the unit rounds the last digit of a double.
@@ -168,7 +172,9 @@ def test_a_unit_of_time_goes_before_that_of_the_name(columns):
         {"speed": ("time", columns["speed"], {"units": "m/s"})},
         coords={"time": ("time", columns["time"] * 1e3, {"units": "ms"})},
     )
-    assert sp.Log.of(dataset)["speed"].time_s[-1] == pytest.approx(columns["time"][-1], rel=1e-12)
+    assert sp.Log.of(dataset)["speed"].time_s[-1] == pytest.approx(
+        columns["time"][-1], rel=1e-12
+    )
     for unit in ("fortnight", "m"):
         with pytest.raises(sp.InputError, match=f'the unit "{unit}", which is not one of time'):
             sp.Log.of(columns, time_unit=unit)
@@ -215,7 +221,9 @@ def test_an_instant_that_is_none_is_no_time():
         log = sp.Log.of(frame)
         assert np.diff(log["depth"].time_s).tolist() == [2.0]
         assert "no readable time" in log.notes[0]
-    oslo = sp.Log.of(pd.DataFrame({"depth [m]": [5.0] * 3}, index=stamps.tz_localize("Europe/Oslo")))
+    oslo = sp.Log.of(
+        pd.DataFrame({"depth [m]": [5.0] * 3}, index=stamps.tz_localize("Europe/Oslo"))
+    )
     utc = sp.Log.of(pd.DataFrame({"depth [m]": [5.0] * 3}, index=stamps.tz_localize("UTC")))
     assert utc["depth"].time_s[0] - oslo["depth"].time_s[0] == 7200.0
 

@@ -10,19 +10,26 @@ from seaplant._record import Estimated, Floats, Record
 __all__ = [
     "AccumulatedPlant",
     "Admission",
+    "Assurance",
     "AxisResult",
+    "AxisScore",
     "BollardPullResult",
     "Candidate",
     "Caveat",
     "CaveatCode",
     "ChannelSummary",
     "ClockOffset",
+    "Coefficient",
+    "Correlation",
+    "CoupledPlant",
+    "CoupledScore",
     "Decision",
     "Disturbance",
     "Dof",
     "Failure",
     "FileOffset",
     "Filters",
+    "Identifiability",
     "Innovations",
     "InputFile",
     "InspectedEpoch",
@@ -31,14 +38,19 @@ __all__ = [
     "Inspection",
     "LowPass",
     "LumpedParameters",
+    "MatrixResult",
     "Method",
     "MonteCarloTable",
     "NoiseLevel",
+    "NullModel",
+    "NullScore",
     "OffsetPair",
     "PairResult",
     "Parameter",
     "ParameterName",
     "Parameters",
+    "Part",
+    "PlantChange",
     "PlantResult",
     "Provenance",
     "RegressionResult",
@@ -53,17 +65,22 @@ __all__ = [
     "SteadyResult",
     "SteadyTestResult",
     "SubsetResult",
+    "Symmetry",
     "Term",
+    "TermDecision",
     "ThrustPart",
     "ThrusterResult",
+    "ToldBy",
     "TrialResult",
     "TrialScore",
     "TrueNuisances",
     "TrueParameters",
     "TruePlant",
     "TrueSteady",
+    "Trust",
     "Truth",
     "Validation",
+    "Verdict",
 ]
 
 Candidate: TypeAlias = Literal[
@@ -77,6 +94,16 @@ Candidate: TypeAlias = Literal[
     "linear-drag",
     "bias",
     "turning",
+    "lag-ratio",
+    "slew",
+    "inflow-ahead",
+    "exponent",
+    "velocity-scale",
+    "sensor-lag",
+    "sensor-window",
+    "swell",
+    "current-drift",
+    "linear-thrust",
 ]
 """Something that may or may not be part of the model."""
 
@@ -87,8 +114,14 @@ CaveatCode: TypeAlias = Literal[
     "methods-disagree",
     "few-effective-samples",
     "collinear",
+    "undriven-axis",
+    "not-dissipative",
+    "restoring-contradicts",
     "two-level-thrust",
     "one-signed-thrust",
+    "thrust-reversed",
+    "thrust-follows-velocity",
+    "one-speed",
     "weak-drag",
     "mass-below-dry-mass",
     "bias-one-direction",
@@ -97,6 +130,12 @@ CaveatCode: TypeAlias = Literal[
     "scored-on-fit",
     "no-better-than-null",
     "another-predicts-better",
+    "recommended-by-prediction",
+    "another-plant-fits",
+    "plant-drifts",
+    "coupled-axes",
+    "not-determined",
+    "wide-interval",
     "reverse-thrust",
     "short-trial",
     "unstable",
@@ -111,6 +150,7 @@ CaveatCode: TypeAlias = Literal[
     "sampled-slowly",
     "thrust-between-samples",
     "lag-or-delay",
+    "lag-or-mass",
     "not-comparable",
     "residuals-not-white",
     "more-than-noise",
@@ -130,6 +170,22 @@ Disturbance: TypeAlias = Literal[
     "lever",
     "swell",
     "inflow",
+    "lag-two-way",
+    "slew",
+    "inflow-one-sided",
+    "thrust-exponent",
+    "battery-sag",
+    "swell-narrow-band",
+    "current-drift",
+    "velocity-averaging",
+    "velocity-lag",
+    "dvl-scale",
+    "spikes",
+    "dropouts",
+    "stamp-jitter",
+    "slow-thrust-log",
+    "heading-gaps",
+    "heading-drift",
 ]
 """What disturbs the vehicle or misleads its analyst."""
 
@@ -169,6 +225,14 @@ NoiseLevel: TypeAlias = Literal[
 ]
 """How noisy the instruments are."""
 
+NullModel: TypeAlias = Literal[
+    "never-moves",
+    "keeps-initial-speed",
+    "keeps-mean-speed",
+    "steady-speed",
+]
+"""A model without a plant."""
+
 ParameterName: TypeAlias = Literal[
     "mass",
     "quadratic-drag",
@@ -190,6 +254,13 @@ Severity: TypeAlias = Literal[
 ]
 """How much a caveat matters."""
 
+Symmetry: TypeAlias = Literal[
+    "port-starboard",
+    "none",
+    "diagonal",
+]
+"""Which axes a vehicle's shape lets M couple."""
+
 Term: TypeAlias = Literal[
     "force",
     "quadratic",
@@ -197,6 +268,21 @@ Term: TypeAlias = Literal[
     "bias",
 ]
 """One term of ``v̇ = α τ + β v|v| + μ v + bias``."""
+
+ToldBy: TypeAlias = Literal[
+    "data",
+    "limit",
+    "nothing",
+]
+"""Where a number comes from."""
+
+Trust: TypeAlias = Literal[
+    "do-not-use",
+    "doubtful",
+    "usable-with-care",
+    "usable",
+]
+"""How far a plant may be trusted."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -241,6 +327,32 @@ class Admission(Record):
 
     fits: int
     """Fits that decided."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Assurance(Record):
+    """How often recommended plants are presented as what they are not."""
+
+    dof: Dof
+    """Which degree of freedom."""
+
+    plants: int
+    """Recommended plants."""
+
+    wrong: int
+    """Those that are wrong."""
+
+    wrong_but_usable: int
+    """False assurance: those of the wrong ones that are called usable."""
+
+    wrong_but_usable_with_care: int
+    """Those of the wrong ones that are called usable with care."""
+
+    good: int
+    """Plants that are good."""
+
+    good_but_doubted: int
+    """False alarms: those of the good ones that are called doubtful, or not to be used."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -289,6 +401,24 @@ class AxisResult(Record):
     stroke: float | None
     """How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
     run, all its way."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AxisScore(Record):
+    """The error of a plant in one axis; what a simulation that runs away has none of is
+    absent."""
+
+    null_error: float
+    """The same of a model that never moves."""
+
+    samples: int
+    """Samples compared."""
+
+    mean_abs_error: float | None
+    """Mean |model − measured| of velocity, m/s or rad/s."""
+
+    r2: float | None
+    """1 − Σ(model − measured)² / Σ(measured − mean)²."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -407,6 +537,119 @@ class ClockOffset(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Coefficient(Record):
+    """A coefficient with its uncertainty."""
+
+    value: float
+    """The estimate."""
+
+    std: float
+    """Its standard deviation."""
+
+    low95: float
+    """Lower end of its 95 % interval."""
+
+    high95: float
+    """Upper end of its 95 % interval."""
+
+    unit: str
+    """Its unit."""
+
+    on: tuple[Dof, ...]
+    """The axes on which it acts."""
+
+    told_by: ToldBy
+    """What tells it."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Correlation(Record):
+    """Correlations."""
+
+    names: tuple[str, ...]
+    """Rows and columns."""
+
+    value: Floats
+    """Correlations, −1 to 1."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CoupledPlant(Record):
+    """A plant of several axes: ``M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ`` with
+    ν_r relative to the water."""
+
+    axes: tuple[Dof, ...]
+    """Its axes, in SNAME order: rows and columns of every matrix."""
+
+    method: Method
+    """How it was found."""
+
+    symmetry: Symmetry
+    """Which axes M may couple."""
+
+    parameters: dict[str, Coefficient]
+    """Its coefficients by name: ``mass.surge``, ``mass.surge-pitch``, ``yaw: |v|r``,
+    ``weight-minus-buoyancy``, ``lever.z``."""
+
+    mass_matrix: MatrixResult
+    """M: rigid body plus added mass."""
+
+    linear_damping: MatrixResult
+    """What multiplies ν_r; zero where no term is."""
+
+    quadratic_damping: MatrixResult
+    """What multiplies |ν|ν of each axis; zero where no term is."""
+
+    correlation: Correlation
+    """Correlations of the coefficients."""
+
+    nuisances: dict[str, Parameter]
+    """Currents by trial; disturbance and noise by axis."""
+
+    identifiability: Identifiability
+    """What the trials tell of the coefficients."""
+
+    samples: int
+    """Numbers measured."""
+
+    log_likelihood: float
+    """ln-likelihood at the optimum."""
+
+    fit: CoupledScore
+    """Its error on the trials that it was fitted to, simulated freely from their start."""
+
+    caveats: tuple[Caveat, ...]
+    """Doubts."""
+
+    added_mass: Floats | None
+    """What the water adds, where the dry vehicle is known."""
+
+    hold_out: CoupledScore | None
+    """Its error on trials that it had not seen."""
+
+    rigid_body_mass_matrix: Floats | None
+    """M of the dry vehicle, where that is known."""
+
+    single_axes: dict[str, AxisScore]
+    """The error, on the same trials, of each driven axis with a plant of its own: what
+    coupling explains is what this has more."""
+
+    structure: tuple[TermDecision, ...]
+    """The terms that were tried beside the usual ones."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CoupledScore(Record):
+    """The error of a plant on some trials, simulated freely."""
+
+    by_axis: dict[str, AxisScore]
+    """Over all trials."""
+
+    trials: dict[str, dict[str, AxisScore]]
+    """By trial."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Decision(Record):
     """Why a candidate was taken into the model, or left out."""
 
@@ -414,19 +657,20 @@ class Decision(Record):
     """Which."""
 
     likelihood_ratio: float
-    """Twice the gain in log-likelihood: fitted, or where a fit was not worth it, by the score
-    test."""
+    """Twice the gain in log-likelihood, at least 0: fitted, or where a fit was not worth it,
+    by the score test."""
 
     needed: float
-    """What the Bayesian information criterion asks for: numbers added times ln n."""
+    """What the extended Bayesian information criterion asks for: numbers added times ln n,
+    and 2 ln P of P candidates that are tried."""
 
     admitted: bool
     """Whether it is part of the model."""
 
     hold_out_ratio: float | None
-    """Twice the gain in log-likelihood on held-out trials, with everything held that was
-    fitted but what each trial has by itself; absent without such trials, or if it was not
-    asked for."""
+    """Twice the gain in a bounded log-likelihood on held-out trials, with everything held
+    that was fitted but what each trial has by itself and the noise; absent without such
+    trials, or if it was not asked for."""
 
     size: float | None
     """How much it does, for a term: linear drag as a part of quadratic drag at the usual
@@ -468,6 +712,23 @@ class Filters(Record):
 
     velocity: LowPass | None
     """On velocity, before v|v| is formed and v differentiated."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identifiability(Record):
+    """What trials tell of coefficients."""
+
+    coefficients: int
+    """How many coefficients there are."""
+
+    rank: int
+    """How many combinations of them the motion tells."""
+
+    variance_inflation: dict[str, float]
+    """What each coefficient's variance is multiplied with because others look like it."""
+
+    not_told: tuple[str, ...]
+    """Coefficients whose interval is wider than the number itself."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -609,6 +870,17 @@ class LumpedParameters(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class MatrixResult(Record):
+    """A matrix with standard deviations, by row and column in the order of the axes."""
+
+    value: Floats
+    """The numbers."""
+
+    std: Floats
+    """Their standard deviations; zero where there is no term."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class MonteCarloTable(Record):
     """The table of a study, and what it was made from."""
 
@@ -626,6 +898,20 @@ class MonteCarloTable(Record):
 
     admissions: tuple[Admission, ...]
     """How often parts were taken into the model."""
+
+    assurance: tuple[Assurance, ...]
+    """How often recommended plants were presented as what they are not."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NullScore(Record):
+    """A model without a plant, and its error."""
+
+    model: NullModel
+    """Which."""
+
+    mean_abs_error: float
+    """e = mean |v_model − v|, m/s or rad/s."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -710,6 +996,40 @@ class Parameters(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Part(Record):
+    """A part of something, and how sure that is."""
+
+    value: float
+    """The part."""
+
+    std: float
+    """Its standard deviation, from what batches of the trials say."""
+
+    low95: float
+    """Lower end of its 95 % interval."""
+
+    high95: float
+    """Upper end of its 95 % interval."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlantChange(Record):
+    """The change of a plant that trials ask for, in parts of it: least squares on the errors
+    of its simulation, linear in the change, beside an initial velocity, a constant force and
+    a current of each trial's own."""
+
+    mass: Part
+    """Of the mass: 0.1 where a tenth more would fit better."""
+
+    drag: Part
+    """Of the drag at the speeds of the trials."""
+
+    explained: float
+    """The part of the errors, squared, that it explains in halves of the trials that it was
+    not found in."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class PlantResult(Record):
     """One method's plant of one degree of freedom."""
 
@@ -756,6 +1076,10 @@ class PlantResult(Record):
     """How the errors of one-step predictions follow each other, by fitted trial; empty of
     methods that make none."""
 
+    left_out: Score | None
+    """Where no trial was held out: the error on fitted trials, or thirds of a single one,
+    each predicted by a plant that was fitted to the others."""
+
     steady_test: SteadyTestResult | None
     """Whether steady runs agree with it; absent where there were none to fit."""
 
@@ -765,6 +1089,13 @@ class PlantResult(Record):
     thrust_part: ThrustPart | None
     """The part of the variances of mass and quadratic drag that uncertain thrust curves make;
     absent if no curve has an uncertainty."""
+
+    verdict: Verdict
+    """What to make of it."""
+
+    whiteness: float | None
+    """How white innovations are: Box–Pierce over 40 lags, divided by 40; 1 if they are.
+    Absent of methods that make none."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -854,6 +1185,9 @@ class Results(Record):
     bollard_pull: BollardPullResult | None
     """The thrust curve that bollard-pull data gives, where there are any."""
 
+    coupled: dict[str, CoupledPlant]
+    """Plants of several axes, by their axes: ``surge-sway-yaw``."""
+
     dry_mass_kg: float | None
     """Its mass in air, kg."""
 
@@ -904,8 +1238,18 @@ class Score(Record):
     trials: tuple[TrialScore, ...]
     """Each trial."""
 
+    best_null: NullScore | None
+    """The best model without a plant; absent if a simulation diverged."""
+
+    change: PlantChange | None
+    """The change of the plant that the errors ask for; absent where they do not tell."""
+
     mean_abs_error: float | None
     """e = mean |v_model − v| on raw velocity."""
+
+    offset_free_error: float | None
+    """e with an initial velocity, a constant force and, in translations, a current fitted to
+    each trial (of long ones, to each 150 s): what methods are compared by."""
 
     r_squared: float | None
     """1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials."""
@@ -1050,6 +1394,23 @@ class SubsetResult(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class TermDecision(Record):
+    """A term that was tried, and what came of it."""
+
+    terms: tuple[str, ...]
+    """The term, or terms that go together."""
+
+    admitted: bool
+    """Whether the plant has it."""
+
+    likelihood_ratio: float
+    """Twice what the log-likelihood gains by it."""
+
+    p_value: float
+    """How often chance alone would make as large a gain."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class ThrustPart(Record):
     """Parts of variances, 0 to 1."""
 
@@ -1132,34 +1493,68 @@ class TrialScore(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TrueNuisances(Record):
-    """True values of what an estimator may fit beside the plant; 0 or 1 where it is off."""
+    """True values of what an estimator may fit beside the plant; where it is off 0, of a
+    ratio 1, of the exponent 2."""
 
-    lag_s: float
-    """Time constant of the propellers, s."""
-
-    delay_s: float
-    """Delay of the propellers, s."""
-
-    reverse_ratio: float
-    """Thrust in reverse over what the analyst's curve gives."""
+    averaging_s: float
+    """Time over which the DVL takes the mean, s."""
 
     current_m_s: float
     """Mean current, m/s, of which each trial's own deviates."""
 
+    delay_s: float
+    """Delay of the propellers, s."""
+
+    drift_std_m_s: float
+    """Standard deviation of the drifting current, m/s."""
+
+    dvl_scale: float
+    """What the DVL reads over what is true."""
+
     inflow: float
     """k_in of ``F = k n|n| − k_in |n| v``, N s²/(rad m)."""
 
-    tether_n: float
-    """Standard deviation of the tether's pull, N."""
+    inflow_one_sided: float
+    """k_in of a propeller that advances, where only such lose thrust, N s²/(rad m)."""
 
-    tether_correlation_s: float
-    """Correlation time of the tether's pull, s."""
+    lag_down_s: float
+    """Time constant with which they slow down, s."""
+
+    lag_s: float
+    """Time constant of the propellers, s, where it is one both ways."""
+
+    lag_up_s: float
+    """Time constant with which propellers speed up, s."""
 
     lever_m: float
     """By how much the DVL sits ahead of, and below, where the analyst has it, m."""
 
+    reverse_ratio: float
+    """Thrust in reverse over what the analyst's curve gives."""
+
+    sag_part: float
+    """Part of thrust that is lost by the end of a degree of freedom's last trial."""
+
+    slew_s: float
+    """Time of a propeller from rest to its greatest speed, s."""
+
     swell_n: float
     """Amplitude of the swell, N."""
+
+    swell_std_n: float
+    """Standard deviation of the narrow-band swell, N."""
+
+    tether_correlation_s: float
+    """Correlation time of the tether's pull, s."""
+
+    tether_n: float
+    """Standard deviation of the tether's pull, N."""
+
+    thrust_exponent: float
+    """p of F ∝ |n|^p."""
+
+    velocity_lag_s: float
+    """Time constant of the DVL, s."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1249,3 +1644,17 @@ class Validation(Record):
 
     fitted_to: tuple[str, ...]
     """Trials that the plant was fitted to: their scores flatter it."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Verdict(Record):
+    """What to make of a plant."""
+
+    trust: Trust
+    """How far it may be trusted."""
+
+    reason: str
+    """Why, in one sentence without its first capital and full stop."""
+
+    codes: tuple[CaveatCode, ...]
+    """The caveats that decided it, the worst first."""

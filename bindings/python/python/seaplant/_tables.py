@@ -40,7 +40,8 @@ def _table(
     name, second = _time_column(columns, time, time_unit)
     time_s = _seconds(name, columns.pop(name)[1], second)
     return time_s, [
-        (header, unit, floats(f"column {header!r}", of)) for header, (unit, of) in columns.items()
+        (header, unit, floats(f"column {header!r}", of))
+        for header, (unit, of) in columns.items()
     ]
 
 

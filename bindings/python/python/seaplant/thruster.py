@@ -83,6 +83,8 @@ def fit(
     else:
         if input_unit is None or force_unit is None:
             raise InputError("the numbers have no units; give input_unit= and force_unit=")
+        if isinstance(inputs, PathLike):
+            raise InputError("inputs name a file; its table has the forces, so give none")
         given, taken = floats("inputs", inputs), floats("forces", forces)
         found = _native.fit_bench_points(given, taken, input_unit, force_unit, neutral)
     return BollardPullResult.from_dict(json.loads(found))
