@@ -45,7 +45,7 @@ pub struct Results {
     /// The recommended plant of each degree of freedom.
     pub plants: BTreeMap<Dof, PlantResult>,
     /// Plants of several axes, by their axes: `surge-sway-yaw`.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(default)]
     pub coupled: BTreeMap<String, CoupledPlant>,
     /// Every method's plant of each degree of freedom.
     pub methods: BTreeMap<Dof, BTreeMap<Method, PlantResult>>,

@@ -127,10 +127,3 @@ fn plants_that_the_logs_do_not_tell_are_doubtful() {
         assert!(["doubtful", "do-not-use"].contains(&trust), "{name}: {trust}");
     }
 }
-
-#[test]
-fn thrust_that_sags_is_told() {
-    let Some((plant, _)) = plant("10-thrust-drifts/case176-surge-sag") else { return };
-    let caveats = plant["caveats"].as_array().expect("caveats");
-    assert!(caveats.iter().any(|caveat| caveat["code"] == "plant-drifts"), "{caveats:?}");
-}
