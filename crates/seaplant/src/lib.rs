@@ -66,6 +66,7 @@ mod dof;
 mod error;
 pub mod estimate;
 mod evaluate;
+pub mod exchange;
 #[doc(hidden)]
 pub mod exact;
 mod excursion;
