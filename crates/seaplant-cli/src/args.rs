@@ -3,10 +3,11 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use seaplant::twin::Disturbance;
 use seaplant::{Dof, Method, Terms};
+use seaplant_export::EXPORTERS;
 
 /// Identifies the plant model of a marine vehicle from its logs: what it weighs in
 /// water, how it drags, how sure that is, and what makes it doubtful.
@@ -75,6 +76,8 @@ pub enum Command {
     Validate(Validate),
     /// Put fits beside each other and tell whether they differ by more than chance.
     Compare(Compare),
+    /// Write a plant for a simulator or a controller.
+    Export(Export),
     /// Identify a campaign again whenever one of its files changes.
     Watch(Watch),
     /// Fit a thrust curve to a bollard-pull table.
@@ -287,6 +290,42 @@ pub struct Simulate {
     /// The CSV file to write; printed if not given.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
+    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn formats() -> PossibleValuesParser {
+    PossibleValuesParser::new(
+        EXPORTERS.map(|exporter| PossibleValue::new(exporter.name()).help(exporter.about())),
+    )
+}
+
+/// Write a plant for a simulator or a controller.
+///
+/// Every file tells its units, frames, source, settings and uncertainty; what a format cannot hold,
+/// and what of the plant is not known, is told in the files and here.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant export results/results.json --to gazebo --out model\n  seaplant export published:bluerov2-wu-2018 --to fmu --out model"
+)]
+pub struct Export {
+    /// The results.json of a fit, a plant file (seaplant/plant in TOML or JSON), or
+    /// published:NAME.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub plant: PathBuf,
+    /// The format.
+    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    pub to: String,
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+    /// The method whose plants of single axes to use; the recommended one's if not given.
+    #[arg(long, value_parser = method())]
+    pub method: Option<Method>,
+    /// Export a plant that should not be used; the files carry the reasons.
+    #[arg(long)]
+    pub anyway: bool,
     /// Write over files that are not as Seaplant wrote them, too; never over what is read.
     #[arg(long)]
     pub force: bool,

@@ -6,8 +6,11 @@
 //! ([`PlantModel::of_results`]) or of a published table ([`PlantFile`]).
 
 mod cancel;
+mod draws;
 mod file;
+mod follows;
 mod of_results;
+mod predict;
 
 use std::collections::BTreeMap;
 
@@ -15,9 +18,12 @@ use nalgebra::DMatrix;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use draws::Draws;
 pub use file::{
     Coriolis, Derived, Entries, FileCoefficient, FileRigidBody, FileThruster, PLANT_SCHEMA, PlantFile,
 };
+pub use follows::Consequence;
+pub use predict::Prediction;
 
 use crate::plant::{Basis, Buoyancy, GRAVITY, Plant, RigidBody};
 use crate::results::{Parameter, Verdict};
