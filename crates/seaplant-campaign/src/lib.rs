@@ -13,6 +13,7 @@ mod inspect;
 mod monte_carlo;
 mod plant_file;
 mod preset;
+mod profile;
 mod propose;
 mod published;
 mod recording;
@@ -37,6 +38,7 @@ pub use inspect::{
 pub use monte_carlo::{MonteCarloTable, monte_carlo};
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
+pub use profile::{HoldEntry, Profile, StartEntry, input_table};
 pub use propose::{Proposal, propose};
 pub use published::{published_names, read_plant_file};
 pub use recording::SourcedTrial;

@@ -70,7 +70,7 @@ pub enum Command {
     Inspect(Inspect),
     /// Fit every degree of freedom of a campaign and write the report.
     Identify(Identify),
-    /// Drive a fitted plant with another log's thrust.
+    /// Tell what a plant would do, or drive it with another log's thrust.
     Simulate(Simulate),
     /// Score a fitted plant on the trials of a campaign.
     Validate(Validate),
@@ -266,18 +266,40 @@ pub struct Identify {
     pub force: bool,
 }
 
-/// Drive a fitted plant with another log's thrust.
+/// Tell what a plant would do under inputs alone, or drive it with another log's thrust.
+///
+/// Inputs alone are --step, a profile in TOML, or a table whose columns are time, wrench.AXIS,
+/// thruster.NAME.INPUT and supply.voltage, with units. Any other log is read through its campaign, and
+/// simulated and measured velocity stand beside each other.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  seaplant simulate results/results.json dive13.csv --dof heave --out heave.csv"
+    after_help = "Examples:\n  seaplant simulate results/results.json --step \"surge 200 N\" --for 60\n  seaplant simulate results/results.json profile.toml --out motion.csv\n  seaplant simulate results/results.json dive13.csv --dof heave --out heave.csv"
 )]
 pub struct Simulate {
-    /// The results.json of a fit.
+    /// The results.json of a fit; for inputs alone also a plant file or published:NAME.
     #[arg(value_hint = ValueHint::FilePath)]
     pub results: PathBuf,
-    /// The log, or the files that were logged side by side.
-    #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
+    /// A profile, a table of inputs, or the log or files that were logged side by side.
+    #[arg(value_name = "INPUTS", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
+    /// A constant force from rest, as "surge 200 N" or "yaw 5 N m"; give it once for each axis.
+    #[arg(long = "step", value_name = "FORCE", conflicts_with = "logs", requires = "duration_s")]
+    pub steps: Vec<String>,
+    /// For how long, s.
+    #[arg(long = "for", value_name = "S")]
+    pub duration_s: Option<f64>,
+    /// A velocity to begin with, as "surge 0.5 m/s"; give it once for each axis.
+    #[arg(long = "from", value_name = "VELOCITY")]
+    pub start: Vec<String>,
+    /// Velocity of the water north and east, m/s, as 0.2,-0.1.
+    #[arg(long, value_name = "N,E", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
+    pub current: Vec<f64>,
+    /// How many draws of the coefficients make the band; 0 for none.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(0..=10_000))]
+    pub draws: u16,
+    /// Where the draws' random numbers start.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
     /// The campaign whose vehicle and channels the log shares; the fit's own if not given.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub campaign: Option<PathBuf>,
@@ -287,7 +309,8 @@ pub struct Simulate {
     /// The method whose plant to use; the recommended one's if not given.
     #[arg(long, value_parser = method())]
     pub method: Option<Method>,
-    /// The CSV file to write; printed if not given.
+    /// The CSV file to write, or of inputs alone a page with charts (.html); a log's is printed if
+    /// not given.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
     /// Write over files that are not as Seaplant wrote them, too; never over what is read.
@@ -479,6 +502,10 @@ pub enum SchemaKind {
     Campaign,
     /// The file that `seaplant twin` reads.
     Twin,
+    /// A plant file, as `seaplant export --to json` writes and published tables are.
+    Plant,
+    /// A profile of inputs for `seaplant simulate`.
+    Profile,
 }
 
 /// Print the JSON Schema of a file, for editors and programs.

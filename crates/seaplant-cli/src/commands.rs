@@ -14,6 +14,7 @@ pub mod inspect;
 pub mod man;
 pub mod monte_carlo;
 pub mod plant;
+pub mod predict;
 pub mod schema;
 pub mod simulate;
 pub mod thruster;

@@ -159,20 +159,6 @@ pub(crate) fn input_of(curve: &ThrustCurve) -> String {
     format!("{} [{}]", curve.input().name(), curve.input().unit())
 }
 
-/// The input that makes no thrust: where a curve's own zero is.
-pub(crate) fn neutral(curve: &ThrustCurve) -> f64 {
-    match curve {
-        ThrustCurve::Quadratic { law, .. } => law.neutral,
-        ThrustCurve::Table { tables, .. } => {
-            let points: Vec<(f64, f64)> = tables[0].points().collect();
-            let least = points.iter().fold(f64::INFINITY, |least, (_, f)| least.min(f.abs()));
-            let zero: Vec<f64> =
-                points.iter().filter(|(_, f)| f.abs() == least).map(|(x, _)| *x).collect();
-            0.5 * (zero[0] + zero[zero.len() - 1])
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

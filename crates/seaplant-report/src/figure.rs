@@ -6,6 +6,7 @@ mod comparison;
 mod font;
 mod ink;
 mod png_writer;
+mod prediction;
 mod scene;
 mod spectrum;
 mod steady;
@@ -18,6 +19,7 @@ use seaplant::{Dof, Method, Role};
 use crate::Error;
 
 pub(crate) use comparison::description as comparison_description;
+pub(crate) use prediction::scene as prediction_scene;
 pub(crate) use ink::{Ink, hex, style_sheet};
 pub(crate) use scene::Scene;
 pub(crate) use spectrum::{Amplitude, view as spectrum_view};

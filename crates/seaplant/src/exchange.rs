@@ -5,6 +5,7 @@
 //! where the numbers come from and what speaks against them. It is made of results
 //! ([`PlantModel::of_results`]) or of a published table ([`PlantFile`]).
 
+mod actuate;
 mod cancel;
 mod draws;
 mod file;
@@ -18,6 +19,7 @@ use nalgebra::DMatrix;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use actuate::Drive;
 pub use draws::Draws;
 pub use file::{
     Coriolis, Derived, Entries, FileCoefficient, FileRigidBody, FileThruster, PLANT_SCHEMA, PlantFile,

@@ -3,7 +3,7 @@
 use seaplant::Dof;
 use seaplant::exchange::PlantModel;
 
-use crate::code::{identifiers, input_of, names, neutral, number};
+use crate::code::{identifiers, input_of, names, number};
 use crate::remarks::{harmless, knows, short};
 
 /// What a variable is for.
@@ -153,7 +153,7 @@ fn thrusters(model: &PlantModel, list: &mut List) -> Option<(usize, Option<usize
     for (thruster, id) in model.thrusters.iter().zip(ids) {
         let about =
             format!("thruster {}: {}", harmless(&thruster.name), input_of(&thruster.curve));
-        let start = neutral(&thruster.curve);
+        let start = thruster.curve.neutral();
         list.push(&format!("thruster_{id}"), about, "", Kind::Input, start);
     }
     let needs = model.thrusters.iter().any(|thruster| thruster.curve.needs_voltage());

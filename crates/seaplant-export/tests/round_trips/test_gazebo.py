@@ -98,7 +98,7 @@ def accelerate(model: Model, angles, nu, tau):
     pose = np.eye(4)
     pose[:3, :3] = rotation
     joint.setTransform(dart.math.Isometry3(pose))
-    joint.setVelocities(np.linalg.solve(body.getJacobian(), nu[[3, 4, 5, 0, 1, 2]]))
+    joint.setVelocities(np.linalg.solve(body.getJacobian(body), nu[[3, 4, 5, 0, 1, 2]]))
     up = rotation.T @ [0, 0, 1.0]
     weight, buoyancy = model.mass * GRAVITY, DENSITY * model.volume * GRAVITY
     wrench = tau + model.damping(nu)
