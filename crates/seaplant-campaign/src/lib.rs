@@ -44,7 +44,7 @@ pub use published::{published_names, read_plant_file};
 pub use recording::SourcedTrial;
 pub use toml_file::{of_json, read_bounded, read_toml};
 pub use twin_files::{TextFile, twin_files};
-pub use validate::{Simulation, Validation, validate};
+pub use validate::{Simulation, Validation, validate, validate_table};
 pub use vehicle_file::{
     AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, PresetCurveEntry, QuadraticEntry,
     SensorEntries, SourcedVehicle, TableEntry, ThrusterEntry, UncertaintyEntry, VehicleFile,

@@ -241,9 +241,8 @@ mod tests {
 
     #[test]
     fn wrong_times_are_refused_by_their_key() {
-        let check = |text: &str| {
-            profile(text).check(Path::new("p.toml")).expect_err("wrong").to_string()
-        };
+        let check =
+            |text: &str| profile(text).check(Path::new("p.toml")).expect_err("wrong").to_string();
         assert!(check("duration_s = 0.0").contains("duration_s"));
         assert!(check("duration_s = 1e9\nsample_s = 0.1").contains("a million rows"));
         let twice = "duration_s = 1.0\n[[hold]]\nfrom_s = 1.0\n[[hold]]\nfrom_s = 1.0";

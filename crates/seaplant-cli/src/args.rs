@@ -292,7 +292,13 @@ pub struct Simulate {
     #[arg(long = "from", value_name = "VELOCITY")]
     pub start: Vec<String>,
     /// Velocity of the water north and east, m/s, as 0.2,-0.1.
-    #[arg(long, value_name = "N,E", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "N,E",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
     pub current: Vec<f64>,
     /// How many draws of the coefficients make the band; 0 for none.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(0..=10_000))]
@@ -354,13 +360,13 @@ pub struct Export {
     pub force: bool,
 }
 
-/// Score a fitted plant on the trials of a campaign.
+/// Score a fitted plant, or a published one, on the trials of a campaign.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  seaplant validate results/results.json another-dive/campaign.toml"
+    after_help = "Examples:\n  seaplant validate results/results.json another-dive/campaign.toml\n  seaplant validate published:bluerov2-wu-2018 campaign.toml"
 )]
 pub struct Validate {
-    /// The results.json of a fit.
+    /// The results.json of a fit, a plant file, or published:NAME, each axis by itself.
     #[arg(value_hint = ValueHint::FilePath)]
     pub results: PathBuf,
     /// The campaign whose trials to score on.

@@ -57,9 +57,12 @@ pub(crate) fn header(model: &PlantModel, remarks: &Remarks<'_>) -> String {
 }
 
 fn theta(model: &PlantModel) -> String {
-    let lines = model.plant.coefficients().iter().zip(names(model)).zip(model.plant.structure().terms());
+    let lines =
+        model.plant.coefficients().iter().zip(names(model)).zip(model.plant.structure().terms());
     lines
-        .map(|((value, name), term)| format!("    {}, /* {name} [{}] */\n", number(*value), term.unit()))
+        .map(|((value, name), term)| {
+            format!("    {}, /* {name} [{}] */\n", number(*value), term.unit())
+        })
         .collect()
 }
 
@@ -67,7 +70,8 @@ fn std(model: &PlantModel) -> String {
     if model.covariance.is_none() {
         return String::new();
     }
-    let all: Vec<f64> = (0..model.plant.coefficients().len()).filter_map(|k| model.std(k)).collect();
+    let all: Vec<f64> =
+        (0..model.plant.coefficients().len()).filter_map(|k| model.std(k)).collect();
     format!(
         "/* Their standard deviations. */\nstatic const double seaplant_std[SEAPLANT_COEFFICIENTS] = {{{}}};\n",
         numbers(all)

@@ -137,9 +137,8 @@ impl Syntax {
                     lines.push((self.add)(&n(on.index()), &value));
                 }
                 Basis::One(on) => lines.push((self.add)(&n(on.index()), &theta)),
-                Basis::WeightExcess => lines.extend(
-                    (0..3).map(|i| (self.add)(&n(i), &format!("-{theta} * {}", down(i)))),
-                ),
+                Basis::WeightExcess => lines
+                    .extend((0..3).map(|i| (self.add)(&n(i), &format!("-{theta} * {}", down(i))))),
                 Basis::Lever(axis) => {
                     // −e × k: rows after the axis and after that, in turn.
                     let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);

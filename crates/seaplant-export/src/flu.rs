@@ -48,8 +48,16 @@ mod tests {
     fn only_the_odd_couplings_turn_their_sign() {
         let kept = ["surge: u", "sway: r", "yaw: v", "heave: q", "pitch: w", "yaw: uv", "sway: ur"];
         let turned = [
-            "surge: w", "surge: q", "heave: u", "pitch: u", "heave: uu", "pitch: uu", "roll: v",
-            "roll: r", "sway: p", "yaw: p",
+            "surge: w",
+            "surge: q",
+            "heave: u",
+            "pitch: u",
+            "heave: uu",
+            "pitch: uu",
+            "roll: v",
+            "roll: r",
+            "sway: p",
+            "yaw: p",
         ];
         assert!(kept.into_iter().all(|term| !flips(term)));
         assert!(turned.into_iter().all(flips));

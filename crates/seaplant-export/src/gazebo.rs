@@ -52,13 +52,19 @@ pub(crate) fn model_name(model: &PlantModel) -> String {
 
 /// Lines as one comment of XML.
 pub(crate) fn xml_comment(lines: &[String]) -> String {
-    let inner: String = lines.iter().map(|line| format!("  {line}").trim_end().to_owned() + "\n").collect();
+    // Two hyphens end a comment.
+    let safe = |line: &String| format!("  {}", line.replace("--", "- -"));
+    let inner: String = lines.iter().map(|line| safe(line).trim_end().to_owned() + "\n").collect();
     format!("<!--\n{inner}-->\n")
 }
 
 /// Text between tags.
 pub(crate) fn escaped(text: &str) -> String {
-    harmless(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    harmless(text)
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }
 
 const ROWS: [char; 6] = ['x', 'y', 'z', 'k', 'm', 'n'];
@@ -250,7 +256,7 @@ fn thruster_plugin(thruster: &Thruster, id: &str, name: &str) -> String {
       <velocity_control>true</velocity_control>
 {limits}    </plugin>
 ",
-        harmless(&thruster.name),
+        harmless(&thruster.name).replace("--", "- -"),
         number(DENSITY),
         number(DIAMETER),
         number(coefficient / scale)

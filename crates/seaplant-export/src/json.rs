@@ -104,9 +104,7 @@ fn thruster(thruster: &seaplant::Thruster) -> FileThruster {
 /// Rows over six axes; entries of axes that the plant does not have are unknown.
 fn rows(model: &PlantModel, matrix: &Matrix6<f64>) -> Vec<Vec<Option<f64>>> {
     let known = |dof: Dof| model.plant.axes().contains(&dof);
-    let entry = |i: Dof, j: Dof| {
-        (known(i) && known(j)).then(|| matrix[(i.index(), j.index())])
-    };
+    let entry = |i: Dof, j: Dof| (known(i) && known(j)).then(|| matrix[(i.index(), j.index())]);
     Dof::ALL.map(|i| Dof::ALL.map(|j| entry(i, j)).to_vec()).to_vec()
 }
 

@@ -39,9 +39,12 @@ impl Link {
         let own = model.plant.mass_matrix_of_six();
         let rigid = body.mass_matrix();
         let known = |k: usize| knows(model, Dof::ALL[k]);
-        let added = Matrix6::from_fn(|i, j| {
-            if known(i) && known(j) { own[(i, j)] - rigid[(i, j)] } else { 0.0 }
-        });
+        let added =
+            Matrix6::from_fn(
+                |i, j| {
+                    if known(i) && known(j) { own[(i, j)] - rigid[(i, j)] } else { 0.0 }
+                },
+            );
         let (excess, lever) = restoring(model, &mut notes);
         let weight = GRAVITY * body.mass_kg();
         let buoyancy = weight - excess;
@@ -99,7 +102,11 @@ fn stand_in(
     let told = least(&Dof::ALL[3..]).map(|least| 0.5 * least);
     let sphere = 0.4 * kg * (3.0 * kg / (4.0 * std::f64::consts::PI * DENSITY)).powf(2.0 / 3.0);
     let moment = told.unwrap_or(sphere);
-    let source = if model.dry_mass_kg.is_some() { "the mass in air" } else { "half of the least mass that was identified" };
+    let source = if model.dry_mass_kg.is_some() {
+        "the mass in air"
+    } else {
+        "half of the least mass that was identified"
+    };
     notes.push(format!(
         "CHOSEN, not identified: the link's mass {} kg is {source}, its inertia {} kg m² about each axis is {}, its centre of gravity is the origin, because [rigid_body] is not known; link and added mass together are M as identified",
         short(kg),
@@ -117,9 +124,7 @@ fn restoring(model: &PlantModel, notes: &mut Vec<String>) -> (f64, Vector3<f64>)
     let described = described.map(|(body, buoyancy)| buoyancy.restoring(body));
     let fitted = model.plant.coefficient(&Basis::WeightExcess);
     if fitted.is_none() && described.is_none() {
-        notes.push(
-            "weight minus buoyancy is not known: the link floats neutrally".to_owned(),
-        );
+        notes.push("weight minus buoyancy is not known: the link floats neutrally".to_owned());
     }
     let has_lever = (0..3).any(|axis| model.plant.coefficient(&Basis::Lever(axis)).is_some());
     if !has_lever && described.is_none() {

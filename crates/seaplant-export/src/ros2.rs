@@ -87,8 +87,7 @@ fn coefficients(model: &PlantModel) -> Vec<String> {
 /// What stands in no matrix.
 fn other_terms(model: &PlantModel) -> Vec<String> {
     let products = other_products(model);
-    let quoted: Vec<String> =
-        products.iter().map(|(name, ..)| format!("\"{name}\"")).collect();
+    let quoted: Vec<String> = products.iter().map(|(name, ..)| format!("\"{name}\"")).collect();
     let mut lines = Vec::new();
     if !products.is_empty() {
         lines.push(format!("other_term_names: [{}]", quoted.join(", ")));
@@ -97,9 +96,8 @@ fn other_terms(model: &PlantModel) -> Vec<String> {
     }
     let constants = constants(model);
     if !constants.is_empty() {
-        let of = |dof: Dof| {
-            constants.iter().find(|(on, _)| *on == dof).map_or(0.0, |(_, value)| *value)
-        };
+        let of =
+            |dof: Dof| constants.iter().find(|(on, _)| *on == dof).map_or(0.0, |(_, value)| *value);
         lines.push(format!("constant_force_si: [{}]", numbers(Dof::ALL.map(of))));
     }
     lines

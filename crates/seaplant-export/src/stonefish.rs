@@ -52,12 +52,14 @@ fn missing(model: &PlantModel, link: &Link) -> Vec<String> {
         format!(
             "drag is of faces and grows with the cube of speed where the plant's grows with the square: both agree at {SPEED} m/s, and damping of rotations follows from the faces"
         ),
-        "for the plant itself, drive the body by the header of the format c with hydrodynamics off".to_owned(),
+        "for the plant itself, drive the body by the header of the format c with hydrodynamics off"
+            .to_owned(),
         "written by Stonefish's documentation; no Stonefish has run it".to_owned(),
     ];
     if !model.thrusters.is_empty() {
         notes.push(
-            "thrusters are push actuators that take newtons: put the curves above before them".to_owned(),
+            "thrusters are push actuators that take newtons: put the curves above before them"
+                .to_owned(),
         );
     }
     notes
@@ -113,7 +115,7 @@ fn scenario(model: &PlantModel, link: &Link, comment: &str) -> String {
       <link name=\"base_link\"/>
     </actuator>
 ",
-            harmless(&thruster.name),
+            harmless(&thruster.name).replace("--", "- -"),
             xyz(&at),
             numbers(turned(&thruster.direction_body)).replace(',', "")
         );

@@ -81,7 +81,12 @@ fn missing(model: &PlantModel, link: &Link) -> Vec<String> {
 }
 
 fn rows(matrix: &Matrix6<f64>) -> String {
-    let row = |i: usize| format!("        {}", (0..6).map(|j| number(matrix[(i, j)] + 0.0)).collect::<Vec<_>>().join(" "));
+    let row = |i: usize| {
+        format!(
+            "        {}",
+            (0..6).map(|j| number(matrix[(i, j)] + 0.0)).collect::<Vec<_>>().join(" ")
+        )
+    };
     format!("\n{}\n      ", (0..6).map(row).collect::<Vec<_>>().join("\n"))
 }
 
@@ -93,7 +98,10 @@ fn urdf(model: &PlantModel, link: &Link, comment: &str) -> String {
     let inertia = flu::inertia(&link.inertia);
     let entry = |i: usize, j: usize| number(inertia[(i, j)] + 0.0);
     let [length, width, height] = link.sides(model);
-    let mut text = format!("<?xml version=\"1.0\"?>\n{comment}<robot name=\"{}\">\n", escaped(&model_name(model)));
+    let mut text = format!(
+        "<?xml version=\"1.0\"?>\n{comment}<robot name=\"{}\">\n",
+        escaped(&model_name(model))
+    );
     let _ = write!(
         text,
         "  <link name=\"base_link\">

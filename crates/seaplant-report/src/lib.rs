@@ -27,8 +27,8 @@ use seaplant::{Comparison, Dof, PositionComparison};
 
 pub use error::Error;
 pub use figure::Figure;
-pub use prediction::{is_prediction_page, prediction_page};
 pub use json::{parse_results, results_schema};
+pub use prediction::{is_prediction_page, prediction_page};
 
 /// A file to write.
 #[derive(Debug)]

@@ -18,8 +18,11 @@ pub fn prediction_page(
     let mut charts = String::new();
     for &dof in model.plant.axes() {
         let scene = prediction_scene(prediction, dof)?;
-        charts += &format!("<figure>{}<figcaption>{}</figcaption></figure>\n",
-            inline_svg(&scene), escaped(&scene.description));
+        charts += &format!(
+            "<figure>{}<figcaption>{}</figcaption></figure>\n",
+            inline_svg(&scene),
+            escaped(&scene.description)
+        );
     }
     let lines: String = lines.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
     let name = escaped(&model.name);

@@ -22,7 +22,8 @@ use serde::{Deserialize, Serialize};
 pub use actuate::Drive;
 pub use draws::Draws;
 pub use file::{
-    Coriolis, Derived, Entries, FileCoefficient, FileRigidBody, FileThruster, PLANT_SCHEMA, PlantFile,
+    Coriolis, Derived, Entries, FileCoefficient, FileRigidBody, FileThruster, PLANT_SCHEMA,
+    PlantFile,
 };
 pub use follows::Consequence;
 pub use predict::Prediction;

@@ -66,9 +66,9 @@ mod dof;
 mod error;
 pub mod estimate;
 mod evaluate;
-pub mod exchange;
 #[doc(hidden)]
 pub mod exact;
+pub mod exchange;
 mod excursion;
 mod identify;
 mod judge;

@@ -34,7 +34,9 @@ pub enum InputsAlone {
 pub fn inputs_alone(arguments: &Simulate) -> Result<Option<InputsAlone>> {
     let only = match arguments.logs.as_slice() {
         [] if arguments.steps.is_empty() => {
-            bail!("nothing drives the plant; give a profile, a table of inputs, a log, or --step \"surge 200 N\" --for 60")
+            bail!(
+                "nothing drives the plant; give a profile, a table of inputs, a log, or --step \"surge 200 N\" --for 60"
+            )
         }
         [] => return Ok(Some(InputsAlone::Profile(stepped(arguments)?))),
         [only] => only,
@@ -82,8 +84,8 @@ fn quantity(text: &str, flag: &str, unit: impl Fn(Dof) -> &'static str) -> Resul
     })?;
     let expected = unit(dof);
     let value = words.next().and_then(|word| word.parse::<f64>().ok()).filter(|x| x.is_finite());
-    let value =
-        value.ok_or_else(|| refuse(format!("has no number; write it as \"{dof} 1.0 {expected}\"")))?;
+    let value = value
+        .ok_or_else(|| refuse(format!("has no number; write it as \"{dof} 1.0 {expected}\"")))?;
     let found = words.collect::<Vec<_>>().join(" ");
     let same = |a: &str, b: &str| a.replace(['·', ' ', '.'], "") == b.replace(' ', "");
     if !same(&found, expected) {
@@ -99,8 +101,11 @@ pub fn run(arguments: &Simulate, inputs: InputsAlone, output: Output) -> Result<
     let mut read = arguments.logs.clone();
     read.push(file_of(&arguments.results));
     let permit = Permit::of(&read, arguments.force);
-    let page = arguments.out.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "html"));
-    let is_ours = |bytes: &[u8]| if page { is_prediction_page(bytes) } else { bytes.starts_with(HEADER.as_bytes()) };
+    let page =
+        arguments.out.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "html"));
+    let is_ours = |bytes: &[u8]| {
+        if page { is_prediction_page(bytes) } else { bytes.starts_with(HEADER.as_bytes()) }
+    };
     if let Some(path) = &arguments.out {
         check_single(path, permit, is_ours).with_context(|| path.display().to_string())?;
     }
@@ -146,14 +151,14 @@ impl Case {
                 let drive = profile.drive(model)?;
                 (drive, profile.time_s(), profile.start.clone(), profile.current_m_per_s)
             }
-            InputsAlone::Table(drive, time_s) => {
-                (drive, time_s, StartEntry::default(), [0.0; 2])
-            }
+            InputsAlone::Table(drive, time_s) => (drive, time_s, StartEntry::default(), [0.0; 2]),
         };
         match arguments.current.as_slice() {
             [] => {}
             [north, east] => current = [*north, *east],
-            other => bail!("--current has {} numbers and needs two, north,east in m/s", other.len()),
+            other => {
+                bail!("--current has {} numbers and needs two, north,east in m/s", other.len())
+            }
         }
         let mut start = Vector6::zeros();
         entry.velocity.iter().for_each(|(dof, v)| start[dof.index()] = *v);
@@ -285,7 +290,11 @@ fn words(
             format!(" [{}, {}]", significant(band[k][0], 3), significant(band[k][1], 3))
         });
         let unit = dof.units().velocity;
-        let _ = writeln!(text, "  {dof:<6} {}  {FAINT}at the end{FAINT:#} {end}{band} {unit}", bar(&series));
+        let _ = writeln!(
+            text,
+            "  {dof:<6} {}  {FAINT}at the end{FAINT:#} {end}{band} {unit}",
+            bar(&series)
+        );
     }
     if !follows.is_empty() {
         let mut table = plain_table();

@@ -52,7 +52,8 @@ pub(super) fn description(
         let _ = writeln!(text, "    {}", variable(k, of));
     }
     text += "  </ModelVariables>\n  <ModelStructure>\n";
-    let outputs = || (variables.output..variables.all.len()).map(|k| format!("valueReference=\"{k}\""));
+    let outputs =
+        || (variables.output..variables.all.len()).map(|k| format!("valueReference=\"{k}\""));
     for output in outputs() {
         let _ = writeln!(text, "    <Output {output}/>");
     }

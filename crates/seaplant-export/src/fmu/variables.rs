@@ -151,15 +151,13 @@ fn thrusters(model: &PlantModel, list: &mut List) -> Option<(usize, Option<usize
     let first = list.0.len();
     let ids = identifiers(model.thrusters.iter().map(|thruster| thruster.name.as_str()));
     for (thruster, id) in model.thrusters.iter().zip(ids) {
-        let about =
-            format!("thruster {}: {}", harmless(&thruster.name), input_of(&thruster.curve));
+        let about = format!("thruster {}: {}", harmless(&thruster.name), input_of(&thruster.curve));
         let start = thruster.curve.neutral();
         list.push(&format!("thruster_{id}"), about, "", Kind::Input, start);
     }
     let needs = model.thrusters.iter().any(|thruster| thruster.curve.needs_voltage());
-    let voltage = needs.then(|| {
-        list.push("supply_voltage", "of the thrusters".to_owned(), "V", Kind::Input, 0.0)
-    });
+    let voltage = needs
+        .then(|| list.push("supply_voltage", "of the thrusters".to_owned(), "V", Kind::Input, 0.0));
     Some((first, voltage))
 }
 

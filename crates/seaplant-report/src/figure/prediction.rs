@@ -16,9 +16,8 @@ const KEY: [(Ink, &str); 2] = [(Ink::Simulated, "predicted"), (Ink::Difference, 
 pub(crate) fn scene(prediction: &Prediction, dof: Dof) -> Result<Scene, Error> {
     let of = |values: &[[f64; 6]]| values.iter().map(|row| row[dof.index()]).collect::<Vec<_>>();
     let velocity = of(&prediction.velocity);
-    let ends: [Vec<f64>; 2] = [0, 1].map(|end| {
-        prediction.band.iter().map(|row| row[dof.index()][end]).collect()
-    });
+    let ends: [Vec<f64>; 2] =
+        [0, 1].map(|end| prediction.band.iter().map(|row| row[dof.index()][end]).collect());
     let key = if prediction.band.is_empty() { &KEY[..1] } else { &KEY[..] };
     let unit = dof.units().velocity;
     let title = words::capitalised(dof.name());

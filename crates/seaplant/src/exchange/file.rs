@@ -277,9 +277,10 @@ impl PlantFile {
     /// M over the axes of the file.
     fn mass(&self) -> Result<DMatrix<f64>, Error> {
         match (&self.mass_matrix, &self.added_mass, &self.rigid_body) {
-            (Some(_), Some(_), _) => {
-                Err(refuse("added_mass", "stands beside mass_matrix, which holds it; keep one".into()))
-            }
+            (Some(_), Some(_), _) => Err(refuse(
+                "added_mass",
+                "stands beside mass_matrix, which holds it; keep one".into(),
+            )),
             (Some(mass), None, _) => self.matrix("mass_matrix", mass),
             (None, Some(added), Some(body)) => {
                 let (added, body) = (self.matrix("added_mass", added)?, body.body()?.mass_matrix());
@@ -287,12 +288,14 @@ impl PlantFile {
                     added[(k, l)] + body[(self.axes[k].index(), self.axes[l].index())]
                 }))
             }
-            (None, Some(_), None) => {
-                Err(refuse("rigid_body", "is missing beside added_mass; add it, or give mass_matrix".into()))
-            }
-            (None, None, _) => {
-                Err(refuse("mass_matrix", "is missing; give it, or rigid_body and added_mass".into()))
-            }
+            (None, Some(_), None) => Err(refuse(
+                "rigid_body",
+                "is missing beside added_mass; add it, or give mass_matrix".into(),
+            )),
+            (None, None, _) => Err(refuse(
+                "mass_matrix",
+                "is missing; give it, or rigid_body and added_mass".into(),
+            )),
         }
     }
 
@@ -340,7 +343,8 @@ impl PlantFile {
     /// Takes C(M_A) out again: [`PlantModel`] has an explicit C of all of M.
     fn cancel_coriolis(&self, terms: &mut Vec<(Basis, f64)>) -> Result<(), Error> {
         let Some(added) = &self.added_mass else {
-            let reason = "is in-derivatives, which needs rigid_body and added_mass apart".to_owned();
+            let reason =
+                "is in-derivatives, which needs rigid_body and added_mass apart".to_owned();
             return Err(refuse("coriolis", reason));
         };
         let added = self.matrix("added_mass", added)?;
@@ -421,10 +425,12 @@ fn symmetric(key: &str, matrix: &DMatrix<f64>, i: usize, j: usize) -> Result<f64
 
 /// A coefficient by the name that results give it.
 fn basis_of_name(name: &str) -> Result<Basis, Error> {
-    let unknown = || Error::PlantTerm {
+    let unknown = || {
+        Error::PlantTerm {
         text: name.to_owned(),
         at: 1,
         reason: "is no coefficient; use names such as mass.surge, mass.surge-pitch, \"yaw: |v|r\", weight-minus-buoyancy or lever.z".to_owned(),
+    }
     };
     if let Some(axes) = name.strip_prefix("mass.") {
         let mut axes = axes.split('-').map(str::parse::<Dof>);

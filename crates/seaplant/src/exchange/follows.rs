@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::draws::band;
 use super::{Draws, PlantModel};
 use crate::plant::{Basis, Plant, Product};
-use crate::{Dof, Error};
+use crate::{Dof, Error, PhysicalParameters};
 
 /// A number that follows from a plant's coefficients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -62,6 +62,25 @@ impl PlantModel {
     }
 }
 
+impl PlantModel {
+    /// `τ = m v̇ + d_Q v|v| + d_L v + b` of one axis at rest of all others, level; `None` of an
+    /// axis that is not known.
+    pub fn single_axis(&self, dof: Dof) -> Option<PhysicalParameters> {
+        self.plant.axes().contains(&dof).then(|| alone(&self.plant, dof))
+    }
+}
+
+fn alone(plant: &Plant, dof: Dof) -> PhysicalParameters {
+    let value = |basis: Basis| plant.coefficient(&basis).unwrap_or(0.0);
+    let excess = if dof == Dof::Heave { value(Basis::WeightExcess) } else { 0.0 };
+    PhysicalParameters {
+        mass: value(Basis::Mass(dof, dof)),
+        d_quadratic: value(Basis::Product(dof, Product::quadratic(dof))),
+        d_linear: value(Basis::Product(dof, Product::linear(dof))),
+        bias_force: value(Basis::One(dof)) - excess,
+    }
+}
+
 struct Number {
     name: String,
     axis: Dof,
@@ -96,25 +115,14 @@ struct Axis {
 
 impl Axis {
     fn of(plant: &Plant, dof: Dof) -> Self {
-        let value = |basis: Basis| plant.coefficient(&basis).unwrap_or(0.0);
-        let excess = if dof == Dof::Heave { value(Basis::WeightExcess) } else { 0.0 };
-        Self {
-            dof,
-            mass: value(Basis::Mass(dof, dof)),
-            quadratic: value(Basis::Product(dof, Product::quadratic(dof))),
-            linear: value(Basis::Product(dof, Product::linear(dof))),
-            bias: value(Basis::One(dof)) - excess,
-        }
+        let PhysicalParameters { mass, d_quadratic, d_linear, bias_force } = alone(plant, dof);
+        Self { dof, mass, quadratic: d_quadratic, linear: d_linear, bias: bias_force }
     }
 
     /// The speed at which damping takes up a force; `None` without damping.
     fn speed(&self, force: f64) -> Option<f64> {
         let (d, l, f) = (self.quadratic, self.linear, force.abs());
-        let speed = if d > 0.0 {
-            ((l * l + 4.0 * d * f).sqrt() - l) / (2.0 * d)
-        } else {
-            f / l
-        };
+        let speed = if d > 0.0 { ((l * l + 4.0 * d * f).sqrt() - l) / (2.0 * d) } else { f / l };
         (speed.is_finite() && speed > 0.0).then(|| speed.copysign(force))
     }
 

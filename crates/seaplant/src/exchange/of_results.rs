@@ -145,9 +145,9 @@ fn of_coupled(result: &CoupledPlant) -> Result<Part, Error> {
     let places: Vec<Option<usize>> = names.iter().map(place).collect();
     let std = |k: usize| result.parameters[&names[k]].std;
     let covariance = DMatrix::from_fn(names.len(), names.len(), |i, j| {
-        let known = places[i].zip(places[j]).and_then(|(a, b)| {
-            result.correlation.value.get(a).and_then(|row| row.get(b)).copied()
-        });
+        let known = places[i]
+            .zip(places[j])
+            .and_then(|(a, b)| result.correlation.value.get(a).and_then(|row| row.get(b)).copied());
         let correlation = if i == j { 1.0 } else { known.unwrap_or(0.0) };
         correlation * std(i) * std(j)
     });
@@ -229,23 +229,12 @@ fn judgement_of_coupled(plant: &CoupledPlant) -> Judgement {
 
 fn actuation_of(plant: &PlantResult) -> Actuation {
     let fitted = |name: &str| plant.nuisances.get(name).cloned();
-    Actuation {
-        lag: fitted("lag"),
-        delay: fitted("delay"),
-        reverse_ratio: fitted("reverse_ratio"),
-    }
+    Actuation { lag: fitted("lag"), delay: fitted("delay"), reverse_ratio: fitted("reverse_ratio") }
 }
 
 /// Nuisances of thrust that no format has a place for.
-const LEFT_OUT: [&str; 7] = [
-    "inflow",
-    "inflow_ahead",
-    "lag_ratio",
-    "slew",
-    "thrust_exponent",
-    "turning",
-    "full_speed",
-];
+const LEFT_OUT: [&str; 7] =
+    ["inflow", "inflow_ahead", "lag_ratio", "slew", "thrust_exponent", "turning", "full_speed"];
 
 fn left_out(dof: Dof, plant: &PlantResult, notes: &mut Vec<String>) {
     let fitted = LEFT_OUT.iter().filter(|name| plant.nuisances.contains_key(**name));
@@ -261,5 +250,87 @@ fn left_out(dof: Dof, plant: &PlantResult, notes: &mut Vec<String>) {
         notes.push(format!(
             "{dof}: currents of {currents} trials were fitted; they belong to those trials and are left out"
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn x(value: f64, std: f64) -> serde_json::Value {
+        let (low95, high95) = (value - 2.0 * std, value + 2.0 * std);
+        json!({ "value": value, "std": std, "low95": low95, "high95": high95, "unit": "SI",
+                "on": ["sway"], "told_by": "data" })
+    }
+
+    /// A coupled boat as results hold it, and heave by itself.
+    fn results() -> Results {
+        let unit = json!([[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        let empty = json!({ "value": [], "std": [] });
+        let boat = json!({
+            "axes": ["sway", "yaw"], "method": "filter-error", "symmetry": "port-starboard",
+            "parameters": {
+                "mass.sway": x(180.0, 2.0), "mass.sway-yaw": x(12.0, 1.0), "mass.yaw": x(40.0, 0.5)
+            },
+            "mass_matrix": empty, "linear_damping": empty, "quadratic_damping": empty,
+            "correlation": { "names": ["mass.yaw", "mass.sway", "mass.sway-yaw"], "value": unit },
+            "nuisances": {}, "samples": 10, "log_likelihood": 0.0,
+            "identifiability": { "coefficients": 3, "rank": 3, "variance_inflation": {}, "not_told": [] },
+            "fit": { "by_axis": {}, "trials": {} },
+            "caveats": [{ "code": "wrong-sign", "severity": "severe", "message": "it drives itself" }]
+        });
+        let p = |value: f64| json!({ "value": value, "std": 1.0, "low95": value - 2.0, "high95": value + 2.0, "unit": "" });
+        let heave = json!({
+            "method": "output-error", "terms": ["force", "quadratic", "bias"], "stable": true,
+            "stability": { "kind": "stable" },
+            "parameters": { "mass": p(90.0), "quadratic_drag": p(50.0), "linear_drag": null, "bias_force": p(3.0) },
+            "lumped": { "alpha": 0.01, "beta": -0.5, "mu": 0.0, "bias": 0.0 },
+            "lumped_std": { "alpha": 0.0, "beta": 0.0, "mu": 0.0, "bias": 0.0 },
+            "correlation": [[1.0, 0.2, 0.0, 0.3], [0.2, 1.0, 0.0, 0.1], [0.0, 0.0, 1.0, 0.0], [0.3, 0.1, 0.0, 1.0]],
+            "nuisances": { "lag": p(0.3), "inflow": p(0.1) },
+            "regression": { "samples": 9, "effective_samples": 9.0, "condition": 1.0,
+                            "variance_inflation": {}, "residual_rms": 0.0, "filters": { "velocity": null, "every_term": null } },
+            "fit": { "mean_abs_error": null, "null_error": 0.0, "r_squared": null, "trials": [] },
+            "hold_out": null, "caveats": []
+        });
+        let all = json!({
+            "schema": crate::results::SCHEMA, "version": "0.1.0", "vehicle": "boat", "dry_mass_kg": null,
+            "provenance": { "command": "seaplant identify", "inputs": [], "seed": null, "settings": {} },
+            "plants": { "heave": heave, "yaw": heave }, "coupled": { "sway-yaw": boat },
+            "methods": {}, "subsets": {}, "steady": {}, "thrusters": [], "bollard_pull": null,
+            "sensors": [], "trials": [], "truth": null, "failures": [], "caveats": []
+        });
+        serde_json::from_value(all).expect("results")
+    }
+
+    #[test]
+    fn coupled_axes_and_axes_by_themselves_are_one_plant() {
+        let model = PlantModel::of_results(&results(), "results.json", None).expect("a plant");
+        // Yaw is in the coupled plant: its own counts no more.
+        assert_eq!(model.plant.axes(), [Dof::Sway, Dof::Heave, Dof::Yaw]);
+        assert_eq!(model.plant.mass_matrix()[(0, 2)], 12.0);
+        // b = 3 N on the left pushes up.
+        assert_eq!(model.weight_excess(), -3.0);
+        assert_eq!(model.actuation[&Dof::Heave].lag.as_ref().map(|lag| lag.value), Some(0.3));
+        assert!(model.notes.iter().any(|note| note.contains("inflow")), "{:?}", model.notes);
+        assert_eq!(model.reasons_against(), ["sway-yaw: it drives itself"]);
+    }
+
+    #[test]
+    fn covariance_follows_the_names_and_the_signs() {
+        let model = PlantModel::of_results(&results(), "results.json", None).expect("a plant");
+        let place = |name: &str| {
+            let terms = model.plant.structure().terms();
+            terms.iter().position(|term| term.to_string() == name).expect(name)
+        };
+        let covariance = model.covariance.as_ref().expect("known");
+        let of = |a: &str, b: &str| covariance[(place(a), place(b))];
+        assert_eq!(of("mass.yaw", "mass.sway"), 0.5 * 0.5 * 2.0);
+        assert_eq!(of("mass.sway", "mass.sway-yaw"), 0.0);
+        assert_eq!(of("mass.heave", "weight-minus-buoyancy"), -0.3);
+        assert_eq!(of("mass.heave", "mass.sway"), 0.0);
+        assert_eq!(model.interval(place("weight-minus-buoyancy")), Some([-5.0, -1.0]));
     }
 }

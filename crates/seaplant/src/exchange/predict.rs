@@ -68,9 +68,7 @@ impl PlantModel {
         let of = |k: usize, axis: usize| band(kept.iter().map(|run| run[k][axis]).collect());
         let band = match kept.is_empty() {
             true => Vec::new(),
-            false => {
-                (0..time_s.len()).map(|k| std::array::from_fn(|axis| of(k, axis))).collect()
-            }
+            false => (0..time_s.len()).map(|k| std::array::from_fn(|axis| of(k, axis))).collect(),
         };
         Ok(Prediction {
             time_s: time_s.to_vec(),

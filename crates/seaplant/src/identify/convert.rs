@@ -13,9 +13,10 @@ use crate::excursion::Excursion;
 use crate::judge::{Verdict, box_pierce};
 use crate::quantity::{Attitude, Axis, World};
 use crate::results::{
-    AccumulatedPlant, AxisResult, BuoyancyResult, CurveResult, PairResult, Parameter, Parameters, PlantResult, Provenance,
-    RegressionResult, Results, RigidBodyResult, SCHEMA, Score, SegmentResult, SensorResult, SteadyResult,
-    SteadyTestResult, ThrustPart, ThrusterResult, TrialResult,
+    AccumulatedPlant, AxisResult, BuoyancyResult, CurveResult, PairResult, Parameter, Parameters,
+    PlantResult, Provenance, RegressionResult, Results, RigidBodyResult, SCHEMA, Score,
+    SegmentResult, SensorResult, SteadyResult, SteadyTestResult, ThrustPart, ThrusterResult,
+    TrialResult,
 };
 use crate::{
     Caveat, Dof, Error, Estimate, LumpedParameters, Model, Motion, Quantity, Sensor, Term, Terms,
