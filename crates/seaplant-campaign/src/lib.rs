@@ -13,7 +13,9 @@ mod inspect;
 mod monte_carlo;
 mod plant_file;
 mod preset;
+mod profile;
 mod propose;
+mod published;
 mod recording;
 mod toml_file;
 mod twin_files;
@@ -36,11 +38,13 @@ pub use inspect::{
 pub use monte_carlo::{MonteCarloTable, monte_carlo};
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
+pub use profile::{HoldEntry, Profile, StartEntry, input_table};
 pub use propose::{Proposal, propose};
+pub use published::{published_names, read_plant_file};
 pub use recording::SourcedTrial;
 pub use toml_file::{of_json, read_bounded, read_toml};
 pub use twin_files::{TextFile, twin_files};
-pub use validate::{Simulation, Validation, validate};
+pub use validate::{Simulation, Validation, validate, validate_table};
 pub use vehicle_file::{
     AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, PresetCurveEntry, QuadraticEntry,
     SensorEntries, SourcedVehicle, TableEntry, ThrusterEntry, UncertaintyEntry, VehicleFile,

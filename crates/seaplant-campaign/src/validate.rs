@@ -1,6 +1,7 @@
 //! Fitted plants on other trials.
 
 use schemars::JsonSchema;
+use seaplant::exchange::PlantModel;
 use seaplant::results::{PlantResult, Results, Score};
 use seaplant::{Comparison, Dof, Error, Method, Model, Role, Trial, evaluate, score_plant};
 use serde::Serialize;
@@ -12,8 +13,8 @@ use crate::recording::SourcedTrial;
 pub struct Validation {
     /// Which degree of freedom.
     pub dof: Dof,
-    /// Whose plant.
-    pub method: Method,
+    /// Whose plant; absent of a published table.
+    pub method: Option<Method>,
     /// Its errors.
     pub score: Score,
     /// Trials that the plant was fitted to: their scores flatter it.
@@ -78,8 +79,7 @@ pub fn validate<'a>(
     let mut validations = Vec::new();
     for (dof, plant) in plants {
         let of_dof = trials.iter().filter(|of| of.trial.dofs().contains(&dof));
-        let moving = of_dof.clone().map(|of| &of.trial).filter(|t| t.role() != Role::Steady);
-        let scored: Vec<&Trial> = moving.collect();
+        let scored = moving(dof, trials);
         if scored.is_empty() {
             continue;
         }
@@ -89,10 +89,34 @@ pub fn validate<'a>(
             of.inputs.iter().any(|input| fitted.contains(&input.sha256.as_str()))
         };
         let known = of_dof.filter(is_known).map(|of| of.trial.name().to_owned());
-        let (method, fitted_to) = (plant.method, known.collect());
+        let (method, fitted_to) = (Some(plant.method), known.collect());
         validations.push(Validation { dof, method, score, fitted_to });
     }
     Ok(validations)
+}
+
+/// Scores each axis of a published table by itself, as [`validate`] scores fitted plants.
+///
+/// # Errors
+/// As [`score_plant`].
+pub fn validate_table(
+    model: &PlantModel,
+    trials: &[SourcedTrial],
+) -> Result<Vec<Validation>, Error> {
+    let mut validations = Vec::new();
+    for &dof in model.plant.axes() {
+        let scored = moving(dof, trials);
+        let Some(axis) = model.single_axis(dof).filter(|_| !scored.is_empty()) else { continue };
+        let score = score_plant(dof, &Model::from(axis.to_lumped()), &scored)?;
+        validations.push(Validation { dof, method: None, score, fitted_to: Vec::new() });
+    }
+    Ok(validations)
+}
+
+/// The trials of a degree of freedom that are not steady runs.
+fn moving(dof: Dof, trials: &[SourcedTrial]) -> Vec<&Trial> {
+    let of_dof = trials.iter().map(|of| &of.trial).filter(|trial| trial.dofs().contains(&dof));
+    of_dof.filter(|trial| trial.role() != Role::Steady).collect()
 }
 
 /// The hashes of the files that a degree of freedom was fitted to.

@@ -3,10 +3,11 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use seaplant::twin::Disturbance;
 use seaplant::{Dof, Method, Terms};
+use seaplant_export::EXPORTERS;
 
 /// Identifies the plant model of a marine vehicle from its logs: what it weighs in
 /// water, how it drags, how sure that is, and what makes it doubtful.
@@ -69,12 +70,14 @@ pub enum Command {
     Inspect(Inspect),
     /// Fit every degree of freedom of a campaign and write the report.
     Identify(Identify),
-    /// Drive a fitted plant with another log's thrust.
+    /// Tell what a plant would do, or drive it with another log's thrust.
     Simulate(Simulate),
     /// Score a fitted plant on the trials of a campaign.
     Validate(Validate),
     /// Put fits beside each other and tell whether they differ by more than chance.
     Compare(Compare),
+    /// Write a plant for a simulator or a controller.
+    Export(Export),
     /// Identify a campaign again whenever one of its files changes.
     Watch(Watch),
     /// Fit a thrust curve to a bollard-pull table.
@@ -263,18 +266,46 @@ pub struct Identify {
     pub force: bool,
 }
 
-/// Drive a fitted plant with another log's thrust.
+/// Tell what a plant would do under inputs alone, or drive it with another log's thrust.
+///
+/// Inputs alone are --step, a profile in TOML, or a table whose columns are time, wrench.AXIS,
+/// thruster.NAME.INPUT and supply.voltage, with units. Any other log is read through its campaign, and
+/// simulated and measured velocity stand beside each other.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  seaplant simulate results/results.json dive13.csv --dof heave --out heave.csv"
+    after_help = "Examples:\n  seaplant simulate results/results.json --step \"surge 200 N\" --for 60\n  seaplant simulate results/results.json profile.toml --out motion.csv\n  seaplant simulate results/results.json dive13.csv --dof heave --out heave.csv"
 )]
 pub struct Simulate {
-    /// The results.json of a fit.
+    /// The results.json of a fit; for inputs alone also a plant file or published:NAME.
     #[arg(value_hint = ValueHint::FilePath)]
     pub results: PathBuf,
-    /// The log, or the files that were logged side by side.
-    #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
+    /// A profile, a table of inputs, or the log or files that were logged side by side.
+    #[arg(value_name = "INPUTS", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
+    /// A constant force from rest, as "surge 200 N" or "yaw 5 N m"; give it once for each axis.
+    #[arg(long = "step", value_name = "FORCE", conflicts_with = "logs", requires = "duration_s")]
+    pub steps: Vec<String>,
+    /// For how long, s.
+    #[arg(long = "for", value_name = "S")]
+    pub duration_s: Option<f64>,
+    /// A velocity to begin with, as "surge 0.5 m/s"; give it once for each axis.
+    #[arg(long = "from", value_name = "VELOCITY")]
+    pub start: Vec<String>,
+    /// Velocity of the water north and east, m/s, as 0.2,-0.1.
+    #[arg(
+        long,
+        value_name = "N,E",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
+    pub current: Vec<f64>,
+    /// How many draws of the coefficients make the band; 0 for none.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(0..=10_000))]
+    pub draws: u16,
+    /// Where the draws' random numbers start.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
     /// The campaign whose vehicle and channels the log shares; the fit's own if not given.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub campaign: Option<PathBuf>,
@@ -284,7 +315,8 @@ pub struct Simulate {
     /// The method whose plant to use; the recommended one's if not given.
     #[arg(long, value_parser = method())]
     pub method: Option<Method>,
-    /// The CSV file to write; printed if not given.
+    /// The CSV file to write, or of inputs alone a page with charts (.html); a log's is printed if
+    /// not given.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
     /// Write over files that are not as Seaplant wrote them, too; never over what is read.
@@ -292,13 +324,49 @@ pub struct Simulate {
     pub force: bool,
 }
 
-/// Score a fitted plant on the trials of a campaign.
+fn formats() -> PossibleValuesParser {
+    PossibleValuesParser::new(
+        EXPORTERS.map(|exporter| PossibleValue::new(exporter.name()).help(exporter.about())),
+    )
+}
+
+/// Write a plant for a simulator or a controller.
+///
+/// Every file tells its units, frames, source, settings and uncertainty; what a format cannot hold,
+/// and what of the plant is not known, is told in the files and here.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  seaplant validate results/results.json another-dive/campaign.toml"
+    after_help = "Examples:\n  seaplant export results/results.json --to gazebo --out model\n  seaplant export published:bluerov2-wu-2018 --to fmu --out model"
+)]
+pub struct Export {
+    /// The results.json of a fit, a plant file (seaplant/plant in TOML or JSON), or
+    /// published:NAME.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub plant: PathBuf,
+    /// The format.
+    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    pub to: String,
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+    /// The method whose plants of single axes to use; the recommended one's if not given.
+    #[arg(long, value_parser = method())]
+    pub method: Option<Method>,
+    /// Export a plant that should not be used; the files carry the reasons.
+    #[arg(long)]
+    pub anyway: bool,
+    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// Score a fitted plant, or a published one, on the trials of a campaign.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant validate results/results.json another-dive/campaign.toml\n  seaplant validate published:bluerov2-wu-2018 campaign.toml"
 )]
 pub struct Validate {
-    /// The results.json of a fit.
+    /// The results.json of a fit, a plant file, or published:NAME, each axis by itself.
     #[arg(value_hint = ValueHint::FilePath)]
     pub results: PathBuf,
     /// The campaign whose trials to score on.
@@ -440,6 +508,10 @@ pub enum SchemaKind {
     Campaign,
     /// The file that `seaplant twin` reads.
     Twin,
+    /// A plant file, as `seaplant export --to json` writes and published tables are.
+    Plant,
+    /// A profile of inputs for `seaplant simulate`.
+    Profile,
 }
 
 /// Print the JSON Schema of a file, for editors and programs.

@@ -66,6 +66,14 @@ fn sketch(figure: &ComparisonFigure, results: &Results) -> String {
     )
 }
 
+/// A series in one line.
+pub fn bar(values: &[f64]) -> String {
+    let line = means(values);
+    let low = line.iter().copied().fold(0.0, f64::min);
+    let high = line.iter().copied().fold(0.0, f64::max);
+    line.iter().map(|x| level(*x, low, high)).collect()
+}
+
 /// The samples to show: some periods of the excitation around the greatest speed, or all.
 fn window(time_s: &[f64], measured: &[f64], excited_hz: Option<f64>) -> Range<usize> {
     let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else { return 0..0 };

@@ -6,6 +6,7 @@ mod comparison;
 mod font;
 mod ink;
 mod png_writer;
+mod prediction;
 mod scene;
 mod spectrum;
 mod steady;
@@ -19,6 +20,7 @@ use crate::Error;
 
 pub(crate) use comparison::description as comparison_description;
 pub(crate) use ink::{Ink, hex, style_sheet};
+pub(crate) use prediction::scene as prediction_scene;
 pub(crate) use scene::Scene;
 pub(crate) use spectrum::{Amplitude, view as spectrum_view};
 pub(crate) use steady::{description as steady_description, segments as steady_segments};

@@ -285,6 +285,8 @@ pub(crate) fn identification() -> Found {
         vehicle: format!("Vehicle {HOSTILE}"),
         dry_mass_kg: Some(3400.0),
         size_m: Some([3.4, 2.2, 2.4]),
+        rigid_body: None,
+        buoyancy: None,
         provenance: Provenance {
             command: format!("seaplant identify '{HOSTILE}'"),
             inputs: vec![InputFile {
@@ -317,6 +319,7 @@ pub(crate) fn identification() -> Found {
             input: "speed".to_owned(),
             curve: "0.0402 forward, 0.0328 reverse".to_owned(),
             thrust_std: Some([0.03, 0.05]),
+            law: None,
         }],
         bollard_pull: Some(bollard_pull()),
         sensors: vec![SensorResult {
@@ -369,6 +372,8 @@ pub(crate) fn empty() -> Found {
     let results = Results {
         dry_mass_kg: None,
         size_m: None,
+        rigid_body: None,
+        buoyancy: None,
         provenance: Provenance::default(),
         plants: BTreeMap::new(),
         coupled: BTreeMap::new(),

@@ -12,6 +12,7 @@ mod json;
 pub mod number;
 mod page;
 mod paths;
+mod prediction;
 mod words;
 
 #[cfg(test)]
@@ -27,6 +28,7 @@ use seaplant::{Comparison, Dof, PositionComparison};
 pub use error::Error;
 pub use figure::Figure;
 pub use json::{parse_results, results_schema};
+pub use prediction::{is_prediction_page, prediction_page};
 
 /// A file to write.
 #[derive(Debug)]

@@ -34,6 +34,14 @@ pub enum Error {
         /// What is wrong, and what to do.
         reason: String,
     },
+    /// A table of a plant that cannot be read.
+    #[error("{key} {reason}")]
+    PlantTable {
+        /// Which key of it.
+        key: String,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
     /// A rigid body that cannot be.
     #[error("the rigid body {reason}")]
     RigidBody {

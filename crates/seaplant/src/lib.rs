@@ -68,6 +68,7 @@ pub mod estimate;
 mod evaluate;
 #[doc(hidden)]
 pub mod exact;
+pub mod exchange;
 mod excursion;
 mod identify;
 mod judge;

@@ -22,7 +22,7 @@ pub use basis::{Basis, Factor, Instant, Product};
 pub(crate) use basis::{kirchhoff, kirchhoff_slope};
 pub use coefficients::Plant;
 pub use parameterisation::{Parameterisation, Physical, Plain};
-pub use rigid_body::{Buoyancy, RigidBody};
+pub use rigid_body::{Buoyancy, GRAVITY, RigidBody};
 pub use structure::{Structure, Symmetry};
 
 use nalgebra::{Matrix4, Vector4};

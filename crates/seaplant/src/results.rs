@@ -3,6 +3,7 @@
 //! Every number that a report shows stands here, or in the series beside it.
 
 mod coupled;
+mod vehicle;
 
 use std::collections::BTreeMap;
 
@@ -17,6 +18,8 @@ use crate::{
     Caveat, ClockOffset, Comparison, Dof, Error, Estimate, LumpedParameters, Method, Model, Role,
     Stability,
 };
+
+pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
 pub use coupled::{
     AxisScore, Coefficient, Correlation, CoupledPlant, CoupledScore, Identifiability, MatrixResult,
@@ -40,6 +43,12 @@ pub struct Results {
     /// Length, width and height of its hull, m.
     #[serde(default)]
     pub size_m: Option<[f64; 3]>,
+    /// What is known of it dry.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rigid_body: Option<RigidBodyResult>,
+    /// What the water carries of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub buoyancy: Option<BuoyancyResult>,
     /// What it was made from, and how to make it again.
     pub provenance: Provenance,
     /// The recommended plant of each degree of freedom.
@@ -411,6 +420,9 @@ pub struct ThrusterResult {
     /// nothing was said.
     #[serde(default)]
     pub thrust_std: Option<[f64; 2]>,
+    /// Its curve in numbers; absent of results that were written without them.
+    #[serde(default)]
+    pub law: Option<CurveResult>,
 }
 
 /// A thrust curve fitted to bollard-pull data.

@@ -139,6 +139,13 @@ impl ThrustTable {
         f0 + (input - x0) / (x1 - x0) * (f1 - f0)
     }
 
+    fn neutral(&self) -> f64 {
+        let least = self.forces.iter().fold(f64::INFINITY, |least, f| least.min(f.abs()));
+        let still: Vec<f64> =
+            self.points().filter(|(_, f)| f.abs() == least).map(|(x, _)| x).collect();
+        0.5 * (still[0] + still[still.len() - 1])
+    }
+
     /// The measured points, `(input, force)`.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.inputs.iter().copied().zip(self.forces.iter().copied())
@@ -222,6 +229,14 @@ impl ThrustCurve {
         }
     }
 
+    /// The input that makes no thrust, or the middle of those that make least.
+    pub fn neutral(&self) -> f64 {
+        match self {
+            Self::Quadratic { law, .. } => law.neutral,
+            Self::Table { tables, .. } => tables.first().map_or(0.0, ThrustTable::neutral),
+        }
+    }
+
     /// Whether the curve needs the supply voltage beside its input.
     pub fn needs_voltage(&self) -> bool {
         matches!(self, Self::Table { tables, .. } if tables.len() > 1)
@@ -276,6 +291,14 @@ mod tests {
         assert_eq!(curve.force(1700.0, Some(12.0)), 10.0);
         assert_eq!(curve.force(1700.0, Some(14.0)), 15.0);
         assert_eq!(curve.force(1900.0, Some(20.0)), 40.0);
+    }
+
+    #[test]
+    fn still_is_the_middle_of_the_deadband() {
+        let points = vec![(1100.0, -40.0), (1480.0, 0.0), (1520.0, 0.0), (1900.0, 50.0)];
+        let table = ThrustTable::new(None, points).expect("rises");
+        let curve = ThrustCurve::tables(ThrusterInput::Pwm, vec![table]).expect("one");
+        assert_eq!(curve.neutral(), 1500.0);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 use std::process::ExitCode;
 
+use seaplant::exchange::PlantFile;
 use seaplant::twin::TwinSpec;
-use seaplant_campaign::{CampaignFile, VehicleFile};
+use seaplant_campaign::{CampaignFile, Profile, VehicleFile};
 
 use crate::args::{Schema, SchemaKind};
 use crate::output::print;
@@ -11,6 +12,8 @@ pub fn run(arguments: &Schema) -> anyhow::Result<ExitCode> {
         SchemaKind::Results => seaplant_report::results_schema(),
         SchemaKind::Vehicle => schemars::schema_for!(VehicleFile).to_value(),
         SchemaKind::Campaign => schemars::schema_for!(CampaignFile).to_value(),
+        SchemaKind::Plant => schemars::schema_for!(PlantFile).to_value(),
+        SchemaKind::Profile => schemars::schema_for!(Profile).to_value(),
         SchemaKind::Twin => schemars::schema_for!(TwinSpec).to_value(),
     };
     print(&serde_json::to_string_pretty(&schema)?)?;

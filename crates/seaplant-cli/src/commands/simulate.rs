@@ -8,6 +8,7 @@ use seaplant::results::Results;
 use seaplant_campaign::{Simulation, campaign_files, read_logs};
 use seaplant_report::number::{or_absent, significant};
 
+use super::predict;
 use super::validate::read_results;
 use crate::args::Simulate;
 use crate::output::{Output, print};
@@ -15,6 +16,9 @@ use crate::progress::watched;
 use crate::writing::{Permit, write_file};
 
 pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
+    if let Some(inputs) = predict::inputs_alone(arguments)? {
+        return predict::run(arguments, inputs, output);
+    }
     let results = read_results(&arguments.results)?;
     let dof = arguments.dof.map_or_else(|| only_dof(&results), Ok)?;
     let plant = results.plant_of(dof, arguments.method)?;

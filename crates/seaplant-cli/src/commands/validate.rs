@@ -2,11 +2,15 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, bail};
+use seaplant::exchange::PlantModel;
 use seaplant::results::Results;
-use seaplant_campaign::{Campaign, Error, Validation, read_bounded, validate};
+use seaplant_campaign::{
+    Campaign, Error, Validation, read_bounded, read_plant_file, validate, validate_table,
+};
 use seaplant_report::number::{or_absent, significant};
 use seaplant_report::parse_results;
 
+use super::plant::{file_of, read_plant};
 use crate::args::Validate;
 use crate::output::{Output, WARNING};
 use crate::progress::watched;
@@ -14,14 +18,22 @@ use crate::summary::{align, plain_table};
 use crate::writing::is_complete;
 
 pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
-    let results = read_results(&arguments.results)?;
-    let campaign = watched(output, || Campaign::open(&arguments.campaign))?;
-    let mut plants = Vec::new();
-    for &dof in results.plants.keys() {
-        plants.push((dof, results.plant_of(dof, arguments.method)?));
-    }
-    let validations = validate(&results, plants, &campaign.sourced_trials())
-        .with_context(|| arguments.campaign.display().to_string())?;
+    let validations = match table(arguments)? {
+        Some(model) => {
+            let campaign = watched(output, || Campaign::open(&arguments.campaign))?;
+            validate_table(&model, &campaign.sourced_trials())
+        }
+        None => {
+            let results = read_results(&file_of(&arguments.results))?;
+            let campaign = watched(output, || Campaign::open(&arguments.campaign))?;
+            let mut plants = Vec::new();
+            for &dof in results.plants.keys() {
+                plants.push((dof, results.plant_of(dof, arguments.method)?));
+            }
+            validate(&results, plants, &campaign.sourced_trials())
+        }
+    };
+    let validations = validations.with_context(|| arguments.campaign.display().to_string())?;
     if validations.is_empty() {
         bail!(
             "no trial of {} exercises a degree of freedom that {} holds",
@@ -31,6 +43,18 @@ pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
     }
     output.give(&validations, || words(&validations))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The plant of a plant file or published table; none of results.
+fn table(arguments: &Validate) -> Result<Option<PlantModel>> {
+    let path = file_of(&arguments.results);
+    if !path.exists() && !path.to_string_lossy().starts_with("published:") {
+        return Ok(None);
+    }
+    if read_plant_file(&path)?.is_none() {
+        return Ok(None);
+    }
+    read_plant(&path, arguments.method).map(Some)
 }
 
 /// Reads a results.json.

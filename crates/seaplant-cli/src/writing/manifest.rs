@@ -26,6 +26,8 @@ pub enum Made {
     Campaign,
     /// Of a campaign: results, report, figures, tables.
     Report,
+    /// Of a plant, for another tool; those for one tool leave those for others alone.
+    Export,
 }
 
 impl Made {

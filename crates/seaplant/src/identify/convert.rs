@@ -13,9 +13,10 @@ use crate::excursion::Excursion;
 use crate::judge::{Verdict, box_pierce};
 use crate::quantity::{Attitude, Axis, World};
 use crate::results::{
-    AccumulatedPlant, AxisResult, PairResult, Parameter, Parameters, PlantResult, Provenance,
-    RegressionResult, Results, SCHEMA, Score, SegmentResult, SensorResult, SteadyResult,
-    SteadyTestResult, ThrustPart, ThrusterResult, TrialResult,
+    AccumulatedPlant, AxisResult, BuoyancyResult, CurveResult, PairResult, Parameter, Parameters,
+    PlantResult, Provenance, RegressionResult, Results, RigidBodyResult, SCHEMA, Score,
+    SegmentResult, SensorResult, SteadyResult, SteadyTestResult, ThrustPart, ThrusterResult,
+    TrialResult,
 };
 use crate::{
     Caveat, Dof, Error, Estimate, LumpedParameters, Model, Motion, Quantity, Sensor, Term, Terms,
@@ -239,6 +240,8 @@ pub(super) fn empty_results(
         vehicle: vehicle.name.clone(),
         dry_mass_kg: vehicle.dry_mass_kg,
         size_m: vehicle.size_m,
+        rigid_body: vehicle.rigid_body.as_ref().map(RigidBodyResult::of),
+        buoyancy: vehicle.buoyancy.as_ref().map(BuoyancyResult::of),
         provenance: Provenance {
             settings: settings(options),
             seed: drawn_seed(options),
@@ -376,6 +379,7 @@ fn thruster_result(thruster: &Thruster) -> ThrusterResult {
         curve: curve.trim_end().to_owned(),
         thrust_std: (thruster.uncertainty != ThrustUncertainty::default())
             .then_some([thruster.uncertainty.forward, thruster.uncertainty.reverse]),
+        law: Some(CurveResult::of(&thruster.curve)),
     }
 }
 

@@ -88,6 +88,11 @@ impl RigidBody {
         self.mass_kg
     }
 
+    /// Inertia about the centre of gravity, kg m², shape (3, 3).
+    pub fn inertia(&self) -> Matrix3<f64> {
+        self.inertia
+    }
+
     /// The centre of gravity, from the vehicle's origin, m.
     pub fn centre_of_gravity_body(&self) -> Vector3<f64> {
         self.centre_of_gravity_body
@@ -104,7 +109,7 @@ pub struct Buoyancy {
 }
 
 /// Standard gravity, m/s².
-pub(crate) const GRAVITY: f64 = 9.80665;
+pub const GRAVITY: f64 = 9.80665;
 
 impl Buoyancy {
     /// Checks and keeps a buoyancy.

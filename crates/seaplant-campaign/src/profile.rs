@@ -1,0 +1,272 @@
+//! What drives a plant in a prediction: a profile in TOML, or a table of inputs.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use schemars::JsonSchema;
+use seaplant::exchange::{Drive, PlantModel};
+use seaplant::quantity::Quantity;
+use seaplant::{Dof, Timed};
+use seaplant_log::{Log, ReadOptions, Unit};
+use serde::{Deserialize, Serialize};
+
+use crate::units::dimension_of;
+use crate::{Error, read_toml};
+
+/// A profile of inputs: how a plant is driven, and from which state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Profile {
+    /// How long, s.
+    pub duration_s: f64,
+    /// Time from one row of the result to the next, s.
+    #[serde(default = "tenth")]
+    pub sample_s: f64,
+    /// Velocity of the water north and east, m/s.
+    #[serde(default)]
+    pub current_m_per_s: [f64; 2],
+    /// The state at the beginning; at rest and level if left out.
+    #[serde(default)]
+    pub start: StartEntry,
+    /// What pushes from when on.
+    #[serde(default)]
+    pub hold: Vec<HoldEntry>,
+}
+
+const fn tenth() -> f64 {
+    0.1
+}
+
+/// A state to begin from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StartEntry {
+    /// Velocity over ground by axis, m/s and rad/s.
+    #[serde(default)]
+    pub velocity: BTreeMap<Dof, f64>,
+    /// Roll, deg.
+    #[serde(default)]
+    pub roll_deg: f64,
+    /// Pitch, deg.
+    #[serde(default)]
+    pub pitch_deg: f64,
+    /// Heading, deg.
+    #[serde(default)]
+    pub heading_deg: f64,
+}
+
+/// What pushes from a time on, until the next entry; what it does not name does not push.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HoldEntry {
+    /// From when on, s.
+    #[serde(default)]
+    pub from_s: f64,
+    /// Force or moment by axis, N and N m.
+    #[serde(default)]
+    pub force: BTreeMap<Dof, f64>,
+    /// Inputs of thrusters by name, in the units of their curves.
+    #[serde(default)]
+    pub thruster: BTreeMap<String, f64>,
+    /// Supply voltage, V.
+    #[serde(default)]
+    pub supply_v: Option<f64>,
+}
+
+/// Rows of a prediction beyond which it is too long to be one.
+const MOST_ROWS: f64 = 1e6;
+
+impl Profile {
+    /// Reads a profile.
+    ///
+    /// # Errors
+    /// [`Error::Toml`], [`Error::Io`], or [`Error::Value`] for times that are none.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let profile: Self = read_toml(path)?;
+        profile.check(path)?;
+        Ok(profile)
+    }
+
+    /// Refuses times that are none; `path` is what messages call the profile.
+    ///
+    /// # Errors
+    /// [`Error::Value`].
+    pub fn check(&self, path: &Path) -> Result<(), Error> {
+        let refuse = |key: &str, reason: String| Err(Error::value(path, key, reason));
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        if !positive(self.duration_s) {
+            return refuse("duration_s", format!("is {} s; give one above zero", self.duration_s));
+        }
+        if !positive(self.sample_s) || self.duration_s / self.sample_s > MOST_ROWS {
+            let reason = format!(
+                "is {} s; give one that makes at most a million rows of {} s",
+                self.sample_s, self.duration_s
+            );
+            return refuse("sample_s", reason);
+        }
+        if self.hold.windows(2).any(|pair| pair[1].from_s <= pair[0].from_s) {
+            return refuse("hold", "has entries whose from_s does not increase; sort them".into());
+        }
+        Ok(())
+    }
+
+    /// The instants of the result, s.
+    pub fn time_s(&self) -> Vec<f64> {
+        let rows = (self.duration_s / self.sample_s + 1e-9).floor() as usize;
+        (0..=rows).map(|k| self.sample_s * k as f64).collect()
+    }
+
+    /// The inputs as series; thrusters that an entry does not name stand still.
+    ///
+    /// # Errors
+    /// [`seaplant::Error::NotFinite`] for an input that is no number.
+    pub fn drive(&self, model: &PlantModel) -> Result<Drive, seaplant::Error> {
+        let mut drive = Drive::default();
+        for dof in Dof::ALL {
+            let of = |hold: &HoldEntry| hold.force.get(&dof).copied();
+            if let Some(series) = self.series(of, 0.0)? {
+                drive.wrench.insert(dof, series);
+            }
+        }
+        let named = self.hold.iter().flat_map(|hold| hold.thruster.keys());
+        for name in named {
+            let known = model.thrusters.iter().find(|thruster| thruster.name == *name);
+            let still = known.map_or(0.0, |thruster| thruster.curve.neutral());
+            let of = |hold: &HoldEntry| hold.thruster.get(name).copied();
+            if let Some(series) = self.series(of, still)? {
+                drive.thrusters.insert(name.clone(), series);
+            }
+        }
+        let first = self.hold.iter().find_map(|hold| hold.supply_v);
+        drive.supply_v = self.series(|hold| hold.supply_v, first.unwrap_or(0.0))?;
+        Ok(drive)
+    }
+
+    /// Values by entry, or what stands where none is; nothing if no entry has one.
+    fn series(
+        &self,
+        of: impl Fn(&HoldEntry) -> Option<f64>,
+        otherwise: f64,
+    ) -> Result<Option<Timed>, seaplant::Error> {
+        if self.hold.iter().all(|hold| of(hold).is_none()) {
+            return Ok(None);
+        }
+        let (mut times, mut values) = (Vec::new(), Vec::new());
+        if self.hold[0].from_s > 0.0 {
+            times.push(0.0);
+            values.push(otherwise);
+        }
+        for hold in &self.hold {
+            times.push(hold.from_s);
+            values.push(of(hold).unwrap_or(otherwise));
+        }
+        Ok(Some(Timed::new("input", times, values)?))
+    }
+}
+
+/// The inputs of a table, if it has nothing else: columns `wrench.AXIS`,
+/// `thruster.NAME.speed|pwm|command|force` and `supply.voltage` beside time, with units.
+///
+/// `None` for a log that holds other columns, such as a measured motion.
+///
+/// # Errors
+/// [`Error::Log`] for a file that cannot be read; [`Error::Value`] for a column of
+/// inputs whose unit is missing or another's.
+pub fn input_table(path: &Path) -> Result<Option<(Drive, Vec<f64>)>, Error> {
+    let log = Log::open(&[(path.to_owned(), ReadOptions::default())]).map_err(|source| {
+        Error::Log { trial: path.display().to_string(), source: Box::new(source) }
+    })?;
+    let is_input = |quantity: &Quantity| {
+        matches!(
+            quantity,
+            Quantity::Thruster { .. } | Quantity::Wrench(_) | Quantity::SupplyVoltage
+        )
+    };
+    let named = log.channels().iter().map(|channel| channel.name.parse::<Quantity>());
+    let quantities: Vec<Quantity> = named.flatten().filter(is_input).collect();
+    if quantities.is_empty() || quantities.len() < log.channels().len() {
+        return Ok(None);
+    }
+    let mut drive = Drive::default();
+    let first = log.channels().iter().filter_map(|channel| channel.time_s().first().copied());
+    let start = first.fold(f64::INFINITY, f64::min);
+    let mut time_s: Vec<f64> = Vec::new();
+    for (channel, quantity) in log.channels().iter().zip(quantities) {
+        let unit = in_unit(path, channel.unit.as_ref(), &quantity)?;
+        let times: Vec<f64> = channel.time_s().iter().map(|t| t - start).collect();
+        let values: Vec<f64> = channel.values().iter().map(|x| unit.to_si(*x)).collect();
+        if times.len() > time_s.len() {
+            time_s.clone_from(&times);
+        }
+        let series = Timed::new(&channel.name, times, values).map_err(Error::model(path))?;
+        match quantity {
+            Quantity::Thruster { name, .. } => drop(drive.thrusters.insert(name, series)),
+            Quantity::Wrench(dof) => drop(drive.wrench.insert(dof, series)),
+            _ => drive.supply_v = Some(series),
+        }
+    }
+    Ok(Some((drive, time_s)))
+}
+
+fn in_unit(path: &Path, unit: Option<&Unit>, quantity: &Quantity) -> Result<Unit, Error> {
+    let name = quantity.to_string();
+    let Some(unit) = unit else {
+        let expected = quantity.kind().unit();
+        let reason = format!("has no unit; write it in the heading, as `{name} [{expected}]`");
+        return Err(Error::value(path, name, reason));
+    };
+    unit.resolve(dimension_of(quantity.kind()))
+        .map_err(|error| Error::value(path, name, error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn profile(text: &str) -> Profile {
+        toml::from_str(text).expect("a profile")
+    }
+
+    #[test]
+    fn what_an_entry_does_not_name_does_not_push() {
+        let profile = profile(
+            "duration_s = 10.0\n[[hold]]\nfrom_s = 1.0\nforce.surge = 200.0\n[[hold]]\nfrom_s = 4.0\n",
+        );
+        let drive = profile.drive(&model()).expect("known");
+        let surge = &drive.wrench[&Dof::Surge];
+        let at = [0.5, 2.0, 5.0].map(|t| surge.held_at(t));
+        assert_eq!(at, [0.0, 200.0, 0.0]);
+        assert_eq!(profile.time_s().len(), 101);
+    }
+
+    #[test]
+    fn wrong_times_are_refused_by_their_key() {
+        let check =
+            |text: &str| profile(text).check(Path::new("p.toml")).expect_err("wrong").to_string();
+        assert!(check("duration_s = 0.0").contains("duration_s"));
+        assert!(check("duration_s = 1e9\nsample_s = 0.1").contains("a million rows"));
+        let twice = "duration_s = 1.0\n[[hold]]\nfrom_s = 1.0\n[[hold]]\nfrom_s = 1.0";
+        assert!(check(twice).contains("does not increase"));
+    }
+
+    #[test]
+    fn a_table_of_inputs_alone_is_told_from_a_log() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).expect("written");
+            path
+        };
+        let alone = write("in.csv", "time [s],wrench.surge [kN]\n5.0,0.1\n6.0,0.2\n");
+        let (drive, time_s) = input_table(&alone).expect("read").expect("inputs alone");
+        assert_eq!(drive.wrench[&Dof::Surge].held_at(1.0), 200.0);
+        assert_eq!(time_s, [0.0, 1.0]);
+        let log = write("log.csv", "time [s],wrench.surge [N],u [m/s]\n0,1,0\n1,2,0\n");
+        assert_eq!(input_table(&log).expect("read"), None);
+    }
+
+    fn model() -> PlantModel {
+        let file = crate::read_plant_file(Path::new("published:wam-v-vrx"));
+        file.expect("a table").expect("a plant").model().expect("possible")
+    }
+}

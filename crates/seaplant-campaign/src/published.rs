@@ -1,0 +1,101 @@
+//! Plant files, and the published tables that come with the program.
+
+use std::path::Path;
+
+use seaplant::exchange::{PLANT_SCHEMA, PlantFile};
+
+use crate::toml_file::{nearest, parse};
+use crate::{Error, read_bounded, read_toml};
+
+/// The published tables, by name.
+const PUBLISHED: [(&str, &str); 4] = [
+    (
+        "bluerov2-heavy-von-benzon-2022",
+        include_str!("../plants/bluerov2-heavy-von-benzon-2022.toml"),
+    ),
+    ("bluerov2-wu-2018", include_str!("../plants/bluerov2-wu-2018.toml")),
+    ("rexrov", include_str!("../plants/rexrov.toml")),
+    ("wam-v-vrx", include_str!("../plants/wam-v-vrx.toml")),
+];
+
+/// How a published table is asked for in place of a file.
+const PREFIX: &str = "published:";
+
+/// The names of the published tables.
+pub fn published_names() -> Vec<&'static str> {
+    PUBLISHED.iter().map(|(name, _)| *name).collect()
+}
+
+/// A plant by a path: a plant file in TOML or JSON, or `published:NAME`; `None` for a JSON file
+/// of another schema, such as results.
+///
+/// # Errors
+/// [`Error::Value`] for a table that is none; [`Error::Toml`] or [`Error::Io`] for a file that
+/// cannot be read.
+pub fn read_plant_file(path: &Path) -> Result<Option<PlantFile>, Error> {
+    if let Some(name) = path.to_str().and_then(|text| text.strip_prefix(PREFIX)) {
+        return published(path, name).map(Some);
+    }
+    if path.extension().is_some_and(|ending| ending == "toml") {
+        return read_toml(path).map(Some);
+    }
+    const MOST_BYTES: u64 = 1 << 30;
+    let bytes = read_bounded(path, MOST_BYTES)?;
+    let Ok(value) = serde_json::from_slice::<serde_json::Value>(&bytes) else { return Ok(None) };
+    let schema = value.get("schema").and_then(|schema| schema.as_str()).unwrap_or_default();
+    // Another version of it, too, is for the file to refuse by name.
+    let family = PLANT_SCHEMA.trim_end_matches(|c: char| c.is_ascii_digit());
+    if !schema.starts_with(family) {
+        return Ok(None);
+    }
+    crate::of_json(path, value).map(Some)
+}
+
+fn published(path: &Path, name: &str) -> Result<PlantFile, Error> {
+    match PUBLISHED.iter().find(|(known, _)| *known == name) {
+        Some((_, text)) => parse(path, text),
+        None => {
+            let near = nearest(name, published_names());
+            let hint = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+            let reason =
+                format!("there is no such table; use {}{hint}", published_names().join(", "));
+            Err(Error::value(path, "published", reason))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use seaplant::Dof;
+    use seaplant::plant::{Basis, Product};
+
+    use super::*;
+
+    #[test]
+    fn every_published_table_is_a_plant_with_a_licence() {
+        for name in published_names() {
+            let path = format!("{PREFIX}{name}");
+            let file = read_plant_file(Path::new(&path)).expect("a table").expect("a plant");
+            assert!(file.licence.is_some() && file.url.is_some(), "{name}");
+            file.model().expect(name);
+        }
+    }
+
+    #[test]
+    fn drag_of_one_vehicle_differs_by_eight_times_between_tables() {
+        let drag = |name: &str| {
+            let path = format!("{PREFIX}{name}");
+            let file = read_plant_file(Path::new(&path)).expect("a table").expect("a plant");
+            let term = Basis::Product(Dof::Surge, Product::quadratic(Dof::Surge));
+            file.model().expect("possible").plant.coefficient(&term).expect("surge")
+        };
+        let ratio = drag("bluerov2-heavy-von-benzon-2022") / drag("bluerov2-wu-2018");
+        assert!((7.5..8.0).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn an_unknown_table_brings_the_near_one() {
+        let error = read_plant_file(Path::new("published:bluerov2-wu")).expect_err("unknown");
+        assert!(error.to_string().contains("did you mean `bluerov2-wu-2018`"), "{error}");
+    }
+}

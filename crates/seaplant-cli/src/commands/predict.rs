@@ -1,0 +1,329 @@
+//! `simulate` with inputs alone: what a plant would do.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, anyhow, bail};
+use nalgebra::Vector6;
+use seaplant::exchange::{Consequence, Draws, Drive, PlantModel, Prediction};
+use seaplant::motion::Inputs;
+use seaplant::{Dof, Timed};
+use seaplant_campaign::{HoldEntry, Profile, StartEntry, input_table};
+use seaplant_report::number::significant;
+use seaplant_report::{is_prediction_page, prediction_page};
+use serde_json::json;
+
+use super::plant::{file_of, read_plant};
+use crate::args::Simulate;
+use crate::output::{FAINT, Output, STRONG, WARNING};
+use crate::sketch::bar;
+use crate::summary::{align, plain_table};
+use crate::writing::{Permit, check_single, write_file};
+
+/// Inputs without a measured motion.
+pub enum InputsAlone {
+    /// Forces and thrusters by time, in TOML or of the command line.
+    Profile(Profile),
+    /// A table, and the instants of its rows.
+    Table(Drive, Vec<f64>),
+}
+
+/// What drives the plant, if it is inputs alone and no log of a motion.
+pub fn inputs_alone(arguments: &Simulate) -> Result<Option<InputsAlone>> {
+    let only = match arguments.logs.as_slice() {
+        [] if arguments.steps.is_empty() => {
+            bail!(
+                "nothing drives the plant; give a profile, a table of inputs, a log, or --step \"surge 200 N\" --for 60"
+            )
+        }
+        [] => return Ok(Some(InputsAlone::Profile(stepped(arguments)?))),
+        [only] => only,
+        _ => return Ok(None),
+    };
+    if only.extension().is_some_and(|ending| ending == "toml") {
+        let mut profile = Profile::read(only)?;
+        if let Some(duration_s) = arguments.duration_s {
+            profile.duration_s = duration_s;
+            profile.check(only)?;
+        }
+        return Ok(Some(InputsAlone::Profile(profile)));
+    }
+    // What no table can be is for the reader of logs to tell.
+    let table = if arguments.campaign.is_none() { input_table(only).ok().flatten() } else { None };
+    Ok(table.map(|(drive, time_s)| InputsAlone::Table(drive, time_s)))
+}
+
+/// A profile of one hold.
+fn stepped(arguments: &Simulate) -> Result<Profile> {
+    let mut force = BTreeMap::new();
+    for step in &arguments.steps {
+        let (dof, value) = quantity(step, "--step", |dof| dof.units().force)?;
+        if force.insert(dof, value).is_some() {
+            bail!("--step gives {dof} twice; give each axis once");
+        }
+    }
+    let profile = Profile {
+        duration_s: arguments.duration_s.unwrap_or_default(),
+        sample_s: 0.1,
+        current_m_per_s: [0.0; 2],
+        start: StartEntry::default(),
+        hold: vec![HoldEntry { force, ..HoldEntry::default() }],
+    };
+    profile.check(Path::new("--for"))?;
+    Ok(profile)
+}
+
+/// `surge 200 N`: an axis, a number, and the axis's unit.
+fn quantity(text: &str, flag: &str, unit: impl Fn(Dof) -> &'static str) -> Result<(Dof, f64)> {
+    let refuse = |reason: String| anyhow!("{flag} \"{text}\" {reason}");
+    let mut words = text.split_whitespace();
+    let dof: Dof = words.next().unwrap_or_default().parse().map_err(|_| {
+        refuse("names no axis; begin with surge, sway, heave, roll, pitch or yaw".to_owned())
+    })?;
+    let expected = unit(dof);
+    let value = words.next().and_then(|word| word.parse::<f64>().ok()).filter(|x| x.is_finite());
+    let value = value
+        .ok_or_else(|| refuse(format!("has no number; write it as \"{dof} 1.0 {expected}\"")))?;
+    let found = words.collect::<Vec<_>>().join(" ");
+    let same = |a: &str, b: &str| a.replace(['·', ' ', '.'], "") == b.replace(' ', "");
+    if !same(&found, expected) {
+        return Err(refuse(format!(
+            "is in `{found}`, and {dof} is in {expected}; write \"{dof} {value} {expected}\""
+        )));
+    }
+    Ok((dof, value))
+}
+
+pub fn run(arguments: &Simulate, inputs: InputsAlone, output: Output) -> Result<ExitCode> {
+    let model = read_plant(&arguments.results, arguments.method)?;
+    let mut read = arguments.logs.clone();
+    read.push(file_of(&arguments.results));
+    let permit = Permit::of(&read, arguments.force);
+    let page =
+        arguments.out.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "html"));
+    let is_ours = |bytes: &[u8]| {
+        if page { is_prediction_page(bytes) } else { bytes.starts_with(HEADER.as_bytes()) }
+    };
+    if let Some(path) = &arguments.out {
+        check_single(path, permit, is_ours).with_context(|| path.display().to_string())?;
+    }
+    let case = Case::of(arguments, inputs, &model)?;
+    let draws = Draws { count: usize::from(arguments.draws), seed: arguments.seed };
+    let prediction = model.predict(&case.inputs, &case.start, &case.time_s, draws)?;
+    let follows = model.consequences(&case.forces(), draws)?;
+    let notes = notes(&model, &case, &prediction, draws);
+    if let Some(path) = &arguments.out {
+        let bytes = match page {
+            true => prediction_page(&model, &prediction, &lines(&follows, &notes))?,
+            false => csv(&prediction).into_bytes(),
+        };
+        write_file(path, &bytes, permit, is_ours)?;
+    }
+    let result = json!({
+        "vehicle": model.name,
+        "axes": model.plant.axes(),
+        "seed": draws.seed,
+        "draws": draws.count,
+        "time_s": prediction.time_s,
+        "pose": prediction.pose,
+        "velocity": prediction.velocity,
+        "band95": prediction.band,
+        "consequences": follows,
+        "notes": notes,
+    });
+    output.give(&result, || words(&model, &prediction, &follows, &notes))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What is simulated.
+struct Case {
+    inputs: Inputs,
+    start: Vector6<f64>,
+    time_s: Vec<f64>,
+}
+
+impl Case {
+    fn of(arguments: &Simulate, given: InputsAlone, model: &PlantModel) -> Result<Self> {
+        let (drive, time_s, entry, mut current) = match given {
+            InputsAlone::Profile(profile) => {
+                let drive = profile.drive(model)?;
+                (drive, profile.time_s(), profile.start.clone(), profile.current_m_per_s)
+            }
+            InputsAlone::Table(drive, time_s) => (drive, time_s, StartEntry::default(), [0.0; 2]),
+        };
+        match arguments.current.as_slice() {
+            [] => {}
+            [north, east] => current = [*north, *east],
+            other => {
+                bail!("--current has {} numbers and needs two, north,east in m/s", other.len())
+            }
+        }
+        let mut start = Vector6::zeros();
+        entry.velocity.iter().for_each(|(dof, v)| start[dof.index()] = *v);
+        for text in &arguments.start {
+            let (dof, v) = quantity(text, "--from", |dof| dof.units().velocity)?;
+            start[dof.index()] = v;
+        }
+        let until = time_s.last().copied().unwrap_or(0.0);
+        let angle = |deg: f64| Timed::new("attitude", vec![0.0], vec![deg.to_radians()]);
+        let attitude = [
+            Some(angle(entry.roll_deg)?),
+            Some(angle(entry.pitch_deg)?),
+            Some(angle(entry.heading_deg)?),
+        ];
+        let force = model.forces(&drive, until)?;
+        // Velocities of axes that the plant does not have are held.
+        let mut velocity: [Option<Timed>; 6] = std::array::from_fn(|_| None);
+        for dof in model.unknown_axes() {
+            let held = start[dof.index()];
+            start[dof.index()] = 0.0;
+            if held != 0.0 {
+                velocity[dof.index()] = Some(Timed::new("held", vec![0.0], vec![held])?);
+            }
+        }
+        Ok(Self { inputs: Inputs { force, velocity, attitude, current }, start, time_s })
+    }
+
+    /// The greatest force on each axis, with its sign.
+    fn forces(&self) -> BTreeMap<Dof, f64> {
+        let greatest = |dof: Dof| {
+            let force = self.inputs.force[dof.index()].as_ref()?;
+            let most = force.values().iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+            (most != 0.0).then_some((dof, most))
+        };
+        Dof::ALL.into_iter().filter_map(greatest).collect()
+    }
+}
+
+fn notes(model: &PlantModel, case: &Case, prediction: &Prediction, draws: Draws) -> Vec<String> {
+    let mut notes = Vec::new();
+    let lost: Vec<&str> = model
+        .unknown_axes()
+        .into_iter()
+        .filter(|dof| {
+            let force = case.inputs.force[dof.index()].as_ref();
+            force.is_some_and(|force| force.values().iter().any(|x| *x != 0.0))
+        })
+        .map(Dof::name)
+        .collect();
+    if !lost.is_empty() {
+        notes.push(format!(
+            "the inputs push in {}, of which nothing is known: it does not move there",
+            lost.join(", ")
+        ));
+    }
+    if model.covariance.is_none() {
+        notes.push("the plant states no errors, so that there is no band".to_owned());
+    } else if draws.count > 0 {
+        notes.push(format!(
+            "the band is of {} draws of the coefficients, seed {}; it holds no disturbance and no fault of the model",
+            draws.count, draws.seed
+        ));
+    }
+    if prediction.lost > 0 {
+        notes.push(format!("{} draws ran away and are not in the band", prediction.lost));
+    }
+    notes.extend(model.notes.iter().cloned());
+    notes.extend(model.reasons_against().into_iter().map(|r| format!("DO NOT USE: {r}")));
+    notes
+}
+
+/// What every CSV file of a prediction starts with.
+const HEADER: &str = "time [s],north [m],east [m],down [m],roll [rad],pitch [rad],heading [rad]";
+
+fn csv(prediction: &Prediction) -> String {
+    let mut text = HEADER.to_owned();
+    for dof in Dof::ALL {
+        let _ = write!(text, ",{dof} [{}]", dof.units().velocity);
+    }
+    if !prediction.band.is_empty() {
+        for dof in Dof::ALL {
+            let unit = dof.units().velocity;
+            let _ = write!(text, ",{dof} low95 [{unit}],{dof} high95 [{unit}]");
+        }
+    }
+    text.push('\n');
+    for (k, t) in prediction.time_s.iter().enumerate() {
+        // Sums of tenths are written as such.
+        let _ = write!(text, "{}", (t * 1e9).round() / 1e9);
+        let band = prediction.band.get(k).into_iter().flatten().flatten();
+        let all = prediction.pose[k].iter().chain(&prediction.velocity[k]).chain(band);
+        all.for_each(|x| _ = write!(text, ",{x}"));
+        text.push('\n');
+    }
+    text
+}
+
+/// A consequence with its interval.
+fn told(of: &Consequence) -> [String; 5] {
+    let interval = of.interval95.map_or(String::new(), |[low, high]| {
+        format!("[{}, {}]", significant(low, 3), significant(high, 3))
+    });
+    let axis = of.axis.to_string();
+    [axis, of.name.clone(), significant(of.value, 3), interval, of.unit.clone()]
+}
+
+fn lines(follows: &[Consequence], notes: &[String]) -> Vec<String> {
+    let of = |x: &Consequence| {
+        let [axis, name, value, interval, unit] = told(x);
+        format!("{axis}, {name}: {value} {unit} {interval}").trim_end().to_owned()
+    };
+    follows.iter().map(of).chain(notes.iter().cloned()).collect()
+}
+
+fn words(
+    model: &PlantModel,
+    prediction: &Prediction,
+    follows: &[Consequence],
+    notes: &[String],
+) -> String {
+    let until = prediction.time_s.last().copied().unwrap_or(0.0);
+    let mut text = format!("{STRONG}{}{STRONG:#}, {} s\n", model.name, significant(until, 4));
+    let last = prediction.velocity.len() - 1;
+    for &dof in model.plant.axes() {
+        let k = dof.index();
+        let series: Vec<f64> = prediction.velocity.iter().map(|row| row[k]).collect();
+        let end = significant(series[last], 3);
+        let band = prediction.band.get(last).map_or(String::new(), |band| {
+            format!(" [{}, {}]", significant(band[k][0], 3), significant(band[k][1], 3))
+        });
+        let unit = dof.units().velocity;
+        let _ = writeln!(
+            text,
+            "  {dof:<6} {}  {FAINT}at the end{FAINT:#} {end}{band} {unit}",
+            bar(&series)
+        );
+    }
+    if !follows.is_empty() {
+        let mut table = plain_table();
+        for row in follows.iter().map(told) {
+            table.add_row(row);
+        }
+        align(&mut table, 2..3);
+        let _ = writeln!(text, "\nEach axis by itself:\n{}", table.to_string().trim_end());
+    }
+    text.push('\n');
+    for note in notes {
+        let _ = writeln!(text, "{WARNING}mind:{WARNING:#} {note}");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forces_are_read_with_their_units() {
+        let read = |text: &str| quantity(text, "--step", |dof| dof.units().force);
+        assert_eq!(read("surge 200 N").expect("plain"), (Dof::Surge, 200.0));
+        assert_eq!(read("yaw -5 N m").expect("plain"), (Dof::Yaw, -5.0));
+        assert_eq!(read("yaw 5 N·m").expect("plain"), (Dof::Yaw, 5.0));
+        let error = |text: &str| read(text).expect_err("wrong").to_string();
+        assert!(error("yaw 5 N").contains("yaw is in N m"), "{}", error("yaw 5 N"));
+        assert!(error("surge N").contains("has no number"));
+        assert!(error("200 N").contains("names no axis"));
+    }
+}

@@ -1,0 +1,118 @@
+//! What a plant would do under inputs alone.
+
+use serde_json::Value;
+
+use crate::workshop::{SLED, Workshop, assert_within};
+
+/// Estimates of a log of two minutes.
+const PART: f64 = 0.02;
+
+fn identified() -> Workshop {
+    let workshop = Workshop::quick();
+    workshop.success(&["identify", "campaign.toml", "--quiet"]);
+    workshop
+}
+
+fn follows<'a>(said: &'a Value, name: &str) -> &'a Value {
+    let all = said["consequences"].as_array().expect("consequences");
+    let is_it = |x: &&Value| x["name"].as_str().is_some_and(|found| found.starts_with(name));
+    all.iter().find(is_it).unwrap_or_else(|| panic!("no {name} in {said}"))
+}
+
+#[test]
+fn a_step_ends_at_top_speed_within_its_band() {
+    let workshop = identified();
+    let step = ["simulate", "results", "--step", "surge 300 N", "--for", "60", "--json"];
+    let said = workshop.json(&step);
+    let (mass, drag) = SLED;
+    let top = (300.0 / drag).sqrt();
+    let last = said["velocity"].as_array().expect("rows").last().expect("rows")[0].as_f64();
+    assert_within("speed", last.expect("a number"), top, PART);
+    let band = &said["band95"].as_array().expect("rows").last().expect("rows")[0];
+    assert!(band[0].as_f64() < last && band[1].as_f64() > last, "{band}");
+    let value = |name: &str| follows(&said, name)["value"].as_f64().expect("a number");
+    assert_within("top speed", value("top speed"), top, PART);
+    assert_within("time constant", value("time constant"), mass / (2.0 * drag * top), PART);
+    assert_within("way", value("way"), mass / drag * 10.0_f64.ln(), PART);
+    // The same draws for the same seed, others for another.
+    assert_eq!(workshop.json(&step)["band95"], said["band95"]);
+    let other = [&step[..], &["--seed", "2"]].concat();
+    assert_ne!(workshop.json(&other)["band95"], said["band95"]);
+}
+
+#[test]
+fn thrusters_drive_by_their_curves_from_profiles_and_tables() {
+    let workshop = identified();
+    workshop.write("p.toml", "duration_s = 60.0\n[[hold]]\nthruster.prop = 86.6\n");
+    let rpm = 86.6 * 30.0 / std::f64::consts::PI;
+    workshop.write("t.csv", format!("time [s],thruster.prop.speed [rpm]\n0,{rpm}\n60,{rpm}\n"));
+    let (_, drag) = SLED;
+    for inputs in ["p.toml", "t.csv"] {
+        let said = workshop.json(&["simulate", "results", inputs, "--json"]);
+        let last = said["velocity"].as_array().expect("rows").last().expect("rows")[0].as_f64();
+        let top = (0.04 * 86.6_f64.powi(2) / drag).sqrt();
+        assert_within(inputs, last.expect("a number"), top, PART);
+    }
+}
+
+#[test]
+fn csv_and_page_are_written_and_known_again() {
+    let workshop = identified();
+    let run = |out: &str| {
+        let step = ["simulate", "results", "--step", "surge 300 N", "--for", "5", "--out", out];
+        workshop.success(&step)
+    };
+    for out in ["motion.csv", "motion.html"] {
+        assert!(run(out).contains("top speed at 300 N"));
+        run(out);
+    }
+    let csv = workshop.read("motion.csv");
+    let head = csv.lines().next().expect("a heading");
+    assert!(
+        head.starts_with("time [s],north [m]") && head.ends_with("yaw high95 [rad/s]"),
+        "{head}"
+    );
+    assert_eq!(csv.lines().count(), 52);
+    let page = workshop.read("motion.html");
+    assert!(page.contains("<svg") && page.contains("Not known, and left as they were: sway"));
+    assert!(!page.contains("http://") && !page.contains("https://"), "it needs no network");
+    workshop.write("other.csv", "mine");
+    let step = ["simulate", "results", "--step", "surge 1 N", "--for", "5", "--out", "other.csv"];
+    assert!(workshop.failure(&step).contains("not written by this command"));
+}
+
+#[test]
+fn what_cannot_be_driven_is_refused_with_what_to_do() {
+    let workshop = identified();
+    let refused = |words: &[&str]| workshop.failure(&[&["simulate", "results"], words].concat());
+    assert!(refused(&[]).contains("--step \"surge 200 N\" --for 60"));
+    assert!(refused(&["--step", "surge 3 m", "--for", "5"]).contains("write \"surge 3 N\""));
+    assert!(refused(&["--step", "surge 3 N", "--for", "0"]).contains("above zero"));
+    workshop.write("bow.toml", "duration_s = 5.0\n[[hold]]\nthruster.bow = 1.0\n");
+    assert!(refused(&["bow.toml"]).contains("it has prop"), "{}", refused(&["bow.toml"]));
+    workshop.write("odd.toml", "duration = 5.0\n");
+    assert!(refused(&["odd.toml"]).contains("did you mean `duration_s`"));
+}
+
+#[test]
+fn a_push_where_nothing_is_known_is_told() {
+    let workshop = identified();
+    let words = workshop.success(&["simulate", "results", "--step", "yaw 5 N m", "--for", "5"]);
+    assert!(words.contains("the inputs push in yaw, of which nothing is known"), "{words}");
+}
+
+#[test]
+fn a_published_table_is_held_against_a_log() {
+    let workshop = identified();
+    let table = "schema = \"seaplant/plant/1\"\nname = \"sled\"\nsource = \"the truth\"\n\
+        axes = [\"surge\"]\nmass_matrix = [500.0]\nquadratic_damping = [150.0]\n";
+    workshop.write("truth.toml", table);
+    workshop.write("wrong.toml", table.replace("150.0", "18.0"));
+    let error = |plant: &str| {
+        let said = workshop.json(&["validate", plant, "campaign.toml", "--json"]);
+        said[0]["score"]["mean_abs_error"].as_f64().expect("a score")
+    };
+    assert!(error("truth.toml") < 0.01, "{}", error("truth.toml"));
+    assert!(error("wrong.toml") > 10.0 * error("truth.toml"));
+    assert!(error("results") < 0.01);
+}

@@ -1,0 +1,186 @@
+//! One header in C, with no dependency but math.h: the reference of every other format.
+
+use seaplant::exchange::PlantModel;
+use seaplant::{ThrustCurve, ThrustTable};
+
+use crate::code::{Syntax, block, bracket, input_of, names, number, numbers, own};
+use crate::remarks::{Frame, Remarks, commented, harmless, without_actuation};
+use crate::template::fill;
+use crate::{Error, Exported, ExportedFile, Exporter};
+
+pub(crate) struct C;
+
+pub(crate) const SYNTAX: Syntax = Syntax {
+    element: bracket,
+    modulus: |x| format!("fabs({x})"),
+    entry: |name, i, j| format!("{name}[{i}][{j}]"),
+    add: |place, value| format!("{place} += {value};"),
+    set: |place, value| format!("{place} = {value};"),
+};
+
+impl Exporter for C {
+    fn name(&self) -> &'static str {
+        "c"
+    }
+
+    fn about(&self) -> &'static str {
+        "one C header: derivative, RK4 step, thrusters"
+    }
+
+    fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
+        let remarks = remarks(model, "c");
+        let bytes = header(model, &remarks).into_bytes();
+        let path = "seaplant_plant.h".to_owned();
+        Ok(Exported { files: vec![ExportedFile { path, bytes }], notes: remarks.notes() })
+    }
+}
+
+pub(crate) fn remarks<'a>(model: &'a PlantModel, format: &'a str) -> Remarks<'a> {
+    let limits = without_actuation(model).into_iter().collect();
+    Remarks { model, format, frame: Frame::Frd, limits }
+}
+
+/// The header as text.
+pub(crate) fn header(model: &PlantModel, remarks: &Remarks<'_>) -> String {
+    let places = [
+        ("REMARKS", commented(&remarks.lines(), " *").trim_end().to_owned()),
+        ("COUNT", model.plant.coefficients().len().to_string()),
+        ("THRUSTERS", model.thrusters.len().to_string()),
+        ("OWN", own(model).map(|x| x.to_string()).join(", ")),
+        ("THETA", theta(model)),
+        ("STD", std(model)),
+        ("MASS", block(&SYNTAX.mass(model, "mass"), "    ")),
+        ("FORCES", block(&SYNTAX.forces(model), "    ")),
+        ("ACTUATORS", actuators(model)),
+    ];
+    fill(include_str!("templates/plant.h"), &places)
+}
+
+fn theta(model: &PlantModel) -> String {
+    let lines =
+        model.plant.coefficients().iter().zip(names(model)).zip(model.plant.structure().terms());
+    lines
+        .map(|((value, name), term)| {
+            format!("    {}, /* {name} [{}] */\n", number(*value), term.unit())
+        })
+        .collect()
+}
+
+fn std(model: &PlantModel) -> String {
+    if model.covariance.is_none() {
+        return String::new();
+    }
+    let all: Vec<f64> =
+        (0..model.plant.coefficients().len()).filter_map(|k| model.std(k)).collect();
+    format!(
+        "/* Their standard deviations. */\nstatic const double seaplant_std[SEAPLANT_COEFFICIENTS] = {{{}}};\n",
+        numbers(all)
+    )
+}
+
+/// Thrust curves and allocation; nothing of a plant without thrusters.
+fn actuators(model: &PlantModel) -> String {
+    if model.thrusters.is_empty() {
+        return String::new();
+    }
+    let mut text = "\n/* The wrench of one newton of each thruster. */\nstatic const double seaplant_allocation[SEAPLANT_THRUSTERS][6] = {\n".to_owned();
+    for thruster in &model.thrusters {
+        let name = harmless(&thruster.name);
+        text += &format!("    {{{}}}, /* {name} */\n", numbers(thruster.unit_wrench()));
+    }
+    text += "};\n\n";
+    text += INTERPOLATE;
+    for (k, thruster) in model.thrusters.iter().enumerate() {
+        text += &curve(k, &harmless(&thruster.name), &thruster.curve);
+    }
+    let cases: String = (0..model.thrusters.len())
+        .map(|k| format!("    case {k}: return seaplant_thrust_{k}(input, supply_v);\n"))
+        .collect();
+    text + &fill(WRENCH, &[("CASES", cases)])
+}
+
+const INTERPOLATE: &str = "static inline double seaplant_interpolate(const double input[], const double force[], int count, double x)
+{
+    int k = 1;
+    if (!(x > input[0]))
+        return force[0];
+    while (k < count && x > input[k])
+        ++k;
+    if (k == count)
+        return force[count - 1];
+    return force[k - 1] + (x - input[k - 1]) / (input[k] - input[k - 1]) * (force[k] - force[k - 1]);
+}
+
+static inline double seaplant_quadratic(double forward, double reverse, double deadband, double neutral, double x)
+{
+    double s = fabs(x - neutral) - deadband;
+    if (!(s > 0.0))
+        return 0.0;
+    return x < neutral ? -reverse * s * s : forward * s * s;
+}
+";
+
+const WRENCH: &str = "
+/* Thrust [N] of one thruster; `supply_v` [V] is read only by curves of several voltages. */
+static inline double seaplant_thrust(int thruster, double input, double supply_v)
+{
+    switch (thruster) {
+@CASES@    default: return 0.0;
+    }
+}
+
+/* tau of all thrusters from their inputs, without lag and delay. */
+static inline void seaplant_wrench(const double input[], double supply_v, double tau[6])
+{
+    int i, k;
+    for (i = 0; i < 6; ++i)
+        tau[i] = 0.0;
+    for (k = 0; k < SEAPLANT_THRUSTERS; ++k)
+        for (i = 0; i < 6; ++i)
+            tau[i] += seaplant_allocation[k][i] * seaplant_thrust(k, input[k], supply_v);
+}
+";
+
+fn curve(k: usize, name: &str, curve: &ThrustCurve) -> String {
+    let head = format!(
+        "\n/* {name}: input {} */\nstatic inline double seaplant_thrust_{k}(double input, double supply_v)\n{{\n",
+        input_of(curve)
+    );
+    let body = match curve {
+        ThrustCurve::Quadratic { law, .. } => format!(
+            "    (void)supply_v;\n    (void)seaplant_interpolate;\n    return seaplant_quadratic({}, input);\n",
+            numbers([law.forward, law.reverse, law.deadband, law.neutral])
+        ),
+        ThrustCurve::Table { tables, .. } => tables_body(tables),
+    };
+    head + &body + "}\n"
+}
+
+fn tables_body(tables: &[ThrustTable]) -> String {
+    let mut text = String::new();
+    for (t, table) in tables.iter().enumerate() {
+        let (inputs, forces): (Vec<f64>, Vec<f64>) = table.points().unzip();
+        text += &format!("    static const double input_{t}[] = {{{}}};\n", numbers(inputs));
+        text += &format!("    static const double force_{t}[] = {{{}}};\n", numbers(forces));
+    }
+    let of = |t: usize| {
+        let count = tables[t].points().count();
+        format!("seaplant_interpolate(input_{t}, force_{t}, {count}, input)")
+    };
+    text += "    (void)seaplant_quadratic;\n";
+    if tables.len() == 1 {
+        return text + &format!("    (void)supply_v;\n    return {};\n", of(0));
+    }
+    let volts = |t: usize| number(tables[t].voltage.unwrap_or(0.0));
+    text += &format!("    if (!(supply_v > {}))\n        return {};\n", volts(0), of(0));
+    for t in 1..tables.len() {
+        let (low, high) = (volts(t - 1), volts(t));
+        text += &format!(
+            "    if (supply_v <= {high})\n        return {} + (supply_v - {low}) / ({high} - {low}) * ({} - {});\n",
+            of(t - 1),
+            of(t),
+            of(t - 1)
+        );
+    }
+    text + &format!("    return {};\n", of(tables.len() - 1))
+}

@@ -1,0 +1,181 @@
+//! The equation of motion as lines of code, in any language with products and moduli.
+
+use seaplant::exchange::PlantModel;
+use seaplant::plant::{Basis, Product};
+use seaplant::{Dof, ThrustCurve};
+
+/// How a language writes what the equation needs.
+pub(crate) struct Syntax {
+    /// An element of a vector, counted from 0: `nu`, 3 → `nu[3]`.
+    pub(crate) element: fn(&str, usize) -> String,
+    /// The modulus of an expression.
+    pub(crate) modulus: fn(&str) -> String,
+    /// An element of a matrix, counted from 0.
+    pub(crate) entry: fn(&str, usize, usize) -> String,
+    /// Adds an expression to a place.
+    pub(crate) add: fn(&str, &str) -> String,
+    /// Sets a place to an expression.
+    pub(crate) set: fn(&str, &str) -> String,
+}
+
+pub(crate) fn bracket(name: &str, k: usize) -> String {
+    format!("{name}[{k}]")
+}
+
+/// A number that every language here reads back as the same.
+pub(crate) fn number(x: f64) -> String {
+    format!("{x:?}")
+}
+
+/// Numbers separated by commas.
+pub(crate) fn numbers(values: impl IntoIterator<Item = f64>) -> String {
+    values.into_iter().map(number).collect::<Vec<_>>().join(", ")
+}
+
+/// Lines of a block, each with an indent.
+pub(crate) fn block(lines: &[String], indent: &str) -> String {
+    lines.iter().map(|line| format!("{indent}{line}\n")).collect()
+}
+
+/// The name of a coefficient in code: `yaw: |v|r` is `yaw_absv_r`.
+pub(crate) fn identifier(name: &str) -> String {
+    let mut text = String::new();
+    let (mut is_open, mut is_apart) = (false, false);
+    for c in name.chars() {
+        match c {
+            '|' if is_open => (is_open, is_apart) = (false, true),
+            '|' => {
+                is_open = true;
+                if !text.ends_with('_') {
+                    text.push('_');
+                }
+                text += "abs";
+            }
+            c if c.is_ascii_alphanumeric() => {
+                if is_apart {
+                    text.push('_');
+                }
+                is_apart = false;
+                text.push(c.to_ascii_lowercase());
+            }
+            _ if text.is_empty() || text.ends_with('_') => {}
+            _ => text.push('_'),
+        }
+    }
+    let text = text.trim_end_matches('_').to_owned();
+    if text.starts_with(|c: char| c.is_ascii_digit()) { format!("n{text}") } else { text }
+}
+
+/// Identifiers of names, each unique.
+pub(crate) fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let mut taken: Vec<String> = Vec::new();
+    for name in names {
+        let base = match identifier(name) {
+            empty if empty.is_empty() => "unnamed".to_owned(),
+            some => some,
+        };
+        let mut unique = base.clone();
+        let mut k = 2;
+        while taken.contains(&unique) {
+            unique = format!("{base}_{k}");
+            k += 1;
+        }
+        taken.push(unique);
+    }
+    taken
+}
+
+/// The names of all coefficients, as results have them.
+pub(crate) fn names(model: &PlantModel) -> Vec<String> {
+    model.plant.structure().terms().iter().map(ToString::to_string).collect()
+}
+
+/// The indices of the plant's axes.
+pub(crate) fn axes(model: &PlantModel) -> Vec<usize> {
+    model.plant.axes().iter().map(|dof| dof.index()).collect()
+}
+
+/// Ones at the plant's axes.
+pub(crate) fn own(model: &PlantModel) -> [u8; 6] {
+    Dof::ALL.map(|dof| u8::from(model.plant.axes().contains(&dof)))
+}
+
+impl Syntax {
+    /// M of all six axes out of `theta`, set entry by entry.
+    pub(crate) fn mass(&self, model: &PlantModel, target: &str) -> Vec<String> {
+        let mut lines = Vec::new();
+        for (k, term) in model.plant.structure().terms().iter().enumerate() {
+            let Basis::Mass(i, j) = term else { continue };
+            let theta = (self.element)("theta", k);
+            lines.push((self.set)(&(self.entry)(target, i.index(), j.index()), &theta));
+            if i != j {
+                lines.push((self.set)(&(self.entry)(target, j.index(), i.index()), &theta));
+            }
+        }
+        lines
+    }
+
+    fn product(&self, product: &Product) -> String {
+        let factor = |factor: seaplant::plant::Factor| {
+            let nu = (self.element)("nu", factor.of.index());
+            if factor.modulus { (self.modulus)(&nu) } else { nu }
+        };
+        product.factors().map(factor).collect::<Vec<_>>().join(" * ")
+    }
+
+    /// Damping, restoring and constant forces of `theta`, `nu` and `down`, added to `n`.
+    pub(crate) fn forces(&self, model: &PlantModel) -> Vec<String> {
+        let mut lines = Vec::new();
+        for (k, term) in model.plant.structure().terms().iter().enumerate() {
+            let theta = (self.element)("theta", k);
+            let n = |row: usize| (self.element)("n", row);
+            let down = |row: usize| (self.element)("down", row);
+            match *term {
+                Basis::Mass(..) => {}
+                Basis::Product(on, product) => {
+                    let value = format!("{theta} * {}", self.product(&product));
+                    lines.push((self.add)(&n(on.index()), &value));
+                }
+                Basis::One(on) => lines.push((self.add)(&n(on.index()), &theta)),
+                Basis::WeightExcess => lines
+                    .extend((0..3).map(|i| (self.add)(&n(i), &format!("-{theta} * {}", down(i))))),
+                Basis::Lever(axis) => {
+                    // −e × k: rows after the axis and after that, in turn.
+                    let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+                    let plus = format!("{theta} * {}", down(c));
+                    let minus = format!("-{theta} * {}", down(b));
+                    lines.push((self.add)(&n(3 + b), &plus));
+                    lines.push((self.add)(&n(3 + c), &minus));
+                }
+            }
+        }
+        lines
+    }
+}
+
+/// What the curve of a thruster reads, and in which unit.
+pub(crate) fn input_of(curve: &ThrustCurve) -> String {
+    format!("{} [{}]", curve.input().name(), curve.input().unit())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coefficients_have_names_that_languages_take() {
+        let of = |name: &str| identifier(name);
+        assert_eq!(of("mass.surge-pitch"), "mass_surge_pitch");
+        assert_eq!(of("yaw: |v|r"), "yaw_absv_r");
+        assert_eq!(of("surge: |u|u"), "surge_absu_u");
+        assert_eq!(of("heave: 1"), "heave_1");
+        assert_eq!(identifiers(["a b", "a-b", "Ä"]), ["a_b", "a_b_2", "unnamed"]);
+    }
+
+    #[test]
+    fn numbers_come_back_the_same() {
+        for x in [0.1 + 0.2, 1e-7, -12970.2, 1e21, 5e-324] {
+            assert_eq!(number(x).parse::<f64>(), Ok(x));
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! What every exported file says of itself: units, frames, source, settings, uncertainty, doubts.
+
+use seaplant::exchange::{Judgement, PlantModel};
+use seaplant::plant::Basis;
+use seaplant::{Dof, ThrustCurve};
+
+use crate::code::input_of;
+
+/// The frames in which a format's numbers stand.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Frame {
+    /// x forward, y starboard, z down; world north, east, down.
+    Frd,
+    /// x forward, y port, z up; world east, north, up.
+    Flu,
+}
+
+impl Frame {
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Frd => {
+                "body x forward, y starboard, z down (FRD), about the vehicle's origin; world north, east, down (NED)"
+            }
+            Self::Flu => {
+                "body x forward, y port, z up (FLU), about the vehicle's origin; world east, north, up (ENU). The coefficients listed here stand in x forward, y starboard, z down; the file's elements are turned"
+            }
+        }
+    }
+}
+
+/// What an exporter says of the plant beside its format's own words.
+pub(crate) struct Remarks<'a> {
+    pub(crate) model: &'a PlantModel,
+    /// What the format is called.
+    pub(crate) format: &'a str,
+    pub(crate) frame: Frame,
+    /// What the format leaves out or does otherwise.
+    pub(crate) limits: Vec<String>,
+}
+
+impl Remarks<'_> {
+    /// What is told on the terminal, and stands in the file: unknown axes, limits, notes, doubts.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let mut notes = unknown(self.model);
+        notes.extend(self.limits.iter().cloned());
+        notes.extend(self.model.notes.iter().cloned());
+        notes.extend(self.model.reasons_against().into_iter().map(|r| format!("DO NOT USE: {r}")));
+        notes
+    }
+
+    /// All lines, without the marks of a comment; safe in any.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        let model = self.model;
+        let mut lines = vec![
+            format!(
+                "{}: plant model written by Seaplant {} (seaplant export --to {})",
+                model.name,
+                env!("CARGO_PKG_VERSION"),
+                self.format
+            ),
+            String::new(),
+            format!("source: {}", model.origin.source),
+        ];
+        origin(model, &mut lines);
+        lines.push("units: SI and radians".to_owned());
+        lines.push(format!("frames: {}", self.frame.words()));
+        lines.push(
+            "equation: M nu'_r + C(M, nu_r) nu_r + damping + restoring = tau, nu_r = nu - R^T current; C follows from M; damping is positive where it brakes"
+                .to_owned(),
+        );
+        lines.push(String::new());
+        lines.extend(coefficients(model));
+        vehicle(model, &mut lines);
+        lines.push(String::new());
+        lines.extend(model.judgements.iter().flat_map(judgement));
+        lines.push("mind:".to_owned());
+        lines.extend(self.notes().iter().map(|note| format!("  - {note}")));
+        if !model.origin.settings.is_empty() {
+            lines.push("settings of the identification:".to_owned());
+            lines.extend(model.origin.settings.iter().map(|(k, v)| format!("  {k} = {v}")));
+        }
+        lines.iter().map(|line| harmless(line)).collect()
+    }
+}
+
+/// A line that ends no comment and moves no cursor: names come from whoever made them.
+pub(crate) fn harmless(line: &str) -> String {
+    let plain: String = line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let turned: String = plain
+        .chars()
+        .filter(|c| !matches!(c, '\u{61c}' | '\u{200e}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'))
+        .collect();
+    let safe = turned.replace("*/", "* /").replace("/*", "/ *").replace("\"\"\"", "'''");
+    safe.replace('\\', "/").trim_end().to_owned()
+}
+
+fn unknown(model: &PlantModel) -> Vec<String> {
+    let axes = model.unknown_axes();
+    if axes.is_empty() {
+        return Vec::new();
+    }
+    let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
+    let which = names.join(", ");
+    vec![format!(
+        "NOT KNOWN: mass, damping and restoring of {which}: nothing was identified there. Entries of these axes are left out or marked, never zero by measurement"
+    )]
+}
+
+fn origin(model: &PlantModel, lines: &mut Vec<String>) {
+    let origin = &model.origin;
+    let mut push = |name: &str, value: &Option<String>| {
+        if let Some(value) = value {
+            lines.push(format!("{name}: {value}"));
+        }
+    };
+    push("url", &origin.url);
+    push("licence of the numbers", &origin.licence);
+    push("identified by", &origin.command);
+    push("identified with Seaplant", &origin.version);
+}
+
+fn coefficients(model: &PlantModel) -> Vec<String> {
+    let mut lines = vec!["coefficients: value, standard deviation, 95 % interval, unit".to_owned()];
+    let terms = model.plant.structure().terms().iter().zip(model.plant.coefficients());
+    for (k, (term, value)) in terms.enumerate() {
+        let error = match (model.std(k), model.interval(k)) {
+            (Some(std), Some([low, high])) => {
+                format!("± {} [{}, {}]", short(std), short(low), short(high))
+            }
+            _ => "± not stated".to_owned(),
+        };
+        lines.push(format!("  {term} = {value} {error} {}", term.unit()));
+    }
+    lines
+}
+
+/// Four significant digits.
+pub(crate) fn short(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    let magnitude = x.abs().log10().floor();
+    if (-4.0..6.0).contains(&magnitude) {
+        let decimals = (3.0 - magnitude).max(0.0) as usize;
+        format!("{x:.decimals$}")
+    } else {
+        format!("{x:.3e}")
+    }
+}
+
+fn vehicle(model: &PlantModel, lines: &mut Vec<String>) {
+    if let Some(body) = &model.rigid_body {
+        let r = body.centre_of_gravity_body();
+        lines.push(format!(
+            "rigid body: {} kg, centre of gravity ({}, {}, {}) m",
+            body.mass_kg(),
+            r.x,
+            r.y,
+            r.z
+        ));
+    } else {
+        lines.push("rigid body: not known; only rigid body and added mass together are".to_owned());
+    }
+    for thruster in &model.thrusters {
+        let (p, d) = (thruster.position_body, thruster.direction_body);
+        let kind = match &thruster.curve {
+            ThrustCurve::Quadratic { law, .. } => format!(
+                "{} s|s| forward, {} s|s| reverse, deadband {}, neutral {}",
+                law.forward, law.reverse, law.deadband, law.neutral
+            ),
+            ThrustCurve::Table { tables, .. } => format!("{} measured tables", tables.len()),
+        };
+        lines.push(format!(
+            "thruster {}: at ({}, {}, {}) m, pushing ({}, {}, {}), {}, reads {}",
+            thruster.name,
+            p.x,
+            p.y,
+            p.z,
+            d.x,
+            d.y,
+            d.z,
+            kind,
+            input_of(&thruster.curve)
+        ));
+    }
+    lines.extend(actuation(model));
+}
+
+/// Lag, delay and reverse ratio, by axis.
+pub(crate) fn actuation(model: &PlantModel) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (dof, actuation) in &model.actuation {
+        let all = [
+            ("lag of propeller speed", &actuation.lag),
+            ("delay of thrust", &actuation.delay),
+            ("reverse thrust over the curve's", &actuation.reverse_ratio),
+        ];
+        for (name, x) in all {
+            if let Some(x) = x {
+                let (value, std, unit) = (short(x.value), short(x.std), &x.unit);
+                lines.push(format!("{dof}: {name} {value} ± {std} {unit}"));
+            }
+        }
+    }
+    lines
+}
+
+/// What a format without actuators says where lag, delay or a reverse ratio was found.
+pub(crate) fn without_actuation(model: &PlantModel) -> Option<String> {
+    let found = actuation(model);
+    (!found.is_empty()).then(|| {
+        format!("not applied here, apply it to thrust before it comes in: {}", found.join("; "))
+    })
+}
+
+fn judgement(of: &Judgement) -> Vec<String> {
+    let axes: Vec<&str> = of.axes.iter().map(|dof| dof.name()).collect();
+    let mut lines = vec![format!(
+        "{} by {}: {} ({})",
+        axes.join(", "),
+        of.method,
+        of.verdict.trust.name(),
+        of.verdict.reason
+    )];
+    lines.extend(of.caveats.iter().map(|caveat| format!("  caveat: {}", caveat.message)));
+    lines
+}
+
+/// Whether an axis is known.
+pub(crate) fn knows(model: &PlantModel, dof: Dof) -> bool {
+    model.plant.axes().contains(&dof)
+}
+
+/// Products that are neither linear nor quadratic in one axis, by name and value.
+pub(crate) fn other_products(
+    model: &PlantModel,
+) -> Vec<(String, Dof, seaplant::plant::Product, f64)> {
+    use seaplant::plant::Product;
+    let terms = model.plant.structure().terms().iter().zip(model.plant.coefficients());
+    let usual = |product: &Product| {
+        Dof::ALL.iter().any(|of| [Product::linear(*of), Product::quadratic(*of)].contains(product))
+    };
+    terms
+        .filter_map(|(term, value)| match term {
+            Basis::Product(on, product) if !usual(product) => {
+                Some((term.to_string(), *on, *product, *value))
+            }
+            _ => None,
+        })
+        .collect()
+}
+
+/// Constant forces, by axis.
+pub(crate) fn constants(model: &PlantModel) -> Vec<(Dof, f64)> {
+    let terms = model.plant.structure().terms().iter().zip(model.plant.coefficients());
+    terms
+        .filter_map(|(term, value)| match term {
+            Basis::One(on) => Some((*on, *value)),
+            _ => None,
+        })
+        .collect()
+}
+
+/// Lines as comments, each after a mark.
+pub(crate) fn commented(lines: &[String], mark: &str) -> String {
+    lines.iter().map(|line| format!("{mark} {line}").trim_end().to_owned() + "\n").collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_name_ends_a_comment() {
+        assert_eq!(harmless("a */ b \"\"\" c\n\u{1b}\u{202e}d \\"), "a * / b ''' c  d /");
+    }
+
+    #[test]
+    fn short_numbers_keep_four_digits() {
+        assert_eq!(short(12_970.21), "12970");
+        assert_eq!(short(0.012_345), "0.01235");
+        assert_eq!(short(1.2e-9), "1.200e-9");
+    }
+}

@@ -1,0 +1,163 @@
+//! A scenario for Stonefish: what its geometry-based model can be made to do.
+
+use std::fmt::Write;
+
+use nalgebra::Vector3;
+use seaplant::Dof;
+use seaplant::exchange::PlantModel;
+use seaplant::plant::Product;
+
+use crate::code::{identifiers, number, numbers};
+use crate::gazebo::{escaped, model_name, xml_comment};
+use crate::json::damping;
+use crate::link::{DENSITY, Link};
+use crate::remarks::{Frame, Remarks, harmless, short, without_actuation};
+use crate::{Error, Exported, ExportedFile, Exporter};
+
+pub(crate) struct Stonefish;
+
+/// The speed at which drag is that of the plant, m/s.
+const SPEED: f64 = 1.0;
+
+impl Exporter for Stonefish {
+    fn name(&self) -> &'static str {
+        "stonefish"
+    }
+
+    fn about(&self) -> &'static str {
+        "a scenario for Stonefish: mass, inertia and drag as near as its model allows"
+    }
+
+    fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
+        let link = Link::of(model, "stonefish")?;
+        let mut limits = link.notes.clone();
+        limits.extend(missing(model, &link));
+        limits.extend(without_actuation(model));
+        let remarks = Remarks { model, format: "stonefish", frame: Frame::Frd, limits };
+        let text = scenario(model, &link, &xml_comment(&remarks.lines()));
+        let path = format!("{}.scn", model_name(model));
+        let file = ExportedFile { path, bytes: text.into_bytes() };
+        Ok(Exported { files: vec![file], notes: remarks.notes() })
+    }
+}
+
+fn missing(model: &PlantModel, link: &Link) -> Vec<String> {
+    let added: Vec<String> = (0..3).map(|k| short(link.added[(k, k)])).collect();
+    let mut notes = vec![
+        format!(
+            "Stonefish computes added mass from the shape, one number for all directions, and takes none: surge, sway, heave {} kg as identified are not held; added inertia of rotations is in the inertia",
+            added.join(", ")
+        ),
+        "no Coriolis forces of added mass, and no coupling of axes in mass or damping".to_owned(),
+        format!(
+            "drag is of faces and grows with the cube of speed where the plant's grows with the square: both agree at {SPEED} m/s, and damping of rotations follows from the faces"
+        ),
+        "for the plant itself, drive the body by the header of the format c with hydrodynamics off"
+            .to_owned(),
+        "written by Stonefish's documentation; no Stonefish has run it".to_owned(),
+    ];
+    if !model.thrusters.is_empty() {
+        notes.push(
+            "thrusters are push actuators that take newtons: put the curves above before them"
+                .to_owned(),
+        );
+    }
+    notes
+}
+
+fn scenario(model: &PlantModel, link: &Link, comment: &str) -> String {
+    let name = model_name(model);
+    let sides = link.sides(model);
+    let inertia: Vec<f64> =
+        (0..3).map(|k| link.inertia[(k, k)] + link.added[(3 + k, 3 + k)]).collect();
+    let xyz = |v: &Vector3<f64>| numbers([v.x, v.y, v.z]).replace(',', "");
+    let of_box = link.centre_of_gravity - link.centre_of_buoyancy;
+    let [viscous, quadratic] = drag(model, sides);
+    let mut text = format!("<?xml version=\"1.0\"?>\n{comment}<scenario>\n");
+    let _ = write!(
+        text,
+        "  <materials>
+    <material name=\"hull\" density=\"{}\" restitution=\"0.1\"/>
+  </materials>
+  <looks>
+    <look name=\"hull\" rgb=\"0.9 0.7 0.1\" roughness=\"0.5\"/>
+  </looks>
+  <robot name=\"{}\" fixed=\"false\" self_collisions=\"false\">
+    <!-- The box is the displaced water; its centre is that of buoyancy. -->
+    <base_link name=\"base_link\" type=\"box\" physics=\"submerged\">
+      <dimensions xyz=\"{}\"/>
+      <origin xyz=\"0.0 0.0 0.0\" rpy=\"0.0 0.0 0.0\"/>
+      <material name=\"hull\"/>
+      <look name=\"hull\"/>
+      <mass value=\"{}\"/>
+      <inertia xyz=\"{}\"/>
+      <cg xyz=\"{}\" rpy=\"0.0 0.0 0.0\"/>
+      <hydrodynamics viscous_drag=\"{}\" quadratic_drag=\"{}\"/>
+    </base_link>
+",
+        number(DENSITY),
+        escaped(&name),
+        numbers(sides).replace(',', ""),
+        number(link.mass_kg),
+        numbers(inertia).replace(',', ""),
+        xyz(&of_box),
+        viscous,
+        quadratic
+    );
+    let names = identifiers(model.thrusters.iter().map(|t| t.name.as_str()));
+    for (thruster, id) in model.thrusters.iter().zip(&names) {
+        let at = thruster.position_body - link.centre_of_buoyancy;
+        let _ = write!(
+            text,
+            "    <!-- {} -->
+    <actuator name=\"{id}\" type=\"push\">
+      <origin xyz=\"{}\" rpy=\"{}\"/>
+      <link name=\"base_link\"/>
+    </actuator>
+",
+            harmless(&thruster.name).replace("--", "- -"),
+            xyz(&at),
+            numbers(turned(&thruster.direction_body)).replace(',', "")
+        );
+    }
+    text + "    <world_transform xyz=\"0.0 0.0 5.0\" rpy=\"0.0 0.0 0.0\"/>\n  </robot>\n</scenario>\n"
+}
+
+/// Roll, pitch and yaw that turn x into a direction.
+fn turned(direction: &Vector3<f64>) -> [f64; 3] {
+    [0.0, -direction.z.atan2(direction.x.hypot(direction.y)), direction.y.atan2(direction.x)]
+}
+
+/// Coefficients of skin and pressure drag by axis: `½ ρ C A v³` and `ρ C A v` of a box's faces.
+/// Axes that are not known have 0.
+fn drag(model: &PlantModel, sides: [f64; 3]) -> [String; 2] {
+    let linear = damping(model, Product::linear);
+    let quadratic = damping(model, Product::quadratic);
+    let [a, b, c] = sides;
+    let face = [b * c, a * c, a * b];
+    let skin = [2.0 * (a * b + a * c), 2.0 * (a * b + b * c), 2.0 * (a * c + b * c)];
+    let of = |f: &dyn Fn(usize) -> f64| {
+        let known = |k: usize| model.plant.axes().contains(&Dof::ALL[k]);
+        numbers((0..3).map(|k| if known(k) { f(k) } else { 0.0 })).replace(',', "")
+    };
+    [
+        of(&|k| linear[(k, k)] / (DENSITY * skin[k])),
+        of(&|k| 2.0 * quadratic[(k, k)] / (DENSITY * face[k] * SPEED)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Rotation3;
+
+    use super::*;
+
+    #[test]
+    fn push_actuators_point_the_way_of_their_thrust() {
+        for d in [Vector3::z(), -Vector3::x(), Vector3::new(0.6, -0.48, 0.64)] {
+            let [roll, pitch, yaw] = turned(&d);
+            let x = Rotation3::from_euler_angles(roll, pitch, yaw) * Vector3::x();
+            assert!((x - d).norm() < 1e-12, "{d}");
+        }
+    }
+}

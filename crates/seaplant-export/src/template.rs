@@ -1,0 +1,38 @@
+//! Texts with places to fill.
+
+/// Fills the places `@NAME@` of a template.
+///
+/// A place that stays open, or a name that has none, is a fault of this crate that its tests find.
+pub(crate) fn fill(template: &str, places: &[(&str, String)]) -> String {
+    let mut text = String::with_capacity(template.len());
+    let mut rest = template;
+    while let Some((before, after)) = rest.split_once('@') {
+        text += before;
+        let place = after.split_once('@').and_then(|(name, after)| {
+            let (_, value) = places.iter().find(|(known, _)| *known == name)?;
+            Some((value, after))
+        });
+        match place {
+            Some((value, after)) => {
+                text += value;
+                rest = after;
+            }
+            None => {
+                text.push('@');
+                rest = after;
+            }
+        }
+    }
+    text + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fill;
+
+    #[test]
+    fn places_are_filled_once_and_what_is_no_place_stays() {
+        let places = [("A", "@B@".to_owned()), ("B", "x".to_owned())];
+        assert_eq!(fill("a @A@ b @B@ c@d @", &places), "a @B@ b x c@d @");
+    }
+}

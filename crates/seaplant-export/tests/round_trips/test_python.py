@@ -1,0 +1,105 @@
+"""The modules for NumPy and CasADi, and the one in Rust."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+
+import numpy as np
+
+
+def module(path):
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    loaded = importlib.util.module_from_spec(spec)
+    sys.dont_write_bytecode = True
+    spec.loader.exec_module(loaded)
+    return loaded
+
+
+def test_numpy(case):
+    plant = module(case.file("python", "seaplant_plant.py"))
+    case.check_rates(lambda x, s: plant.derivative(x, s["force"], s["current"])[7:])
+    x, state = next(iter(case.states()))
+    derivative = plant.derivative(x, state["force"], state["current"])
+    assert np.abs(derivative[3:7] @ x[3:7]) < 1e-12
+    thrust = case.reference["thrust"]
+    for inputs, expected in zip(thrust["inputs"], thrust["wrench"], strict=True):
+        if inputs:
+            assert np.allclose(plant.wrench(inputs, thrust["supply_v"]), expected)
+    if plant.COVARIANCE is not None:
+        draws = plant.draws(4000, 1)
+        assert np.allclose(draws.std(axis=0), np.sqrt(np.diag(plant.COVARIANCE)), rtol=0.1)
+        assert np.array_equal(draws, plant.draws(4000, 1))
+
+
+def test_a_minute_of_numpy(case):
+    if case.name != "every-term":
+        return
+    plant = module(case.file("python", "seaplant_plant.py"))
+    case.check_trajectory(plant.step)
+
+
+def test_casadi(case):
+    plant = module(case.file("casadi", "seaplant_casadi.py"))
+    f = plant.plant()
+
+    def parameters(current):
+        return np.concatenate([plant.THETA, current])
+
+    case.check_rates(
+        lambda x, s: np.array(f(x, s["force"], parameters(s["current"]))).ravel()[7:]
+    )
+
+    def step(x, tau, h, current):
+        def rate(x):
+            return np.array(f(x, tau, parameters(current))).ravel()
+
+        a = rate(x)
+        b = rate(x + 0.5 * h * a)
+        c = rate(x + 0.5 * h * b)
+        x = x + h / 6 * (a + 2 * b + 2 * c + rate(x + h * c))
+        x[3:7] /= np.linalg.norm(x[3:7])
+        return x
+
+    case.check_trajectory(step)
+
+
+MAIN = """
+#[path = "PLANT"]
+mod plant;
+use std::io::Read;
+fn main() {
+    let mut text = String::new();
+    std::io::stdin().read_to_string(&mut text).unwrap();
+    for line in text.lines() {
+        let all: Vec<f64> = line.split_whitespace().map(|x| x.parse().unwrap()).collect();
+        let x: [f64; 13] = all[..13].try_into().unwrap();
+        let tau: [f64; 6] = all[13..19].try_into().unwrap();
+        let current: [f64; 3] = all[19..22].try_into().unwrap();
+        let dx = plant::derivative(&plant::THETA, &x, &tau, &current).unwrap();
+        let next = plant::step(&plant::THETA, &x, &tau, &current, 0.02).unwrap();
+        let words: Vec<String> = dx.iter().chain(&next).map(|x| format!("{x:e}")).collect();
+        println!("{}", words.join(" "));
+    }
+}
+"""
+
+
+def test_rust(case, tmp_path):
+    main = tmp_path / "main.rs"
+    main.write_text(MAIN.replace("PLANT", str(case.file("rust", "seaplant_plant.rs"))))
+    program = tmp_path / "program"
+    command = ["rustc", "--edition=2024", "-D", "warnings", "-A", "dead_code", "-o", program, main]
+    subprocess.run(command, check=True)
+    states = list(case.states())
+    lines = [np.concatenate([x, s["force"], s["current"]]) for x, s in states]
+    text = "\n".join(" ".join(map(repr, map(float, line))) for line in lines)
+    ran = subprocess.run([program], input=text, capture_output=True, text=True, check=True)
+    rows = [np.array(line.split(), float) for line in ran.stdout.splitlines()]
+    found = iter(rows)
+    case.check_rates(lambda x, s: next(found)[7:13])
+    # The step is that of the module for NumPy.
+    plant = module(case.file("python", "seaplant_plant.py"))
+    for (x, s), row in list(zip(states, rows, strict=True))[:20]:
+        assert np.allclose(row[13:], plant.step(x, s["force"], 0.02, s["current"]), rtol=1e-9)

@@ -1,0 +1,190 @@
+//! From thruster inputs to the forces that a plant feels: curves, lag, delay, allocation.
+
+use std::collections::BTreeMap;
+
+use super::{Actuation, PlantModel};
+use crate::{Dof, Error, Thruster, Timed};
+
+/// What drives a plant, by name.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Drive {
+    /// Inputs of thrusters, in the unit of their curves, held between changes.
+    pub thrusters: BTreeMap<String, Timed>,
+    /// Supply voltage, V, for curves that read it.
+    pub supply_v: Option<Timed>,
+    /// Force or moment on an axis beside the thrusters, N or N m, held between changes.
+    pub wrench: BTreeMap<Dof, Timed>,
+}
+
+/// How finely a propeller that lags is followed, s.
+const GRID_S: f64 = 0.05;
+
+impl PlantModel {
+    /// The force on each axis, held between its times; none where nothing pushes.
+    ///
+    /// A propeller follows its input `s` by `lag ṡ = input − s`, delayed, and thrust astern is
+    /// what the curve says times the reverse ratio, all as they were fitted for the axis.
+    ///
+    /// # Errors
+    /// [`Error::Thruster`] for an input of a thruster that the plant does not have, or a curve of
+    /// several voltages without one.
+    pub fn forces(&self, drive: &Drive, until_s: f64) -> Result<[Option<Timed>; 6], Error> {
+        for name in drive.thrusters.keys() {
+            self.thruster(name)?;
+        }
+        let mut forces = std::array::from_fn(|_| None);
+        for dof in Dof::ALL {
+            let pushing: Vec<(&Thruster, &Timed)> = drive
+                .thrusters
+                .iter()
+                .filter_map(|(name, input)| Some((self.thruster(name).ok()?, input)))
+                .filter(|(thruster, _)| crate::Vehicle::acts_on(thruster, dof))
+                .collect();
+            let known = drive.wrench.get(&dof);
+            if pushing.is_empty() && known.is_none() {
+                continue;
+            }
+            let actuation = self.actuation.get(&dof).cloned().unwrap_or_default();
+            let run = Run { dof, pushing, known, supply_v: drive.supply_v.as_ref(), actuation };
+            forces[dof.index()] = Some(run.force(until_s)?);
+        }
+        Ok(forces)
+    }
+
+    fn thruster(&self, name: &str) -> Result<&Thruster, Error> {
+        self.thrusters.iter().find(|thruster| thruster.name == name).ok_or_else(|| {
+            let known: Vec<&str> = self.thrusters.iter().map(|t| t.name.as_str()).collect();
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            let reason = format!("the plant has no such thruster; it has {known}");
+            Error::Thruster { name: name.to_owned(), reason }
+        })
+    }
+}
+
+/// One axis.
+struct Run<'a> {
+    dof: Dof,
+    pushing: Vec<(&'a Thruster, &'a Timed)>,
+    known: Option<&'a Timed>,
+    supply_v: Option<&'a Timed>,
+    actuation: Actuation,
+}
+
+impl Run<'_> {
+    fn force(&self, until_s: f64) -> Result<Timed, Error> {
+        let value = |x: &Option<crate::results::Parameter>| x.as_ref().map(|x| x.value);
+        let lag_s = value(&self.actuation.lag).unwrap_or(0.0).max(0.0);
+        let delay_s = value(&self.actuation.delay).unwrap_or(0.0);
+        let ratio = value(&self.actuation.reverse_ratio).unwrap_or(1.0);
+        let times = self.times(lag_s, delay_s, until_s);
+        let mut speeds: Vec<f64> =
+            self.pushing.iter().map(|(_, input)| input.held_at(times[0] - delay_s)).collect();
+        let mut forces = Vec::with_capacity(times.len());
+        for (k, &t) in times.iter().enumerate() {
+            let h = times.get(k + 1).map_or(0.0, |next| next - t);
+            let mut force = self.known.map_or(0.0, |known| known.held_at(t));
+            for ((thruster, input), speed) in self.pushing.iter().zip(&mut speeds) {
+                let goal = input.held_at(t - delay_s);
+                let after = |s: f64, h: f64| match lag_s > 0.0 {
+                    true => goal + (s - goal) * (-h / lag_s).exp(),
+                    false => goal,
+                };
+                let thrust = self.thrust(thruster, after(*speed, 0.5 * h), t)?;
+                *speed = after(*speed, h);
+                let thrust = if thrust < 0.0 { ratio * thrust } else { thrust };
+                force += thruster.unit_wrench()[self.dof.index()] * thrust;
+            }
+            forces.push(force);
+        }
+        Timed::new("force", times, forces)
+    }
+
+    fn thrust(&self, thruster: &Thruster, input: f64, t: f64) -> Result<f64, Error> {
+        let volts = self.supply_v.map(|supply| supply.held_at(t));
+        if thruster.curve.needs_voltage() && volts.is_none() {
+            let reason = "its curve needs the supply voltage; give supply.voltage".to_owned();
+            return Err(Error::Thruster { name: thruster.name.clone(), reason });
+        }
+        Ok(thruster.curve.force(input, volts))
+    }
+
+    /// Every change, and a grid where a propeller lags.
+    fn times(&self, lag_s: f64, delay_s: f64, until_s: f64) -> Vec<f64> {
+        let inputs = self.pushing.iter().flat_map(|(_, input)| input.time_s());
+        let mut times: Vec<f64> = inputs.map(|t| t + delay_s).collect();
+        times.extend(self.known.iter().flat_map(|known| known.time_s()));
+        times.extend(self.supply_v.iter().flat_map(|supply| supply.time_s()));
+        let first = times.iter().copied().fold(f64::INFINITY, f64::min) - delay_s.max(0.0);
+        times.push(first);
+        if lag_s > 0.0 {
+            let steps = ((until_s - first) / GRID_S).ceil().max(0.0) as usize;
+            times.extend((0..=steps).map(|k| first + GRID_S * k as f64));
+        }
+        times.sort_by(f64::total_cmp);
+        times.dedup_by(|b, a| *b - *a < 1e-9);
+        times
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exchange::PlantFile;
+
+    fn boat() -> PlantModel {
+        let file: PlantFile = serde_json::from_value(serde_json::json!({
+            "schema": "seaplant/plant/1", "name": "boat", "source": "worked by hand",
+            "axes": ["surge", "yaw"], "mass_matrix": [100.0, 20.0],
+            "linear_damping": [10.0, 5.0],
+            "thruster": [
+                { "name": "port", "position_m": [0.0, -0.5, 0.0], "direction": [1.0, 0.0, 0.0],
+                  "curve": { "kind": "quadratic", "input": "speed", "forward": 0.04, "reverse": 0.03 } },
+                { "name": "starboard", "position_m": [0.0, 0.5, 0.0], "direction": [1.0, 0.0, 0.0],
+                  "curve": { "kind": "quadratic", "input": "speed", "forward": 0.04, "reverse": 0.03 } }
+            ],
+            "actuation": { "yaw": { "lag": { "value": 0.5, "std": 0.1, "low95": 0.3, "high95": 0.7, "unit": "s" } } }
+        }))
+        .expect("a table");
+        file.model().expect("possible")
+    }
+
+    fn held(x: f64) -> Timed {
+        Timed::new("input", vec![0.0], vec![x]).expect("one")
+    }
+
+    fn drive(port: f64, starboard: f64) -> Drive {
+        let all = [("port", port), ("starboard", starboard)];
+        let thrusters = all.map(|(name, x)| (name.to_owned(), held(x))).into();
+        Drive { thrusters, ..Drive::default() }
+    }
+
+    #[test]
+    fn thrust_is_allocated_by_curve_and_lever() {
+        let forces = boat().forces(&drive(100.0, -100.0), 1.0).expect("known");
+        let surge = forces[0].as_ref().expect("pushed");
+        assert!((surge.held_at(0.5) - (400.0 - 300.0)).abs() < 1e-9);
+        let yaw = forces[5].as_ref().expect("turned");
+        assert!((yaw.held_at(0.5) - 0.5 * (400.0 + 300.0)).abs() < 1e-9);
+        assert!(forces[1].is_none());
+    }
+
+    #[test]
+    fn a_lagging_propeller_follows_its_input() {
+        let mut drive = drive(0.0, 0.0);
+        let port = Timed::new("input", vec![0.0, 1.0], vec![0.0, 100.0]).expect("two");
+        drive.thrusters.insert("port".to_owned(), port);
+        let forces = boat().forces(&drive, 3.0).expect("known");
+        let yaw = forces[5].as_ref().expect("turned");
+        // 0.5 s after the step, of a lag of 0.5 s: 63 % of the speed, 40 % of the force.
+        let expected = 0.5 * 400.0 * (1.0 - (-1.0_f64).exp()).powi(2);
+        assert!((yaw.at(1.475) / expected - 1.0).abs() < 0.03, "{}", yaw.at(1.475));
+    }
+
+    #[test]
+    fn an_unknown_thruster_is_refused_by_name() {
+        let mut drive = drive(1.0, 1.0);
+        drive.thrusters.insert("bow".to_owned(), held(1.0));
+        let error = boat().forces(&drive, 1.0).expect_err("unknown").to_string();
+        assert!(error.contains("bow") && error.contains("port, starboard"), "{error}");
+    }
+}

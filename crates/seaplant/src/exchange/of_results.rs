@@ -1,0 +1,336 @@
+//! From results to a plant that leaves the program.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::DMatrix;
+
+use super::{Actuation, Judgement, Origin, PlantModel};
+use crate::identify::plant_of_result;
+use crate::plant::{Basis, Plant, Product, Structure, Symmetry};
+use crate::results::{
+    CoupledPlant, CurveResult, PlantResult, Results, RigidBodyResult, Trust, Verdict,
+};
+use crate::{Dof, Error, Method, Severity, Thruster};
+
+/// Terms with their numbers, and how those vary together.
+struct Part {
+    terms: Vec<(Basis, f64)>,
+    covariance: DMatrix<f64>,
+    intervals: BTreeMap<String, [f64; 2]>,
+}
+
+impl PlantModel {
+    /// The plant that results hold: their plants of several axes, and beside these each axis that
+    /// was identified by itself only.
+    ///
+    /// Of a single axis, d_Q, d_L and m become the terms of that axis; b is a constant force, in
+    /// heave weight minus buoyancy. The Coriolis forces of M belong to the equation of motion
+    /// whether one axis was identified or six: motion along one axis does not show them.
+    ///
+    /// `source` says where the results are; `method` chooses among plants of single axes.
+    ///
+    /// # Errors
+    /// [`Error::NoPlant`] if there is none; [`Error::Plant`] if an M is not that of a body;
+    /// [`Error::ThrustTable`], [`Error::Thruster`] or [`Error::RigidBody`] if what the results
+    /// say of the vehicle cannot be.
+    pub fn of_results(
+        results: &Results,
+        source: &str,
+        method: Option<Method>,
+    ) -> Result<Self, Error> {
+        let coupled: BTreeSet<Dof> =
+            results.coupled.values().flat_map(|plant| plant.axes.clone()).collect();
+        let mut parts = Vec::new();
+        let mut judgements = Vec::new();
+        let mut notes = Vec::new();
+        let mut actuation = BTreeMap::new();
+        for plant in results.coupled.values() {
+            parts.push(of_coupled(plant)?);
+            judgements.push(judgement_of_coupled(plant));
+        }
+        for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
+            let plant = results.plant_of(*dof, method)?;
+            parts.push(of_axis(*dof, plant));
+            judgements.push(judgement(*dof, plant));
+            actuation.insert(*dof, actuation_of(plant));
+            left_out(*dof, plant, &mut notes);
+        }
+        let (plant, covariance, intervals) = joined(parts)?;
+        if results.coupled.is_empty() && plant.axes().len() > 1 {
+            notes.push(ALONE.to_owned());
+        }
+        let rigid_body = results.rigid_body.as_ref().map(RigidBodyResult::body).transpose()?;
+        let thrusters = thrusters(results, &mut notes)?;
+        Ok(Self {
+            name: results.vehicle.clone(),
+            plant,
+            covariance: Some(covariance),
+            intervals,
+            rigid_body,
+            dry_mass_kg: results.dry_mass_kg,
+            size_m: results.size_m,
+            buoyancy: results.buoyancy.as_ref().map(|b| b.buoyancy()).transpose()?,
+            thrusters,
+            actuation,
+            origin: Origin {
+                source: source.to_owned(),
+                command: Some(results.provenance.command.clone()),
+                version: Some(results.version.clone()),
+                settings: results.provenance.settings.clone(),
+                ..Origin::default()
+            },
+            judgements,
+            notes,
+        })
+    }
+}
+
+const ALONE: &str = "every axis was identified by itself: no coupling in mass or damping is known; \
+                     Coriolis forces follow from the masses, and the trials neither told nor tested them";
+
+fn thrusters(results: &Results, notes: &mut Vec<String>) -> Result<Vec<Thruster>, Error> {
+    let mut thrusters = Vec::new();
+    for known in &results.thrusters {
+        match &known.law {
+            Some(law) => thrusters.push(Thruster::new(
+                &known.name,
+                known.position_m,
+                known.direction,
+                CurveResult::curve(law)?,
+            )?),
+            None => notes.push(format!(
+                "thruster {}: the results hold its curve in words only; identify again to export it",
+                known.name
+            )),
+        }
+    }
+    Ok(thrusters)
+}
+
+fn of_axis(dof: Dof, plant: &PlantResult) -> Part {
+    let p = &plant.parameters;
+    let bias = if dof == Dof::Heave { Basis::WeightExcess } else { Basis::One(dof) };
+    let quadratic = Basis::Product(dof, Product::quadratic(dof));
+    let linear = Basis::Product(dof, Product::linear(dof));
+    let all = [
+        (Basis::Mass(dof, dof), Some(&p.mass)),
+        (quadratic, p.quadratic_drag.as_ref()),
+        (linear, p.linear_drag.as_ref()),
+        (bias, p.bias_force.as_ref()),
+    ];
+    // A buoyant vehicle is pushed up: b on the left is −(W − B).
+    let sign = |basis: &Basis| if *basis == Basis::WeightExcess { -1.0 } else { 1.0 };
+    let fitted: Vec<_> =
+        all.iter().enumerate().filter_map(|(k, (basis, x))| Some((k, *basis, (*x)?))).collect();
+    let covariance = DMatrix::from_fn(fitted.len(), fitted.len(), |i, j| {
+        let ((a, on, x), (b, of, y)) = (fitted[i], fitted[j]);
+        let correlation = if i == j { 1.0 } else { plant.correlation[a][b] };
+        sign(&on) * sign(&of) * correlation * x.std * y.std
+    });
+    let interval = |(_, basis, x): &(usize, Basis, &crate::results::Parameter)| {
+        let ends = [sign(basis) * x.low95, sign(basis) * x.high95];
+        (basis.to_string(), [ends[0].min(ends[1]), ends[0].max(ends[1])])
+    };
+    Part {
+        terms: fitted.iter().map(|(_, basis, x)| (*basis, sign(basis) * x.value)).collect(),
+        covariance,
+        intervals: fitted.iter().map(interval).collect(),
+    }
+}
+
+fn of_coupled(result: &CoupledPlant) -> Result<Part, Error> {
+    let plant = plant_of_result(result)?;
+    let names: Vec<String> = plant.structure().terms().iter().map(ToString::to_string).collect();
+    let place = |name: &String| result.correlation.names.iter().position(|known| known == name);
+    let places: Vec<Option<usize>> = names.iter().map(place).collect();
+    let std = |k: usize| result.parameters[&names[k]].std;
+    let covariance = DMatrix::from_fn(names.len(), names.len(), |i, j| {
+        let known = places[i]
+            .zip(places[j])
+            .and_then(|(a, b)| result.correlation.value.get(a).and_then(|row| row.get(b)).copied());
+        let correlation = if i == j { 1.0 } else { known.unwrap_or(0.0) };
+        correlation * std(i) * std(j)
+    });
+    let interval = |name: &String| {
+        let x = &result.parameters[name];
+        (name.clone(), [x.low95, x.high95])
+    };
+    let terms = plant.structure().terms().iter().copied();
+    Ok(Part {
+        intervals: names.iter().map(interval).collect(),
+        terms: terms.zip(plant.coefficients().iter().copied()).collect(),
+        covariance,
+    })
+}
+
+type Joined = (Plant, DMatrix<f64>, BTreeMap<String, [f64; 2]>);
+
+/// One plant of all parts, whose axes do not overlap.
+fn joined(parts: Vec<Part>) -> Result<Joined, Error> {
+    let mut terms: Vec<(Basis, f64)> = Vec::new();
+    let mut intervals = BTreeMap::new();
+    let count = parts.iter().map(|part| part.terms.len()).sum();
+    let mut covariance = DMatrix::zeros(count, count);
+    for part in parts {
+        let from = terms.len();
+        let n = part.terms.len();
+        covariance.view_mut((from, from), (n, n)).copy_from(&part.covariance);
+        terms.extend(part.terms);
+        intervals.extend(part.intervals);
+    }
+    Ok((plant_of_terms(&terms)?, covariance, intervals))
+}
+
+/// A plant of just these terms.
+pub(super) fn plant_of_terms(terms: &[(Basis, f64)]) -> Result<Plant, Error> {
+    let masses = terms.iter().filter_map(|(basis, _)| match basis {
+        Basis::Mass(i, j) if i == j => Some(*i),
+        _ => None,
+    });
+    let axes: Vec<Dof> = masses.collect();
+    if axes.is_empty() {
+        return Err(Error::NoPlant { found: "no plant of any axis".to_owned() });
+    }
+    let nothing = Structure::of(&axes, Symmetry::None)?.without(|_| true);
+    let structure =
+        terms.iter().try_fold(nothing, |structure, (basis, _)| structure.with(*basis))?;
+    Plant::new(structure, terms.iter().map(|(_, value)| *value).collect())
+}
+
+fn judgement(dof: Dof, plant: &PlantResult) -> Judgement {
+    Judgement {
+        axes: vec![dof],
+        method: plant.method.to_string(),
+        verdict: plant.verdict.clone(),
+        caveats: plant.caveats.clone(),
+    }
+}
+
+/// The verdict of a plant of several axes by its caveats alone.
+fn judgement_of_coupled(plant: &CoupledPlant) -> Judgement {
+    let worst = plant.caveats.iter().max_by_key(|caveat| caveat.severity);
+    let (trust, reason) = match worst {
+        Some(caveat) if caveat.severity == Severity::Severe => {
+            (Trust::DoNotUse, caveat.message.clone())
+        }
+        Some(caveat) if caveat.severity == Severity::Warning => {
+            (Trust::UsableWithCare, caveat.message.clone())
+        }
+        _ => (Trust::Usable, "nothing speaks against it".to_owned()),
+    };
+    let codes = worst.map(|caveat| caveat.code).into_iter().collect();
+    Judgement {
+        axes: plant.axes.clone(),
+        method: plant.method.to_string(),
+        verdict: Verdict { trust, reason, codes },
+        caveats: plant.caveats.clone(),
+    }
+}
+
+fn actuation_of(plant: &PlantResult) -> Actuation {
+    let fitted = |name: &str| plant.nuisances.get(name).cloned();
+    Actuation { lag: fitted("lag"), delay: fitted("delay"), reverse_ratio: fitted("reverse_ratio") }
+}
+
+/// Nuisances of thrust that no format has a place for.
+const LEFT_OUT: [&str; 7] =
+    ["inflow", "inflow_ahead", "lag_ratio", "slew", "thrust_exponent", "turning", "full_speed"];
+
+fn left_out(dof: Dof, plant: &PlantResult, notes: &mut Vec<String>) {
+    let fitted = LEFT_OUT.iter().filter(|name| plant.nuisances.contains_key(**name));
+    let names: Vec<&str> = fitted.copied().filter(|name| *name != "full_speed").collect();
+    if !names.is_empty() {
+        notes.push(format!(
+            "{dof}: the fit also found {}; they are not part of what leaves the program",
+            names.join(", ").replace('_', " ")
+        ));
+    }
+    let currents = plant.nuisances.keys().filter(|name| name.starts_with("current: ")).count();
+    if currents > 0 {
+        notes.push(format!(
+            "{dof}: currents of {currents} trials were fitted; they belong to those trials and are left out"
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn x(value: f64, std: f64) -> serde_json::Value {
+        let (low95, high95) = (value - 2.0 * std, value + 2.0 * std);
+        json!({ "value": value, "std": std, "low95": low95, "high95": high95, "unit": "SI",
+                "on": ["sway"], "told_by": "data" })
+    }
+
+    /// A coupled boat as results hold it, and heave by itself.
+    fn results() -> Results {
+        let unit = json!([[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        let empty = json!({ "value": [], "std": [] });
+        let boat = json!({
+            "axes": ["sway", "yaw"], "method": "filter-error", "symmetry": "port-starboard",
+            "parameters": {
+                "mass.sway": x(180.0, 2.0), "mass.sway-yaw": x(12.0, 1.0), "mass.yaw": x(40.0, 0.5)
+            },
+            "mass_matrix": empty, "linear_damping": empty, "quadratic_damping": empty,
+            "correlation": { "names": ["mass.yaw", "mass.sway", "mass.sway-yaw"], "value": unit },
+            "nuisances": {}, "samples": 10, "log_likelihood": 0.0,
+            "identifiability": { "coefficients": 3, "rank": 3, "variance_inflation": {}, "not_told": [] },
+            "fit": { "by_axis": {}, "trials": {} },
+            "caveats": [{ "code": "wrong-sign", "severity": "severe", "message": "it drives itself" }]
+        });
+        let p = |value: f64| json!({ "value": value, "std": 1.0, "low95": value - 2.0, "high95": value + 2.0, "unit": "" });
+        let heave = json!({
+            "method": "output-error", "terms": ["force", "quadratic", "bias"], "stable": true,
+            "stability": { "kind": "stable" },
+            "parameters": { "mass": p(90.0), "quadratic_drag": p(50.0), "linear_drag": null, "bias_force": p(3.0) },
+            "lumped": { "alpha": 0.01, "beta": -0.5, "mu": 0.0, "bias": 0.0 },
+            "lumped_std": { "alpha": 0.0, "beta": 0.0, "mu": 0.0, "bias": 0.0 },
+            "correlation": [[1.0, 0.2, 0.0, 0.3], [0.2, 1.0, 0.0, 0.1], [0.0, 0.0, 1.0, 0.0], [0.3, 0.1, 0.0, 1.0]],
+            "nuisances": { "lag": p(0.3), "inflow": p(0.1) },
+            "regression": { "samples": 9, "effective_samples": 9.0, "condition": 1.0,
+                            "variance_inflation": {}, "residual_rms": 0.0, "filters": { "velocity": null, "every_term": null } },
+            "fit": { "mean_abs_error": null, "null_error": 0.0, "r_squared": null, "trials": [] },
+            "hold_out": null, "caveats": []
+        });
+        let all = json!({
+            "schema": crate::results::SCHEMA, "version": "0.1.0", "vehicle": "boat", "dry_mass_kg": null,
+            "provenance": { "command": "seaplant identify", "inputs": [], "seed": null, "settings": {} },
+            "plants": { "heave": heave, "yaw": heave }, "coupled": { "sway-yaw": boat },
+            "methods": {}, "subsets": {}, "steady": {}, "thrusters": [], "bollard_pull": null,
+            "sensors": [], "trials": [], "truth": null, "failures": [], "caveats": []
+        });
+        serde_json::from_value(all).expect("results")
+    }
+
+    #[test]
+    fn coupled_axes_and_axes_by_themselves_are_one_plant() {
+        let model = PlantModel::of_results(&results(), "results.json", None).expect("a plant");
+        // Yaw is in the coupled plant: its own counts no more.
+        assert_eq!(model.plant.axes(), [Dof::Sway, Dof::Heave, Dof::Yaw]);
+        assert_eq!(model.plant.mass_matrix()[(0, 2)], 12.0);
+        // b = 3 N on the left pushes up.
+        assert_eq!(model.weight_excess(), -3.0);
+        assert_eq!(model.actuation[&Dof::Heave].lag.as_ref().map(|lag| lag.value), Some(0.3));
+        assert!(model.notes.iter().any(|note| note.contains("inflow")), "{:?}", model.notes);
+        assert_eq!(model.reasons_against(), ["sway-yaw: it drives itself"]);
+    }
+
+    #[test]
+    fn covariance_follows_the_names_and_the_signs() {
+        let model = PlantModel::of_results(&results(), "results.json", None).expect("a plant");
+        let place = |name: &str| {
+            let terms = model.plant.structure().terms();
+            terms.iter().position(|term| term.to_string() == name).expect(name)
+        };
+        let covariance = model.covariance.as_ref().expect("known");
+        let of = |a: &str, b: &str| covariance[(place(a), place(b))];
+        assert_eq!(of("mass.yaw", "mass.sway"), 0.5 * 0.5 * 2.0);
+        assert_eq!(of("mass.sway", "mass.sway-yaw"), 0.0);
+        assert_eq!(of("mass.heave", "weight-minus-buoyancy"), -0.3);
+        assert_eq!(of("mass.heave", "mass.sway"), 0.0);
+        assert_eq!(model.interval(place("weight-minus-buoyancy")), Some([-5.0, -1.0]));
+    }
+}

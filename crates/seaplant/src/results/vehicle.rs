@@ -1,0 +1,180 @@
+//! The vehicle as data: what a plant needs beside it to be driven elsewhere.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::plant::{Buoyancy, RigidBody};
+use crate::{Error, QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
+
+/// A vehicle dry.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RigidBodyResult {
+    /// Mass in air, kg.
+    pub mass_kg: f64,
+    /// Centre of gravity from the vehicle's origin, m.
+    pub centre_of_gravity_m: [f64; 3],
+    /// Inertia about the centre of gravity, kg m².
+    pub inertia_kg_m2: [[f64; 3]; 3],
+}
+
+impl RigidBodyResult {
+    /// The numbers of a rigid body.
+    pub fn of(body: &RigidBody) -> Self {
+        let inertia = body.inertia();
+        Self {
+            mass_kg: body.mass_kg(),
+            centre_of_gravity_m: body.centre_of_gravity_body().into(),
+            inertia_kg_m2: std::array::from_fn(|i| std::array::from_fn(|j| inertia[(i, j)])),
+        }
+    }
+
+    /// The rigid body of these numbers.
+    ///
+    /// # Errors
+    /// As [`RigidBody::new`].
+    pub fn body(&self) -> Result<RigidBody, Error> {
+        RigidBody::new(self.mass_kg, self.centre_of_gravity_m, self.inertia_kg_m2)
+    }
+}
+
+/// What the water carries of a vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BuoyancyResult {
+    /// Mass of the displaced water, kg.
+    pub displaced_kg: f64,
+    /// Centre of buoyancy from the vehicle's origin, m.
+    pub centre_m: [f64; 3],
+}
+
+impl BuoyancyResult {
+    /// The numbers of a buoyancy.
+    pub fn of(buoyancy: &Buoyancy) -> Self {
+        Self { displaced_kg: buoyancy.displaced_kg, centre_m: buoyancy.centre_body.into() }
+    }
+
+    /// The buoyancy of these numbers.
+    ///
+    /// # Errors
+    /// As [`Buoyancy::new`].
+    pub fn buoyancy(&self) -> Result<Buoyancy, Error> {
+        Buoyancy::new(self.displaced_kg, self.centre_m)
+    }
+}
+
+/// A thrust curve in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
+pub enum CurveResult {
+    /// `F = c s|s|`, with c of the side of s = sign(x − neutral) max(0, |x − neutral| − deadband).
+    Quadratic {
+        /// What it reads.
+        input: ThrusterInput,
+        /// c for s > 0, N per squared unit of input.
+        forward: f64,
+        /// c for s < 0, N per squared unit of input.
+        reverse: f64,
+        /// Inputs this close to neutral give no thrust.
+        #[serde(default)]
+        deadband: f64,
+        /// The input that means stop.
+        #[serde(default)]
+        neutral: f64,
+    },
+    /// Measured points, linear in between.
+    Table {
+        /// What it reads.
+        input: ThrusterInput,
+        /// One for each supply voltage.
+        tables: Vec<CurveTable>,
+    },
+}
+
+/// Measured points at one supply voltage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CurveTable {
+    /// Supply voltage, V.
+    #[serde(default)]
+    pub voltage: Option<f64>,
+    /// (input, N).
+    pub points: Vec<(f64, f64)>,
+}
+
+impl CurveResult {
+    /// The numbers of a curve.
+    pub fn of(curve: &ThrustCurve) -> Self {
+        match curve {
+            ThrustCurve::Quadratic { input, law } => Self::Quadratic {
+                input: *input,
+                forward: law.forward,
+                reverse: law.reverse,
+                deadband: law.deadband,
+                neutral: law.neutral,
+            },
+            ThrustCurve::Table { input, tables } => {
+                let of = |table: &ThrustTable| CurveTable {
+                    voltage: table.voltage,
+                    points: table.points().collect(),
+                };
+                Self::Table { input: *input, tables: tables.iter().map(of).collect() }
+            }
+        }
+    }
+
+    /// The curve of these numbers.
+    ///
+    /// # Errors
+    /// [`Error::ThrustTable`] for points that make none, or a law whose numbers are not finite.
+    pub fn curve(&self) -> Result<ThrustCurve, Error> {
+        match self {
+            Self::Quadratic { input, forward, reverse, deadband, neutral } => {
+                let numbers = [*forward, *reverse, *deadband, *neutral];
+                if !numbers.iter().all(|x| x.is_finite()) {
+                    let reason = "holds a number that is not finite".to_owned();
+                    return Err(Error::ThrustTable { reason });
+                }
+                let [forward, reverse, deadband, neutral] = numbers;
+                let law = QuadraticThrust { forward, reverse, deadband, neutral };
+                Ok(ThrustCurve::Quadratic { input: *input, law })
+            }
+            Self::Table { input, tables } => {
+                let of = |table: &CurveTable| ThrustTable::new(table.voltage, table.points.clone());
+                ThrustCurve::tables(*input, tables.iter().map(of).collect::<Result<_, _>>()?)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_and_bodies_come_back_from_their_numbers() {
+        let table = ThrustTable::new(Some(16.0), vec![(1100.0, -40.0), (1900.0, 50.0)]);
+        let tables = vec![table.expect("rises")];
+        let measured = ThrustCurve::tables(ThrusterInput::Pwm, tables).expect("one");
+        let law = QuadraticThrust { forward: 0.04, reverse: 0.03, deadband: 5.0, neutral: 1.0 };
+        let quadratic = ThrustCurve::Quadratic { input: ThrusterInput::Speed, law };
+        for curve in [measured, quadratic] {
+            assert_eq!(CurveResult::of(&curve).curve(), Ok(curve));
+        }
+        let inertia = [[0.26, 0.0, 0.0], [0.0, 0.23, 0.0], [0.0, 0.0, 0.37]];
+        let body = RigidBody::new(13.5, [0.0, 0.0, 0.02], inertia).expect("a body");
+        assert_eq!(RigidBodyResult::of(&body).body(), Ok(body));
+    }
+
+    #[test]
+    fn a_curve_of_numbers_that_are_none_is_refused() {
+        let law = |forward| CurveResult::Quadratic {
+            input: ThrusterInput::Speed,
+            forward,
+            reverse: 0.0,
+            deadband: 0.0,
+            neutral: 0.0,
+        };
+        assert!(law(f64::NAN).curve().is_err() && law(1.0).curve().is_ok());
+    }
+}
