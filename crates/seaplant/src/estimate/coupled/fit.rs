@@ -27,6 +27,8 @@ pub(super) struct Problem {
     pub(super) physical: Physical,
     pub(super) schedules: Arc<[Schedule]>,
     rigid_body: Option<Matrix6<f64>>,
+    /// What differences of the samples of each axis show of their noise, m/s or rad/s.
+    sample_noise: Vec<f64>,
     /// Whether a current is fitted: there is a translation for it to show in.
     pub(super) has_current: bool,
 }
@@ -65,6 +67,10 @@ const GREATEST_LOG_STEP: f64 = 1.0;
 /// it is a constant.
 const CORRELATION_S: [f64; 2] = [0.2, 300.0];
 
+/// The noise of a velocity is not below this part of what differences of its samples show: a
+/// disturbance that explains every sample would let it vanish.
+const LEAST_NOISE_PART: f64 = 0.1;
+
 /// Damping of Gauss–Newton steps: its start, how it changes, where it gives up.
 const DAMPING: f64 = 1e-4;
 const DAMPING_FACTOR: f64 = 8.0;
@@ -83,6 +89,7 @@ impl Problem {
             physical: Physical::new(structure, rigid_body),
             schedules: records.iter().map(|record| Schedule::of(record, axes)).collect(),
             rigid_body,
+            sample_noise: axes.iter().map(|dof| sample_noise(records, dof.index())).collect(),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
         }
     }
@@ -94,6 +101,7 @@ impl Problem {
             structure,
             schedules: Arc::clone(&self.schedules),
             rigid_body: self.rigid_body,
+            sample_noise: self.sample_noise.clone(),
             has_current: self.has_current,
         }
     }
@@ -305,20 +313,25 @@ impl Problem {
         let Some(slope) = self.by_noise(point) else { return true };
         let mut damping = DAMPING;
         let logarithms = point.noise.logarithms();
-        let held = vec![false; logarithms.len()];
+        let (lowest, highest) = self.noise_limits::<N>();
+        let held = |k: usize| {
+            logarithms[k] <= lowest[k] && slope.gradient[k] > 0.0
+                || logarithms[k] >= highest[k] && slope.gradient[k] < 0.0
+        };
+        let held: Vec<bool> = (0..logarithms.len()).map(held).collect();
         while damping < MOST_DAMPING {
             let step = damped_step(&slope.gradient, &slope.information, damping, &held);
             let Some((step, gain)) = step else {
                 damping *= DAMPING_FACTOR;
                 continue;
             };
-            let longest = step.amax();
-            let step = step * (GREATEST_LOG_STEP / longest.max(GREATEST_LOG_STEP));
-            let mut moved = point.clone();
-            moved.noise = limited(Noise::of(&(&logarithms + step)));
             if gain < LEAST_NOISE_GAIN {
                 return true;
             }
+            // Each by itself: one that runs away must not hold the others back.
+            let step = step.map(|x| x.clamp(-GREATEST_LOG_STEP, GREATEST_LOG_STEP));
+            let moved = (&logarithms + step).zip_map(&lowest, f64::max).zip_map(&highest, f64::min);
+            let moved = Point { noise: Noise::of(&moved), ..point.clone() };
             if self.cost(&moved) < slope.cost + self.prior(point) {
                 *point = moved;
                 return false;
@@ -327,11 +340,19 @@ impl Problem {
         }
         true
     }
-}
 
-fn limited<const N: usize>(noise: Noise<N>) -> Noise<N> {
-    let [shortest, longest] = CORRELATION_S;
-    Noise { correlation_s: noise.correlation_s.map(|t| t.clamp(shortest, longest)), ..noise }
+    /// Between which logarithms the noise stays, shape (3 N,).
+    fn noise_limits<const N: usize>(&self) -> (DVector<f64>, DVector<f64>) {
+        let mut lowest = DVector::from_element(Noise::<N>::COUNT, f64::NEG_INFINITY);
+        let mut highest = DVector::from_element(Noise::<N>::COUNT, f64::INFINITY);
+        for axis in 0..N {
+            lowest[N + axis] = CORRELATION_S[0].ln();
+            highest[N + axis] = CORRELATION_S[1].ln();
+            let sample = self.sample_noise.get(axis).map_or(1.0, |noise| *noise);
+            lowest[2 * N + axis] = (LEAST_NOISE_PART * sample).ln();
+        }
+        (lowest, highest)
+    }
 }
 
 /// `−(H + λ diag H)⁻¹ g` of the numbers that are not held, and the gain that H expects.
@@ -407,19 +428,12 @@ pub(super) fn sample_noise(records: &[&CoupledRecord], axis: usize) -> f64 {
 const LEAST_NOISE: f64 = 1e-6;
 
 /// The first noise of a fit: what the equation of motion misses on each axis is disturbance.
-pub(super) fn first_noise<const N: usize>(
-    structure: &Structure,
-    records: &[&CoupledRecord],
-    residual: &[f64],
-) -> Noise<N> {
-    let axes = structure.axes();
+pub(super) fn first_noise<const N: usize>(problem: &Problem, residual: &[f64]) -> Noise<N> {
     Noise {
         // What a place without an axis holds does not matter, as long as it is a number.
         disturbance: SVector::from_fn(|i, _| residual.get(i).map_or(1.0, |r| r.max(1e-9))),
         correlation_s: SVector::repeat(FIRST_CORRELATION_S),
-        velocity: SVector::from_fn(|i, _| {
-            axes.get(i).map_or(1.0, |dof| sample_noise(records, dof.index()))
-        }),
+        velocity: SVector::from_fn(|i, _| problem.sample_noise.get(i).map_or(1.0, |x| *x)),
     }
 }
 
