@@ -115,7 +115,7 @@ pub struct TrialEntry {
     /// Its log file, or files.
     pub log: LogEntry,
     /// The degrees of freedom to fit one at a time; may be left out where there is a `[[plant]]`.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dof: Vec<Dof>,
     /// What it is for: fit (the default), hold-out or steady.
     #[serde(default)]

@@ -156,7 +156,9 @@ impl<const N: usize> Fitted<N> {
         let Self { problem, optimum, tried } = self;
         let p = problem.structure.terms().len();
         let covariance = inverse(&optimum.information);
-        let noise_covariance = inverse(&optimum.noise_information);
+        let noise = problem.by_noise(&optimum.point);
+        let noise_information = noise.map_or(DMatrix::zeros(3 * N, 3 * N), |x| x.information);
+        let noise_covariance = inverse(&noise_information);
         let std = |k: usize| covariance[(p + k, p + k)].sqrt();
         let current = |(trial, schedule): (usize, &schedule::Schedule)| {
             let [north, east] = optimum.point.currents[trial];

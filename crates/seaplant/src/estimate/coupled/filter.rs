@@ -420,9 +420,9 @@ impl<const N: usize> Covariance<N> {
     /// Φ P Φᵀ + Q.
     fn predict(&mut self, step: &Transition<N>, process: &Self) {
         let (a, b, fade) = (&step.by_velocity, &step.by_disturbance, &step.fade);
-        let u = a * self.vv + b * self.vf.transpose();
-        let v = a * self.vf + b * self.ff;
-        self.vv = u * a.transpose() + v * b.transpose() + process.vv;
+        let u = times(a, &self.vv) + times_transposed(b, &self.vf);
+        let v = times(a, &self.vf) + times(b, &self.ff);
+        self.vv = times_transposed(&u, a) + times_transposed(&v, b) + process.vv;
         for j in 0..N {
             for i in 0..N {
                 self.vf[(i, j)] = v[(i, j)] * fade[j] + process.vf[(i, j)];
@@ -430,6 +430,27 @@ impl<const N: usize> Covariance<N> {
             }
         }
     }
+}
+
+/// A B, written out: what multiplies large matrices is slow on small ones.
+fn times<const N: usize>(a: &SMatrix<f64, N, N>, b: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    let mut product = SMatrix::zeros();
+    for j in 0..N {
+        for k in 0..N {
+            for i in 0..N {
+                product[(i, j)] += a[(i, k)] * b[(k, j)];
+            }
+        }
+    }
+    product
+}
+
+/// A Bᵀ, likewise.
+fn times_transposed<const N: usize>(
+    a: &SMatrix<f64, N, N>,
+    b: &SMatrix<f64, N, N>,
+) -> SMatrix<f64, N, N> {
+    times(a, &b.transpose())
 }
 
 /// How a step of the filter changes with one number of the noise.
@@ -496,7 +517,8 @@ impl<const N: usize> Follower<N> {
         let push = step.by_disturbance.column(axis) * fade.push;
         self.velocity += push * mean.disturbance[axis];
         self.disturbance[axis] += fade.by * mean.disturbance[axis];
-        let v = step.by_velocity * covariance.vf + step.by_disturbance * covariance.ff;
+        let v = times(&step.by_velocity, &covariance.vf)
+            + times(&step.by_disturbance, &covariance.ff);
         let own = v.column(axis).into_owned();
         self.covariance.vv += push * own.transpose() + own * push.transpose();
         self.covariance.vf +=

@@ -41,8 +41,6 @@ pub(super) struct Optimum<const N: usize> {
     pub(super) cost: f64,
     /// Fisher information of coefficients and currents, priors included.
     pub(super) information: DMatrix<f64>,
-    /// That of the noise's logarithms.
-    pub(super) noise_information: DMatrix<f64>,
     /// Steps made.
     pub(super) iterations: usize,
 }
@@ -59,6 +57,9 @@ const LEAST_GAIN: f64 = 5e-4;
 
 /// The same of the noise, whose numbers matter less.
 const LEAST_NOISE_GAIN: f64 = 5e-3;
+
+/// A step that did gain less than this is the last, whatever was expected of it.
+const NO_GAIN: f64 = 0.1 * LEAST_GAIN;
 
 /// The greatest step of a logarithm of the noise.
 const GREATEST_LOG_STEP: f64 = 1.0;
@@ -188,7 +189,8 @@ impl Problem {
         Ok(self.each(point, &plant, |_, pass| pass.innovations().1))
     }
 
-    fn by_noise<const N: usize>(&self, point: &Point<N>) -> Option<Slope> {
+    /// Slope and information by the logarithms of the noise.
+    pub(super) fn by_noise<const N: usize>(&self, point: &Point<N>) -> Option<Slope> {
         let plant = self.prepared(&point.free)?;
         let slopes = self.each(point, &plant, |_, pass| pass.by_noise());
         let sum = slopes.iter().fold(Slope::zeros(Noise::<N>::COUNT), Slope::plus);
@@ -216,27 +218,14 @@ impl Problem {
             let gain = self.step_plant(&mut point, &slope, &gains, &mut damping);
             let is_last = gain < LEAST_GAIN;
             if is_last && noise_is_settled {
-                return self
-                    .finished(point, iterations + 1)
-                    .ok_or_else(|| refuse("lost its optimum"));
+                let Slope { cost, information, .. } = slope;
+                return Ok(Optimum { point, cost, information, iterations: iterations + 1 });
             }
             noise_is_settled = is_last && self.step_noise(&mut point);
         }
         Err(refuse(
             "the fit did not settle; leave terms out, or use trials with more variation of speed and turning",
         ))
-    }
-
-    fn finished<const N: usize>(&self, point: Point<N>, iterations: usize) -> Option<Optimum<N>> {
-        let (slope, _) = self.by_plant(&point)?;
-        let noise = self.by_noise(&point)?;
-        Some(Optimum {
-            cost: slope.cost,
-            information: slope.information,
-            noise_information: noise.information,
-            point,
-            iterations,
-        })
     }
 
     /// A damped Gauss–Newton step of plant and currents; what it would gain without damping.
@@ -268,7 +257,9 @@ impl Problem {
             if there <= at {
                 *point = moved;
                 *damping = (*damping / DAMPING_FACTOR).max(LEAST_DAMPING);
-                return expected;
+                // At a limit that it nears but does not reach, a step gains less than expected.
+                let gained = at - there;
+                return if gained < NO_GAIN { gained } else { expected };
             }
             if expected < LEAST_GAIN {
                 return expected;
@@ -332,9 +323,11 @@ impl Problem {
             let step = step.map(|x| x.clamp(-GREATEST_LOG_STEP, GREATEST_LOG_STEP));
             let moved = (&logarithms + step).zip_map(&lowest, f64::max).zip_map(&highest, f64::min);
             let moved = Point { noise: Noise::of(&moved), ..point.clone() };
-            if self.cost(&moved) < slope.cost + self.prior(point) {
+            let gained = slope.cost + self.prior(point) - self.cost(&moved);
+            if gained > 0.0 {
                 *point = moved;
-                return false;
+                // A disturbance that is not there fades for ever and gains nothing by it.
+                return gained < LEAST_NOISE_GAIN;
             }
             damping *= DAMPING_FACTOR;
         }
