@@ -10,8 +10,8 @@ use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::{Basis, Plant, Product, Structure, Symmetry};
 use seaplant::quantity::{Attitude, Axis};
 use seaplant::{
-    CoupledPlan, CoupledRecord, Dof, IdentifyOptions, Quantity, Recording, Role, Timed, Trial, TrialSetup,
-    Vehicle, identify, plant_of_result,
+    CoupledPlan, CoupledRecord, Dof, IdentifyOptions, Quantity, Recording, Role, Timed, Trial,
+    TrialSetup, Vehicle, identify, plant_of_result,
 };
 use serde_json::Value;
 
@@ -170,9 +170,8 @@ fn a_freely_driven_vehicle_comes_out_whole() {
     for coupling in COUPLINGS {
         assert!(plant.parameters.contains_key(coupling), "{coupling} is not found");
     }
-    let current: Vec<f64> = ["north", "east"]
-        .map(|way| plant.nuisances[&format!("current {way}: a")].value)
-        .to_vec();
+    let current: Vec<f64> =
+        ["north", "east"].map(|way| plant.nuisances[&format!("current {way}: a")].value).to_vec();
     for (found, expected) in current.iter().zip([0.08, -0.05]) {
         assert!((found - expected).abs() < 0.002, "{current:?}");
     }

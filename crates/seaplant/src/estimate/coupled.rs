@@ -233,8 +233,7 @@ impl<const N: usize> Search<N> {
             let plant = wider.problem.plant(&wider.optimum.point.free)?;
             let must_go = !search::is_dissipative(&plant, records);
             let covariance = wider.covariance();
-            let worst =
-                search::dropped(&terms, &plant, &covariance, wider.whiteness()?, must_go);
+            let worst = search::dropped(&terms, &plant, &covariance, wider.whiteness()?, must_go);
             self.found = Some(wider);
             let Some(worst) = worst else { return Ok(()) };
             terms.retain(|term| *term != worst);

@@ -517,8 +517,8 @@ impl<const N: usize> Follower<N> {
         let push = step.by_disturbance.column(axis) * fade.push;
         self.velocity += push * mean.disturbance[axis];
         self.disturbance[axis] += fade.by * mean.disturbance[axis];
-        let v = times(&step.by_velocity, &covariance.vf)
-            + times(&step.by_disturbance, &covariance.ff);
+        let v =
+            times(&step.by_velocity, &covariance.vf) + times(&step.by_disturbance, &covariance.ff);
         let own = v.column(axis).into_owned();
         self.covariance.vv += push * own.transpose() + own * push.transpose();
         self.covariance.vf +=

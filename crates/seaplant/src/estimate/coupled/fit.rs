@@ -341,7 +341,7 @@ impl Problem {
         for axis in 0..N {
             lowest[N + axis] = CORRELATION_S[0].ln();
             highest[N + axis] = CORRELATION_S[1].ln();
-            let sample = self.sample_noise.get(axis).map_or(1.0, |noise| *noise);
+            let sample = self.sample_noise.get(axis).copied().unwrap_or(1.0);
             lowest[2 * N + axis] = (LEAST_NOISE_PART * sample).ln();
         }
         (lowest, highest)
@@ -426,7 +426,7 @@ pub(super) fn first_noise<const N: usize>(problem: &Problem, residual: &[f64]) -
         // What a place without an axis holds does not matter, as long as it is a number.
         disturbance: SVector::from_fn(|i, _| residual.get(i).map_or(1.0, |r| r.max(1e-9))),
         correlation_s: SVector::repeat(FIRST_CORRELATION_S),
-        velocity: SVector::from_fn(|i, _| problem.sample_noise.get(i).map_or(1.0, |x| *x)),
+        velocity: SVector::from_fn(|i, _| problem.sample_noise.get(i).copied().unwrap_or(1.0)),
     }
 }
 
