@@ -58,7 +58,7 @@ impl Campaign {
         let vehicle = SourcedVehicle::open(&toml_file::resolve(path, &file.vehicle)?)?;
         let options = file.options(path)?;
         file.check_time(path)?;
-        check_trials(path, &file.trial)?;
+        check_trials(path, &file.trial, !file.plant.is_empty())?;
         let mut campaign = Self::without_trials(path, vehicle, options);
         campaign.inputs.insert(0, input);
         for entry in &file.trial {
@@ -232,7 +232,7 @@ pub fn trial_of_log(
     entry: &TrialEntry,
     vehicle: &Vehicle,
 ) -> Result<SourcedTrial, Error> {
-    check_trial(path, entry)?;
+    check_trial(path, entry, false)?;
     let channels = channel_map(path, entry.channels.iter(), vehicle)?;
     trial_of(path, log, entry, &channels, vehicle, &[])
 }
@@ -358,14 +358,14 @@ impl CampaignFile {
     }
 }
 
-fn check_trials(path: &Path, trials: &[TrialEntry]) -> Result<(), Error> {
+fn check_trials(path: &Path, trials: &[TrialEntry], has_plant: bool) -> Result<(), Error> {
     check_names(path, trials.iter().map(|trial| trial.name.as_str()))?;
     for trial in trials {
         if trial.log.files().is_empty() {
             let reason = "names no log; add log = \"...\"";
             return Err(Error::value(path, format!("trial `{}`", trial.name), reason));
         }
-        check_trial(path, trial)?;
+        check_trial(path, trial, has_plant)?;
     }
     Ok(())
 }
@@ -388,9 +388,10 @@ fn check_names<'a>(path: &Path, names: impl Iterator<Item = &'a str>) -> Result<
     Ok(())
 }
 
-fn check_trial(path: &Path, trial: &TrialEntry) -> Result<(), Error> {
+/// `has_plant` says that trials also serve a `[[plant]]`, so that they need no axis of their own.
+fn check_trial(path: &Path, trial: &TrialEntry, has_plant: bool) -> Result<(), Error> {
     let refuse = |reason: &str| Err(Error::value(path, format!("trial `{}`", trial.name), reason));
-    if trial.dof.is_empty() {
+    if trial.dof.is_empty() && !has_plant {
         return refuse("names no degree of freedom; add dof = [\"surge\"], say");
     }
     check_window(path, trial)?;

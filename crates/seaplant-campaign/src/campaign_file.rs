@@ -114,7 +114,8 @@ pub struct TrialEntry {
     pub name: String,
     /// Its log file, or files.
     pub log: LogEntry,
-    /// The degrees of freedom that it exercises.
+    /// The degrees of freedom to fit one at a time; may be left out where there is a `[[plant]]`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dof: Vec<Dof>,
     /// What it is for: fit (the default), hold-out or steady.
     #[serde(default)]

@@ -19,8 +19,8 @@ pub(crate) use smooth::smoothed_attitude;
 use crate::Error;
 use crate::plant::Plant;
 
-/// Runs code with places for so many axes as a constant. Three sizes are enough, and a compiler
-/// needs half the time for them that it needs for six.
+/// Runs code with places for so many axes as a constant. Four sizes are enough; each costs time to
+/// compile.
 macro_rules! with_places {
     ($n:expr, $N:ident => $body:expr) => {
         match $n {
@@ -30,6 +30,10 @@ macro_rules! with_places {
             }
             2 | 3 => {
                 const $N: usize = 3;
+                $body
+            }
+            4 => {
+                const $N: usize = 4;
                 $body
             }
             _ => {

@@ -102,44 +102,40 @@ struct Fitted<const N: usize> {
 
 impl<const N: usize> Fitted<N> {
     /// The same with the couplings in damping that the trials ask for.
+    ///
+    /// In rounds, as a missing coupling colours the innovations of its axis and hides others.
     fn searched(self, records: &[&CoupledRecord]) -> Result<Self, Error> {
         let candidates = search::candidates(&self.problem.structure);
-        if candidates.is_empty() {
-            return Ok(self);
+        let mut search = Search { base: self, found: None, scores: BTreeMap::new() };
+        for _ in 0..MOST_ROUNDS {
+            let before = search.admitted();
+            let added = search.asked_for(&candidates)?;
+            if added.is_empty() {
+                break;
+            }
+            search.admit(added, records)?;
+            if search.admitted() == before {
+                break;
+            }
         }
-        let white = whiteness(&self.problem, &self.optimum.point)?;
-        let white = |dof: Dof| white.get(&dof).copied().unwrap_or(1.0);
-        let scores = search::scores(&self.problem, &self.optimum.point, &candidates)?;
-        let mut admitted = search::admitted(&candidates, &scores, white);
-        let base = self;
-        let mut found = None;
-        while !admitted.is_empty() {
-            // A wider plant that does not settle says that its terms are not told apart.
-            let Ok(wider) = base.wider(found.as_ref(), &admitted) else { break };
-            let plant = wider.problem.plant(&wider.optimum.point.free)?;
-            let worst = search::dropped(
-                &admitted,
-                &plant,
-                &wider.covariance(),
-                white,
-                !search::is_dissipative(&plant, records),
-            );
-            found = Some(wider);
-            let Some(worst) = worst else { break };
-            admitted.retain(|term| *term != worst);
-        }
-        let chosen = found.filter(|_| !admitted.is_empty()).unwrap_or(base);
+        let admitted = search.admitted();
+        let Search { base, found, scores } = search;
+        let chosen = found.unwrap_or(base);
         let tried = search::tried(&candidates, &scores, &admitted, &chosen.worths()?);
         Ok(Self { tried, ..chosen })
     }
 
-    /// The optimum with some terms more, from that of the nearest plant known.
-    fn wider(&self, nearest: Option<&Self>, terms: &[Basis]) -> Result<Self, Error> {
-        let from = nearest.unwrap_or(self);
-        let structure = search::with_all(&self.problem.structure, terms)?;
-        let problem = self.problem.with_terms(structure);
-        let start = search::widened(&problem, &from.problem, &from.optimum.point);
+    /// The optimum with some terms beside those of `base`, from this one.
+    fn with_terms(&self, base: &Structure, terms: &[Basis]) -> Result<Self, Error> {
+        let problem = self.problem.with_terms(search::with_all(base, terms)?);
+        let start = search::widened(&problem, &self.problem, &self.optimum.point);
         Ok(Self { optimum: problem.optimum(start)?, problem, tried: Vec::new() })
+    }
+
+    /// Box and Pierce's statistic of an axis, at least 1.
+    fn whiteness(&self) -> Result<impl Fn(Dof) -> f64, Error> {
+        let white = whiteness(&self.problem, &self.optimum.point)?;
+        Ok(move |dof: Dof| white.get(&dof).copied().unwrap_or(1.0).max(1.0))
     }
 
     /// Covariance of the coefficients.
@@ -160,7 +156,9 @@ impl<const N: usize> Fitted<N> {
         let Self { problem, optimum, tried } = self;
         let p = problem.structure.terms().len();
         let covariance = inverse(&optimum.information);
-        let noise_covariance = inverse(&optimum.noise_information);
+        let noise = problem.by_noise(&optimum.point);
+        let noise_information = noise.map_or(DMatrix::zeros(3 * N, 3 * N), |x| x.information);
+        let noise_covariance = inverse(&noise_information);
         let std = |k: usize| covariance[(p + k, p + k)].sqrt();
         let current = |(trial, schedule): (usize, &schedule::Schedule)| {
             let [north, east] = optimum.point.currents[trial];
@@ -181,6 +179,67 @@ impl<const N: usize> Fitted<N> {
             rank: least_squares.rank + (p - least_squares.terms),
             tried,
         })
+    }
+}
+
+/// Rounds of admitting and dropping couplings.
+const MOST_ROUNDS: usize = 4;
+
+/// A search for couplings in damping.
+struct Search<const N: usize> {
+    /// The plant without them.
+    base: Fitted<N>,
+    /// The plant with those that are admitted.
+    found: Option<Fitted<N>>,
+    /// What each candidate would have gained when it was last outside.
+    scores: BTreeMap<Basis, f64>,
+}
+
+impl<const N: usize> Search<N> {
+    fn now(&self) -> &Fitted<N> {
+        self.found.as_ref().unwrap_or(&self.base)
+    }
+
+    /// The terms that the plant has now beside those of the base.
+    fn admitted(&self) -> Vec<Basis> {
+        let base = &self.base.problem.structure;
+        let all = self.now().problem.structure.terms();
+        all.iter().filter(|term| base.index_of(term).is_none()).copied().collect()
+    }
+
+    /// Couplings outside that the innovations ask for.
+    fn asked_for(&mut self, candidates: &[Basis]) -> Result<Vec<Basis>, Error> {
+        let now = self.now();
+        let outside = |term: &&Basis| now.problem.structure.index_of(term).is_none();
+        let outside: Vec<Basis> = candidates.iter().filter(outside).copied().collect();
+        if outside.is_empty() {
+            return Ok(outside);
+        }
+        let scores = search::scores(&now.problem, &now.optimum.point, &outside)?;
+        let admitted = search::admitted(&outside, &scores, now.whiteness()?);
+        self.scores.extend(outside.into_iter().zip(scores));
+        Ok(admitted)
+    }
+
+    /// Fits the plant with terms more, without those that turn out to be worth too little.
+    fn admit(&mut self, added: Vec<Basis>, records: &[&CoupledRecord]) -> Result<(), Error> {
+        let mut terms = self.admitted();
+        terms.extend(added);
+        while !terms.is_empty() {
+            // A wider plant that does not settle says that its terms are not told apart.
+            let Ok(wider) = self.now().with_terms(&self.base.problem.structure, &terms) else {
+                return Ok(());
+            };
+            let plant = wider.problem.plant(&wider.optimum.point.free)?;
+            let must_go = !search::is_dissipative(&plant, records);
+            let covariance = wider.covariance();
+            let worst = search::dropped(&terms, &plant, &covariance, wider.whiteness()?, must_go);
+            self.found = Some(wider);
+            let Some(worst) = worst else { return Ok(()) };
+            terms.retain(|term| *term != worst);
+        }
+        self.found = None;
+        Ok(())
     }
 }
 
@@ -247,7 +306,7 @@ fn starts<const N: usize>(
         let point = Point {
             free: problem.physical.free(&least_squares.coefficients),
             currents: vec![[0.0; 2]; records.len()],
-            noise: first_noise(&problem.structure, records, &least_squares.residual),
+            noise: first_noise(problem, &least_squares.residual),
         };
         found.push((problem.cost(&point), point, least_squares));
     }

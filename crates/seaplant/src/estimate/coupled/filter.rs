@@ -355,7 +355,7 @@ impl<const N: usize> Pass<'_, N> {
                 change.process.add(&self.process_of(axis, h), -1.0);
                 let fade_by = rho * h / t;
                 change.process.ff[(axis, axis)] = -2.0 * sigma * sigma * rho * fade_by;
-                change.fade = Some((axis, fade_by));
+                change.fade = Some(Fade { axis, by: fade_by, push: push_by(h / t) });
             }
             _ => {}
         }
@@ -419,21 +419,59 @@ impl<const N: usize> Covariance<N> {
 
     /// Φ P Φᵀ + Q.
     fn predict(&mut self, step: &Transition<N>, process: &Self) {
-        let fade = SMatrix::from_diagonal(&step.fade);
-        let (a, b) = (&step.by_velocity, &step.by_disturbance);
-        let u = a * self.vv + b * self.vf.transpose();
-        let v = a * self.vf + b * self.ff;
-        self.vv = u * a.transpose() + v * b.transpose() + process.vv;
-        self.vf = v * fade + process.vf;
-        self.ff = fade * self.ff * fade + process.ff;
+        let (a, b, fade) = (&step.by_velocity, &step.by_disturbance, &step.fade);
+        let u = times(a, &self.vv) + times_transposed(b, &self.vf);
+        let v = times(a, &self.vf) + times(b, &self.ff);
+        self.vv = times_transposed(&u, a) + times_transposed(&v, b) + process.vv;
+        for j in 0..N {
+            for i in 0..N {
+                self.vf[(i, j)] = v[(i, j)] * fade[j] + process.vf[(i, j)];
+                self.ff[(i, j)] = fade[i] * self.ff[(i, j)] * fade[j] + process.ff[(i, j)];
+            }
+        }
     }
+}
+
+/// A B, written out: what multiplies large matrices is slow on small ones.
+fn times<const N: usize>(a: &SMatrix<f64, N, N>, b: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    let mut product = SMatrix::zeros();
+    for j in 0..N {
+        for k in 0..N {
+            for i in 0..N {
+                product[(i, j)] += a[(i, k)] * b[(k, j)];
+            }
+        }
+    }
+    product
+}
+
+/// A Bᵀ, likewise.
+fn times_transposed<const N: usize>(
+    a: &SMatrix<f64, N, N>,
+    b: &SMatrix<f64, N, N>,
+) -> SMatrix<f64, N, N> {
+    times(a, &b.transpose())
 }
 
 /// How a step of the filter changes with one number of the noise.
 struct Change<const N: usize> {
     process: Covariance<N>,
-    /// An axis whose disturbance fades otherwise, and by how much.
-    fade: Option<(usize, f64)>,
+    fade: Option<Fade>,
+}
+
+/// An axis whose disturbance fades otherwise.
+struct Fade {
+    axis: usize,
+    /// The change of what is left of it after a step.
+    by: f64,
+    /// The change of what it does to velocity, as a part of that.
+    push: f64,
+}
+
+/// `d ln g/d ln T` of `g = ∫₀ʰ e^(−s/T) ds`, with x = h/T: how the push of a disturbance over a
+/// step changes with its correlation time.
+fn push_by(x: f64) -> f64 {
+    if x < 1e-6 { 0.5 * x } else { 1.0 - x / x.exp_m1() }
 }
 
 /// How mean and covariance change with one number of the noise.
@@ -463,15 +501,33 @@ impl<const N: usize> Follower<N> {
         self.covariance.predict(step, &change.process);
         self.velocity = step.by_velocity * self.velocity + step.by_disturbance * self.disturbance;
         self.disturbance.component_mul_assign(&step.fade);
-        if let Some((axis, fade_by)) = change.fade {
-            self.disturbance[axis] += fade_by * mean.disturbance[axis];
-            let v = step.by_velocity * covariance.vf + step.by_disturbance * covariance.ff;
-            for i in 0..N {
-                self.covariance.vf[(i, axis)] += v[(i, axis)] * fade_by;
-                let cross = covariance.ff[(i, axis)] * step.fade[i] * fade_by;
-                self.covariance.ff[(i, axis)] += cross;
-                self.covariance.ff[(axis, i)] += cross;
-            }
+        if let Some(fade) = &change.fade {
+            self.fade(fade, step, covariance, mean);
+        }
+    }
+
+    fn fade(
+        &mut self,
+        fade: &Fade,
+        step: &Transition<N>,
+        covariance: &Covariance<N>,
+        mean: &Mean<N>,
+    ) {
+        let axis = fade.axis;
+        let push = step.by_disturbance.column(axis) * fade.push;
+        self.velocity += push * mean.disturbance[axis];
+        self.disturbance[axis] += fade.by * mean.disturbance[axis];
+        let v =
+            times(&step.by_velocity, &covariance.vf) + times(&step.by_disturbance, &covariance.ff);
+        let own = v.column(axis).into_owned();
+        self.covariance.vv += push * own.transpose() + own * push.transpose();
+        self.covariance.vf +=
+            push * covariance.ff.row(axis).transpose().component_mul(&step.fade).transpose();
+        for i in 0..N {
+            self.covariance.vf[(i, axis)] += own[i] * fade.by;
+            let cross = covariance.ff[(i, axis)] * step.fade[i] * fade.by;
+            self.covariance.ff[(i, axis)] += cross;
+            self.covariance.ff[(axis, i)] += cross;
         }
     }
 
@@ -488,18 +544,14 @@ impl<const N: usize> Follower<N> {
         let vf_by = self.covariance.vf.row(axis).transpose();
         let s_by = vv_by[axis] + r_by;
         let e_by = -self.velocity[axis];
-        let gain = |c: &SVector<f64, N>, c_by: &SVector<f64, N>| (c_by - c * (s_by / s)) / s;
-        self.velocity += gain(vv, &vv_by) * e + vv * (e_by / s);
-        self.disturbance += gain(vf, &vf_by) * e + vf * (e_by / s);
-        let change = |a: &SVector<f64, N>,
-                      a_by: &SVector<f64, N>,
-                      b: &SVector<f64, N>,
-                      b_by: &SVector<f64, N>| {
-            (a_by * b.transpose() + a * b_by.transpose()) / s - a * b.transpose() * (s_by / (s * s))
-        };
-        self.covariance.vv -= change(vv, &vv_by, vv, &vv_by);
-        self.covariance.vf -= change(vv, &vv_by, vf, &vf_by);
-        self.covariance.ff -= change(vf, &vf_by, vf, &vf_by);
+        // K = c/S, so that ∂K = (∂c − K ∂S)/S and ∂(c cᵀ/S) = ∂K cᵀ + K ∂cᵀ.
+        let (k_v, k_f) = (vv / s, vf / s);
+        let (k_v_by, k_f_by) = ((vv_by - k_v * s_by) / s, (vf_by - k_f * s_by) / s);
+        self.velocity += k_v_by * e + k_v * e_by;
+        self.disturbance += k_f_by * e + k_f * e_by;
+        self.covariance.vv -= k_v_by * vv.transpose() + k_v * vv_by.transpose();
+        self.covariance.vf -= k_v_by * vf.transpose() + k_v * vf_by.transpose();
+        self.covariance.ff -= k_f_by * vf.transpose() + k_f * vf_by.transpose();
         (e_by, s_by)
     }
 }

@@ -27,6 +27,8 @@ pub(super) struct Problem {
     pub(super) physical: Physical,
     pub(super) schedules: Arc<[Schedule]>,
     rigid_body: Option<Matrix6<f64>>,
+    /// What differences of the samples of each axis show of their noise, m/s or rad/s.
+    sample_noise: Vec<f64>,
     /// Whether a current is fitted: there is a translation for it to show in.
     pub(super) has_current: bool,
 }
@@ -39,8 +41,6 @@ pub(super) struct Optimum<const N: usize> {
     pub(super) cost: f64,
     /// Fisher information of coefficients and currents, priors included.
     pub(super) information: DMatrix<f64>,
-    /// That of the noise's logarithms.
-    pub(super) noise_information: DMatrix<f64>,
     /// Steps made.
     pub(super) iterations: usize,
 }
@@ -58,12 +58,19 @@ const LEAST_GAIN: f64 = 5e-4;
 /// The same of the noise, whose numbers matter less.
 const LEAST_NOISE_GAIN: f64 = 5e-3;
 
+/// A step that did gain less than this is the last, whatever was expected of it.
+const NO_GAIN: f64 = 0.1 * LEAST_GAIN;
+
 /// The greatest step of a logarithm of the noise.
 const GREATEST_LOG_STEP: f64 = 1.0;
 
 /// Correlation times of the disturbance, s: below, it could not be told from noise; above,
 /// it is a constant.
 const CORRELATION_S: [f64; 2] = [0.2, 300.0];
+
+/// The noise of a velocity is not below this part of what differences of its samples show: a
+/// disturbance that explains every sample would let it vanish.
+const LEAST_NOISE_PART: f64 = 0.1;
 
 /// Damping of Gauss–Newton steps: its start, how it changes, where it gives up.
 const DAMPING: f64 = 1e-4;
@@ -83,6 +90,7 @@ impl Problem {
             physical: Physical::new(structure, rigid_body),
             schedules: records.iter().map(|record| Schedule::of(record, axes)).collect(),
             rigid_body,
+            sample_noise: axes.iter().map(|dof| sample_noise(records, dof.index())).collect(),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
         }
     }
@@ -94,6 +102,7 @@ impl Problem {
             structure,
             schedules: Arc::clone(&self.schedules),
             rigid_body: self.rigid_body,
+            sample_noise: self.sample_noise.clone(),
             has_current: self.has_current,
         }
     }
@@ -180,7 +189,8 @@ impl Problem {
         Ok(self.each(point, &plant, |_, pass| pass.innovations().1))
     }
 
-    fn by_noise<const N: usize>(&self, point: &Point<N>) -> Option<Slope> {
+    /// Slope and information by the logarithms of the noise.
+    pub(super) fn by_noise<const N: usize>(&self, point: &Point<N>) -> Option<Slope> {
         let plant = self.prepared(&point.free)?;
         let slopes = self.each(point, &plant, |_, pass| pass.by_noise());
         let sum = slopes.iter().fold(Slope::zeros(Noise::<N>::COUNT), Slope::plus);
@@ -208,27 +218,14 @@ impl Problem {
             let gain = self.step_plant(&mut point, &slope, &gains, &mut damping);
             let is_last = gain < LEAST_GAIN;
             if is_last && noise_is_settled {
-                return self
-                    .finished(point, iterations + 1)
-                    .ok_or_else(|| refuse("lost its optimum"));
+                let Slope { cost, information, .. } = slope;
+                return Ok(Optimum { point, cost, information, iterations: iterations + 1 });
             }
             noise_is_settled = is_last && self.step_noise(&mut point);
         }
         Err(refuse(
             "the fit did not settle; leave terms out, or use trials with more variation of speed and turning",
         ))
-    }
-
-    fn finished<const N: usize>(&self, point: Point<N>, iterations: usize) -> Option<Optimum<N>> {
-        let (slope, _) = self.by_plant(&point)?;
-        let noise = self.by_noise(&point)?;
-        Some(Optimum {
-            cost: slope.cost,
-            information: slope.information,
-            noise_information: noise.information,
-            point,
-            iterations,
-        })
     }
 
     /// A damped Gauss–Newton step of plant and currents; what it would gain without damping.
@@ -260,7 +257,9 @@ impl Problem {
             if there <= at {
                 *point = moved;
                 *damping = (*damping / DAMPING_FACTOR).max(LEAST_DAMPING);
-                return expected;
+                // At a limit that it nears but does not reach, a step gains less than expected.
+                let gained = at - there;
+                return if gained < NO_GAIN { gained } else { expected };
             }
             if expected < LEAST_GAIN {
                 return expected;
@@ -305,33 +304,48 @@ impl Problem {
         let Some(slope) = self.by_noise(point) else { return true };
         let mut damping = DAMPING;
         let logarithms = point.noise.logarithms();
-        let held = vec![false; logarithms.len()];
+        let (lowest, highest) = self.noise_limits::<N>();
+        let held = |k: usize| {
+            logarithms[k] <= lowest[k] && slope.gradient[k] > 0.0
+                || logarithms[k] >= highest[k] && slope.gradient[k] < 0.0
+        };
+        let held: Vec<bool> = (0..logarithms.len()).map(held).collect();
         while damping < MOST_DAMPING {
             let step = damped_step(&slope.gradient, &slope.information, damping, &held);
             let Some((step, gain)) = step else {
                 damping *= DAMPING_FACTOR;
                 continue;
             };
-            let longest = step.amax();
-            let step = step * (GREATEST_LOG_STEP / longest.max(GREATEST_LOG_STEP));
-            let mut moved = point.clone();
-            moved.noise = limited(Noise::of(&(&logarithms + step)));
             if gain < LEAST_NOISE_GAIN {
                 return true;
             }
-            if self.cost(&moved) < slope.cost + self.prior(point) {
+            // Each by itself: one that runs away must not hold the others back.
+            let step = step.map(|x| x.clamp(-GREATEST_LOG_STEP, GREATEST_LOG_STEP));
+            let moved = (&logarithms + step).zip_map(&lowest, f64::max).zip_map(&highest, f64::min);
+            let moved = Point { noise: Noise::of(&moved), ..point.clone() };
+            let gained = slope.cost + self.prior(point) - self.cost(&moved);
+            if gained > 0.0 {
                 *point = moved;
-                return false;
+                // A disturbance that is not there fades for ever and gains nothing by it.
+                return gained < LEAST_NOISE_GAIN;
             }
             damping *= DAMPING_FACTOR;
         }
         true
     }
-}
 
-fn limited<const N: usize>(noise: Noise<N>) -> Noise<N> {
-    let [shortest, longest] = CORRELATION_S;
-    Noise { correlation_s: noise.correlation_s.map(|t| t.clamp(shortest, longest)), ..noise }
+    /// Between which logarithms the noise stays, shape (3 N,).
+    fn noise_limits<const N: usize>(&self) -> (DVector<f64>, DVector<f64>) {
+        let mut lowest = DVector::from_element(Noise::<N>::COUNT, f64::NEG_INFINITY);
+        let mut highest = DVector::from_element(Noise::<N>::COUNT, f64::INFINITY);
+        for axis in 0..N {
+            lowest[N + axis] = CORRELATION_S[0].ln();
+            highest[N + axis] = CORRELATION_S[1].ln();
+            let sample = self.sample_noise.get(axis).copied().unwrap_or(1.0);
+            lowest[2 * N + axis] = (LEAST_NOISE_PART * sample).ln();
+        }
+        (lowest, highest)
+    }
 }
 
 /// `−(H + λ diag H)⁻¹ g` of the numbers that are not held, and the gain that H expects.
@@ -407,19 +421,12 @@ pub(super) fn sample_noise(records: &[&CoupledRecord], axis: usize) -> f64 {
 const LEAST_NOISE: f64 = 1e-6;
 
 /// The first noise of a fit: what the equation of motion misses on each axis is disturbance.
-pub(super) fn first_noise<const N: usize>(
-    structure: &Structure,
-    records: &[&CoupledRecord],
-    residual: &[f64],
-) -> Noise<N> {
-    let axes = structure.axes();
+pub(super) fn first_noise<const N: usize>(problem: &Problem, residual: &[f64]) -> Noise<N> {
     Noise {
         // What a place without an axis holds does not matter, as long as it is a number.
         disturbance: SVector::from_fn(|i, _| residual.get(i).map_or(1.0, |r| r.max(1e-9))),
         correlation_s: SVector::repeat(FIRST_CORRELATION_S),
-        velocity: SVector::from_fn(|i, _| {
-            axes.get(i).map_or(1.0, |dof| sample_noise(records, dof.index()))
-        }),
+        velocity: SVector::from_fn(|i, _| problem.sample_noise.get(i).copied().unwrap_or(1.0)),
     }
 }
 

@@ -23,11 +23,11 @@ pub struct Tried {
     pub p_value: f64,
 }
 
-/// Gains of that many times the whiteness statistic of its axis admit a term: chance makes as
-/// much once in 100 000 for white innovations, and correlated ones exaggerate in proportion.
+/// Gains above this admit a term: chance makes as much once in 100 000.
 const ADMITTED: f64 = 20.0;
 
-/// Terms that turn out to be worth less than this beside each other are dropped again.
+/// Terms that turn out to be worth less than this beside each other, times the whiteness
+/// statistic of their axis, are dropped again: correlated innovations exaggerate in proportion.
 const KEPT: f64 = 12.0;
 
 /// Linear and quadratic damping of an axis by another that its mass may couple with.
@@ -94,15 +94,22 @@ fn refused(structure: &Structure) -> Error {
     }
 }
 
-/// The candidates whose scores admit them, by the whiteness of their axes.
+/// The candidates whose scores admit them: those that pass whatever the whiteness of their axis
+/// exaggerates, and of each axis the one that gains most, whose lack may be what colours it.
 pub(super) fn admitted(
     candidates: &[Basis],
     scores: &[f64],
     whiteness: impl Fn(Dof) -> f64,
 ) -> Vec<Basis> {
-    let passes = |(term, score): (&Basis, &f64)| {
+    let best = |axis: Dof| {
+        let own = candidates.iter().zip(scores).filter(|(term, _)| term.axes()[0] == axis);
+        own.map(|(_, score)| *score).fold(0.0, f64::max)
+    };
+    let passes = |(term, &score): (&Basis, &f64)| {
         let axis = term.axes()[0];
-        (*score > ADMITTED * whiteness(axis).max(1.0)).then_some(*term)
+        let is_admitted =
+            score > ADMITTED * whiteness(axis) || score > ADMITTED && score >= best(axis);
+        is_admitted.then_some(*term)
     };
     candidates.iter().zip(scores).filter_map(passes).collect()
 }
@@ -119,7 +126,7 @@ pub(super) fn dropped(
     let worth = |term: &Basis| {
         let k = plant.structure().index_of(term)?;
         let ratio = plant.coefficients()[k].powi(2) / covariance[(k, k)];
-        Some((ratio / whiteness(term.axes()[0]).max(1.0), *term))
+        Some((ratio / whiteness(term.axes()[0]), *term))
     };
     let least = terms.iter().filter_map(worth).min_by(|a, b| a.0.total_cmp(&b.0))?;
     (one_must_go || least.0 < KEPT).then_some(least.1)
@@ -128,21 +135,21 @@ pub(super) fn dropped(
 /// What came of every candidate.
 pub(super) fn tried(
     candidates: &[Basis],
-    scores: &[f64],
+    scores: &BTreeMap<Basis, f64>,
     admitted: &[Basis],
     worths: &BTreeMap<Basis, f64>,
 ) -> Vec<Tried> {
-    let of = |(term, score): (&Basis, &f64)| {
-        let is_admitted = admitted.contains(term);
-        let likelihood_ratio = worths.get(term).copied().unwrap_or(*score);
+    let of = |term: &Basis| {
+        let gain = worths.get(term).or_else(|| scores.get(term));
+        let likelihood_ratio = gain.copied().unwrap_or(0.0);
         Tried {
             term: *term,
-            admitted: is_admitted,
+            admitted: admitted.contains(term),
             likelihood_ratio,
             p_value: p_value(likelihood_ratio),
         }
     };
-    candidates.iter().zip(scores).map(of).collect()
+    candidates.iter().map(of).collect()
 }
 
 /// What chance alone gains as often.

@@ -127,9 +127,8 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     }
 }
 
-/// The noise's slope leaves out that the filter's linearisation changes with its state, and the
-/// way from a disturbance to velocity with the correlation time: parts of h/T.
-const LINEARISATION: f64 = 0.1;
+/// The noise's slope leaves out that the filter's linearisation changes with its state.
+const LINEARISATION: f64 = 0.02;
 
 #[test]
 fn the_noises_slope_is_that_of_the_likelihood() {
