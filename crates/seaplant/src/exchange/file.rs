@@ -248,7 +248,7 @@ impl PlantFile {
                 }
             }
         }
-        let products: [(&str, &Option<Entries>, fn(Dof) -> Product); 2] = [
+        let products: [Products<'_>; 2] = [
             ("linear_damping", &self.linear_damping, Product::linear),
             ("quadratic_damping", &self.quadratic_damping, Product::quadratic),
         ];
@@ -389,6 +389,9 @@ impl PlantFile {
         }))
     }
 }
+
+/// A damping matrix: its key, its entries, and the product of speeds that each multiplies.
+type Products<'a> = (&'static str, &'a Option<Entries>, fn(Dof) -> Product);
 
 fn refuse(key: &str, reason: String) -> Error {
     Error::PlantTable { key: key.to_owned(), reason }
