@@ -22,7 +22,8 @@ fn follows<'a>(said: &'a Value, name: &str) -> &'a Value {
 #[test]
 fn a_step_ends_at_top_speed_within_its_band() {
     let workshop = identified();
-    let step = ["simulate", "results", "--step", "surge 300 N", "--for", "60", "--json"];
+    let step =
+        ["simulate", "results", "--step", "surge 300 N", "--for", "60", "--draws", "40", "--json"];
     let said = workshop.json(&step);
     let (mass, drag) = SLED;
     let top = (300.0 / drag).sqrt();
@@ -48,7 +49,7 @@ fn thrusters_drive_by_their_curves_from_profiles_and_tables() {
     workshop.write("t.csv", format!("time [s],thruster.prop.speed [rpm]\n0,{rpm}\n60,{rpm}\n"));
     let (_, drag) = SLED;
     for inputs in ["p.toml", "t.csv"] {
-        let said = workshop.json(&["simulate", "results", inputs, "--json"]);
+        let said = workshop.json(&["simulate", "results", inputs, "--draws", "40", "--json"]);
         let last = said["velocity"].as_array().expect("rows").last().expect("rows")[0].as_f64();
         let top = (0.04 * 86.6_f64.powi(2) / drag).sqrt();
         assert_within(inputs, last.expect("a number"), top, PART);

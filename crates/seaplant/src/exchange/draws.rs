@@ -1,6 +1,6 @@
 //! Plants as uncertain as an identification leaves them.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -37,8 +37,17 @@ impl PlantModel {
     /// [`Error::Plant`] if hardly any draw is a plant: the coefficients are then not known.
     pub fn draws(&self, draws: Draws) -> Result<Vec<Plant>, Error> {
         let Some(covariance) = &self.covariance else { return Ok(Vec::new()) };
-        // Of a covariance that is rounded, not its Cholesky factor: it need not exist.
-        let eigen = covariance.clone().symmetric_eigen();
+        // In an order of their own: draws do not depend on that of a file.
+        let terms = self.plant.structure().terms();
+        let mut order: Vec<usize> = (0..terms.len()).collect();
+        order.sort_by_key(|k| terms[*k]);
+        let std = |k: usize| covariance[(k, k)].max(0.0).sqrt();
+        let correlation = DMatrix::from_fn(order.len(), order.len(), |i, j| {
+            let scale = std(order[i]) * std(order[j]);
+            if scale > 0.0 { covariance[(order[i], order[j])] / scale } else { 0.0 }
+        });
+        // Of a correlation that is rounded, not its Cholesky factor: it need not exist.
+        let eigen = correlation.symmetric_eigen();
         let scale = eigen.eigenvalues.map(|x| x.max(0.0).sqrt());
         let mut random = ChaCha8Rng::seed_from_u64(draws.seed);
         let mut plants = Vec::with_capacity(draws.count);
@@ -50,7 +59,12 @@ impl PlantModel {
                 let x: f64 = StandardNormal.sample(&mut random);
                 x * scale[k]
             });
-            plants.extend(self.moved(&(&eigen.eigenvectors * unit)));
+            let correlated = &eigen.eigenvectors * unit;
+            let mut by = DVector::zeros(order.len());
+            for (&k, x) in order.iter().zip(correlated.iter()) {
+                by[k] = std(k) * x;
+            }
+            plants.extend(self.moved(&by));
         }
         if plants.len() == draws.count {
             return Ok(plants);
