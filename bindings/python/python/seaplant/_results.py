@@ -14,6 +14,7 @@ __all__ = [
     "AxisResult",
     "AxisScore",
     "BollardPullResult",
+    "BuoyancyResult",
     "Candidate",
     "Caveat",
     "CaveatCode",
@@ -23,6 +24,8 @@ __all__ = [
     "Correlation",
     "CoupledPlant",
     "CoupledScore",
+    "CurveResult",
+    "CurveTable",
     "Decision",
     "Disturbance",
     "Dof",
@@ -55,6 +58,7 @@ __all__ = [
     "Provenance",
     "RegressionResult",
     "Results",
+    "RigidBodyResult",
     "Role",
     "Row",
     "Score",
@@ -69,6 +73,7 @@ __all__ = [
     "Term",
     "TermDecision",
     "ThrustPart",
+    "ThrusterInput",
     "ThrusterResult",
     "ToldBy",
     "TrialResult",
@@ -269,6 +274,14 @@ Term: TypeAlias = Literal[
 ]
 """One term of ``v̇ = α τ + β v|v| + μ v + bias``."""
 
+ThrusterInput: TypeAlias = Literal[
+    "speed",
+    "pwm",
+    "command",
+    "force",
+]
+"""What a thruster curve reads."""
+
 ToldBy: TypeAlias = Literal[
     "data",
     "limit",
@@ -454,6 +467,17 @@ class BollardPullResult(Record):
 
     reverse: Parameter | None
     """Coefficient of negative thrust."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BuoyancyResult(Record):
+    """What the water carries of a vehicle."""
+
+    displaced_kg: float
+    """Mass of the displaced water, kg."""
+
+    centre_m: Floats
+    """Centre of buoyancy from the vehicle's origin, m."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -647,6 +671,43 @@ class CoupledScore(Record):
 
     trials: dict[str, dict[str, AxisScore]]
     """By trial."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CurveResult(Record):
+    """A thrust curve in numbers."""
+
+    input: ThrusterInput
+    """What it reads."""
+
+    kind: str
+    """One of quadratic, table."""
+
+    deadband: float | None = None
+    """Inputs this close to neutral give no thrust."""
+
+    forward: float | None = None
+    """c for s > 0, N per squared unit of input."""
+
+    neutral: float | None = None
+    """The input that means stop."""
+
+    reverse: float | None = None
+    """c for s < 0, N per squared unit of input."""
+
+    tables: tuple[CurveTable, ...] | None = None
+    """One for each supply voltage."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CurveTable(Record):
+    """Measured points at one supply voltage."""
+
+    points: Floats
+    """(input, N)."""
+
+    voltage: float | None
+    """Supply voltage, V."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1185,17 +1246,37 @@ class Results(Record):
     bollard_pull: BollardPullResult | None
     """The thrust curve that bollard-pull data gives, where there are any."""
 
+    buoyancy: BuoyancyResult | None
+    """What the water carries of it."""
+
     coupled: dict[str, CoupledPlant]
     """Plants of several axes, by their axes: ``surge-sway-yaw``."""
 
     dry_mass_kg: float | None
     """Its mass in air, kg."""
 
+    rigid_body: RigidBodyResult | None
+    """What is known of it dry."""
+
     size_m: Floats | None
     """Length, width and height of its hull, m."""
 
     truth: dict[str, TruePlant] | None
     """True values, where the logs are a twin's."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RigidBodyResult(Record):
+    """A vehicle dry."""
+
+    mass_kg: float
+    """Mass in air, kg."""
+
+    centre_of_gravity_m: Floats
+    """Centre of gravity from the vehicle's origin, m."""
+
+    inertia_kg_m2: Floats
+    """Inertia about the centre of gravity, kg m²."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1440,6 +1521,9 @@ class ThrusterResult(Record):
     curve: str
     """Its curve in words."""
 
+    law: CurveResult | None
+    """Its curve in numbers; absent of results that were written without them."""
+
     thrust_std: Floats | None
     """Standard deviation of its strength ahead and in reverse, as parts of it; absent if
     nothing was said."""
@@ -1636,14 +1720,14 @@ class Validation(Record):
     dof: Dof
     """Which degree of freedom."""
 
-    method: Method
-    """Whose plant."""
-
     score: Score
     """Its errors."""
 
     fitted_to: tuple[str, ...]
     """Trials that the plant was fitted to: their scores flatter it."""
+
+    method: Method | None
+    """Whose plant; absent of a published table."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
