@@ -44,10 +44,10 @@ pub struct Results {
     #[serde(default)]
     pub size_m: Option<[f64; 3]>,
     /// What is known of it dry.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub rigid_body: Option<RigidBodyResult>,
     /// What the water carries of it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub buoyancy: Option<BuoyancyResult>,
     /// What it was made from, and how to make it again.
     pub provenance: Provenance,
