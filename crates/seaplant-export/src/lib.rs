@@ -38,6 +38,7 @@ mod uuv;
 use seaplant::exchange::PlantModel;
 
 pub use error::Error;
+pub use remarks::doubts;
 
 /// A file of an export.
 #[derive(Clone, Debug, PartialEq, Eq)]

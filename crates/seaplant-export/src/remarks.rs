@@ -2,6 +2,7 @@
 
 use seaplant::exchange::{Judgement, PlantModel};
 use seaplant::plant::Basis;
+use seaplant::results::Trust;
 use seaplant::{Dof, ThrustCurve};
 
 use crate::code::input_of;
@@ -44,7 +45,7 @@ impl Remarks<'_> {
         let mut notes = unknown(self.model);
         notes.extend(self.limits.iter().cloned());
         notes.extend(self.model.notes.iter().cloned());
-        notes.extend(self.model.reasons_against().into_iter().map(|r| format!("DO NOT USE: {r}")));
+        notes.extend(doubts(self.model));
         notes
     }
 
@@ -211,6 +212,20 @@ pub(crate) fn without_actuation(model: &PlantModel) -> Option<String> {
     (!found.is_empty()).then(|| {
         format!("not applied here, apply it to thrust before it comes in: {}", found.join("; "))
     })
+}
+
+/// What the verdicts say against a plant, part by part; nothing of a usable one.
+pub fn doubts(model: &PlantModel) -> Vec<String> {
+    let of = |judgement: &Judgement| {
+        let word = match judgement.verdict.trust {
+            Trust::DoNotUse => "DO NOT USE",
+            Trust::Doubtful => "DOUBTFUL",
+            Trust::UsableWithCare | Trust::Usable => return None,
+        };
+        let axes: Vec<&str> = judgement.axes.iter().map(|dof| dof.name()).collect();
+        Some(format!("{word}: {}: {}", axes.join("-"), judgement.verdict.reason))
+    };
+    model.judgements.iter().filter_map(of).collect()
 }
 
 fn judgement(of: &Judgement) -> Vec<String> {

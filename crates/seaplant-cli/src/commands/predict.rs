@@ -11,6 +11,7 @@ use seaplant::exchange::{Consequence, Draws, Drive, PlantModel, Prediction};
 use seaplant::motion::Inputs;
 use seaplant::{Dof, Timed};
 use seaplant_campaign::{HoldEntry, Profile, StartEntry, input_table};
+use seaplant_export::doubts;
 use seaplant_report::number::significant;
 use seaplant_report::{is_prediction_page, prediction_page};
 use serde_json::json;
@@ -226,7 +227,7 @@ fn notes(model: &PlantModel, case: &Case, prediction: &Prediction, draws: Draws)
         notes.push(format!("{} draws ran away and are not in the band", prediction.lost));
     }
     notes.extend(model.notes.iter().cloned());
-    notes.extend(model.reasons_against().into_iter().map(|r| format!("DO NOT USE: {r}")));
+    notes.extend(doubts(model));
     notes
 }
 

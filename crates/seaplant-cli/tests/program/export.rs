@@ -66,6 +66,23 @@ fn a_plant_that_should_not_be_used_stays_unless_it_is_forced_to_carry_its_reason
 }
 
 #[test]
+fn a_doubtful_plant_says_so_wherever_it_goes() {
+    let workshop = identified();
+    let results = workshop.read("results/results.json");
+    let mut json: Value = serde_json::from_str(&results).expect("JSON");
+    let verdict = &mut json["plants"]["surge"]["verdict"];
+    (verdict["trust"], verdict["reason"]) = ("doubtful".into(), "its drag is anything".into());
+    workshop.write("doubtful.json", json.to_string());
+    let doubt = "DOUBTFUL: surge: its drag is anything";
+    let said = workshop.success(&["export", "doubtful.json", "--to", "c", "--out", "out"]);
+    assert!(said.contains(doubt), "{said}");
+    assert!(workshop.read("out/seaplant_plant.h").contains(doubt));
+    let said =
+        workshop.success(&["simulate", "doubtful.json", "--step", "surge 50 N", "--for", "5"]);
+    assert!(said.contains(doubt), "{said}");
+}
+
+#[test]
 fn formats_stand_beside_each_other_and_what_was_edited_stays() {
     let workshop = Workshop::empty();
     let plant = "published:wam-v-vrx";
