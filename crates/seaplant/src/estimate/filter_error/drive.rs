@@ -61,6 +61,10 @@ pub(crate) struct Drive<'a> {
 /// the mean, which is off by a four-hundredth of full thrust at most.
 const JUMP_PART: f64 = 0.1;
 
+/// A jump this near to an end of a step is at that end, s: decimal stamps differ in their last digits,
+/// and the mean over what rounding leaves is no speed.
+const SLIVER_S: f64 = 1e-6;
+
 /// A propeller is settled this long before a trial starts, s: what it is told at the start
 /// is new to it.
 const JUST_BEFORE_S: f64 = 1e-6;
@@ -148,7 +152,8 @@ impl<'a> Drive<'a> {
         for propeller in &mut self.propellers {
             let before = propeller.before;
             let jump_s = propeller.asked.jump_before(to_s, JUMP_PART * self.full_speed);
-            let jump_s = jump_s.filter(|jump_s| *jump_s > to_s - h);
+            let within = to_s - h + SLIVER_S..to_s - SLIVER_S;
+            let jump_s = jump_s.filter(|jump_s| within.contains(jump_s));
             let first = jump_s.map(|jump_s| {
                 let middle = propeller.asked.until(jump_s);
                 (middle.0, jump_s - (to_s - h))

@@ -549,7 +549,7 @@ fn into_fit(
         lumped: lumped(problem, optimum, 0),
         covariance: plant_covariance(problem, &all, 0),
         thrust_covariance: plant_covariance(problem, &of_thrust, 0),
-        t_freedom: freedom.min((scores.len() - 1).max(1) as f64),
+        t_freedom: freedom.min(scores.len().saturating_sub(1).max(1) as f64),
         condition: condition(&optimum.information),
         inflation: Vec::new(),
         samples,
