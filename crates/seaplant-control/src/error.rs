@@ -82,6 +82,14 @@ pub enum Error {
         /// Laws that it has a place for.
         known: &'static str,
     },
+    /// A plant that should not be used.
+    #[error(
+        "the plant should not be used: {reasons}; identify it better, or make a controller for it with --anyway"
+    )]
+    DoNotUse {
+        /// Why.
+        reasons: String,
+    },
     /// A file of gains that cannot be read.
     #[error("the gains {reason}")]
     Gains {

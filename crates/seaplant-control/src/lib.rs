@@ -31,6 +31,7 @@ mod design;
 mod error;
 mod linear;
 mod margins;
+mod of_model;
 mod track;
 
 pub use ardusub::ardusub;
@@ -41,6 +42,7 @@ pub use design::{
 };
 pub use error::Error;
 pub use margins::Margins;
+pub use of_model::check_usable;
 pub use track::{Path, Sea, Tracked, track};
 
 use schemars::JsonSchema;
