@@ -9,7 +9,7 @@ use seaplant::Dof;
 use seaplant::plant::{Basis, Plant, Product};
 use serde::{Deserialize, Serialize};
 
-use crate::linear::{LinearGains, growth, slope};
+use crate::linear::{LinearGains, growth, righting, slope};
 use crate::margins::{Loop, Margins};
 use crate::{Error, Law};
 
@@ -345,8 +345,10 @@ fn margins_with(
     let place = truth.axes().iter().position(|axis| *axis == dof);
     let free = truth.mass_matrix().try_inverse().zip(place);
     let mass = free.map_or(gains.mass, |(inverse, k)| 1.0 / inverse[(k, k)]);
-    let lever = truth.coefficient(&Basis::Lever(2)).unwrap_or(0.0);
-    let righting = if matches!(dof, Dof::Roll | Dof::Pitch) { lever } else { 0.0 };
+    let lever = |plant: &Plant| plant.coefficient(&Basis::Lever(2)).unwrap_or(0.0);
+    let taken = if asked.law.is_model_based() { lever(plant) } else { 0.0 };
+    let left = lever(truth) - taken;
+    let righting = if matches!(dof, Dof::Roll | Dof::Pitch) { left } else { 0.0 };
     let at = |speed: f64| {
         // What exact linearisation takes away acts through lag and delay, too.
         let taken = if asked.law == Law::Exact { own_slope(plant, dof, speed) } else { 0.0 };
@@ -433,8 +435,18 @@ fn grows(
             }
         }
         let linear = LinearGains { kp: of(&|axis| axis.kp), kd, ki: of(&|axis| axis.ki) };
-        let damping = slope(truth, &speed);
-        worst = worst.max(growth(truth, &damping, &linear, actuators, 1.0 / asked.sample_hz)?);
+        let mut left = righting(truth);
+        if asked.law.is_model_based() {
+            // The model takes away what it takes for the righting moment of controlled axes.
+            let taken = righting(plant);
+            for (i, dof) in plant.axes().iter().enumerate() {
+                if gains.axes.contains_key(dof) {
+                    left[(i, i)] -= taken[(i, i)];
+                }
+            }
+        }
+        let forces = (&slope(truth, &speed), &left);
+        worst = worst.max(growth(truth, forces, &linear, actuators, 1.0 / asked.sample_hz)?);
     }
     Some(worst)
 }

@@ -55,7 +55,7 @@ pub(crate) fn righting(plant: &Plant) -> DMatrix<f64> {
 /// whole steps, rounded up.
 pub(crate) fn growth(
     plant: &Plant,
-    damping: &DMatrix<f64>,
+    (damping, righting): (&DMatrix<f64>, &DMatrix<f64>),
     gains: &LinearGains,
     actuators: &Actuators,
     period_s: f64,
@@ -67,7 +67,7 @@ pub(crate) fn growth(
     let late = (delay / period_s - 1e-9).ceil().max(0.0) as usize;
     // ẋ = v, v̇ = M⁻¹ (f − D v − G x), ḟ = (u − f)/T; u is held.
     let mut a = DMatrix::zeros(4 * n, 4 * n);
-    let restoring = &inverse * righting(plant);
+    let restoring = &inverse * righting;
     let damped = &inverse * damping;
     for i in 0..n {
         a[(i, n + i)] = 1.0;
