@@ -16,7 +16,7 @@ use crate::plant::{Basis, Parameterisation, Plant, RigidBody, Structure};
 use crate::{CoupledRecord, Dof, Error};
 use equation_error::EquationError;
 use filter::Noise;
-use fit::{Optimum, Point, Problem, first_noise};
+use fit::{Optimum, Point, Problem, Tolerance, first_noise};
 pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 
@@ -89,7 +89,7 @@ pub fn fit_coupled(
         let (first, least_squares, optimum) = first_optimum::<N>(&problem, records)?;
         let fitted = Fitted { optimum, problem, tried: Vec::new() };
         let fitted = if search { fitted.searched(records)? } else { fitted };
-        fitted.finished(first, &least_squares)
+        fitted.refined()?.finished(first, &least_squares)
     })
 }
 
@@ -129,7 +129,15 @@ impl<const N: usize> Fitted<N> {
     fn with_terms(&self, base: &Structure, terms: &[Basis]) -> Result<Self, Error> {
         let problem = self.problem.with_terms(search::with_all(base, terms)?);
         let start = search::widened(&problem, &self.problem, &self.optimum.point);
-        Ok(Self { optimum: problem.optimum(start)?, problem, tried: Vec::new() })
+        let optimum = problem.optimum(start, Tolerance::COARSE)?;
+        Ok(Self { optimum, problem, tried: Vec::new() })
+    }
+
+    /// The same at the optimum itself.
+    fn refined(self) -> Result<Self, Error> {
+        let optimum = self.problem.descent(self.optimum.point, Tolerance::FINE)?;
+        let iterations = self.optimum.iterations + optimum.iterations;
+        Ok(Self { optimum: Optimum { iterations, ..optimum }, ..self })
     }
 
     /// Box and Pierce's statistic of an axis, at least 1.
@@ -160,11 +168,11 @@ impl<const N: usize> Fitted<N> {
         let noise_information = noise.map_or(DMatrix::zeros(3 * N, 3 * N), |x| x.information);
         let noise_covariance = inverse(&noise_information);
         let std = |k: usize| covariance[(p + k, p + k)].sqrt();
-        let current = |(trial, schedule): (usize, &schedule::Schedule)| {
+        let current = |(trial, name): (usize, &String)| {
             let [north, east] = optimum.point.currents[trial];
-            (schedule.trial.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
+            (name.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
         };
-        let currents = problem.schedules.iter().enumerate().map(current);
+        let currents = problem.trials.iter().enumerate().map(current);
         Ok(CoupledFit {
             plant: problem.plant(&optimum.point.free)?,
             inflation: inflation(&optimum.information, p),
@@ -233,10 +241,12 @@ impl<const N: usize> Search<N> {
             let plant = wider.problem.plant(&wider.optimum.point.free)?;
             let must_go = !search::is_dissipative(&plant, records);
             let covariance = wider.covariance();
-            let worst = search::dropped(&terms, &plant, &covariance, wider.whiteness()?, must_go);
+            let gone = search::dropped(&terms, &plant, &covariance, wider.whiteness()?, must_go);
             self.found = Some(wider);
-            let Some(worst) = worst else { return Ok(()) };
-            terms.retain(|term| *term != worst);
+            if gone.is_empty() {
+                return Ok(());
+            }
+            terms.retain(|term| !gone.contains(term));
         }
         self.found = None;
         Ok(())
@@ -278,7 +288,7 @@ fn first_optimum<const N: usize>(
     let mut refused = None;
     for (point, found) in starts::<N>(problem, records, &mut refused) {
         let start = problem.plant(&point.free)?;
-        match problem.optimum(point) {
+        match problem.optimum(point, Tolerance::COARSE) {
             Ok(optimum) => return Ok((start, found, optimum)),
             Err(error) => {
                 refused.get_or_insert(error);
@@ -295,6 +305,7 @@ fn starts<const N: usize>(
     refused: &mut Option<Error>,
 ) -> Vec<(Point<N>, EquationError)> {
     let mut found = Vec::new();
+    let pieces = problem.in_pieces();
     for window_s in WINDOWS_S {
         let least_squares = match equation_error::fit(&problem.structure, records, window_s) {
             Ok(least_squares) => least_squares,
@@ -308,7 +319,7 @@ fn starts<const N: usize>(
             currents: vec![[0.0; 2]; records.len()],
             noise: first_noise(problem, &least_squares.residual),
         };
-        found.push((problem.cost(&point), point, least_squares));
+        found.push((pieces.as_ref().unwrap_or(problem).cost(&point), point, least_squares));
     }
     if found.iter().any(|(cost, ..)| cost.is_finite()) {
         *refused = None;

@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
-use super::Prepared;
+use super::{Prepared, apply};
 
 /// A short time with a constant force: at most 0.05 s, so that roll and pitch at some rad/s
 /// carry no error of the integration.
@@ -139,7 +139,7 @@ fn step<const N: usize>(
         let mut slope = SVector::<f64, N>::zeros();
         for (stage, (part, _)) in STAGES.into_iter().enumerate() {
             let at = if stage == 0 { *column } else { *column + slope * (part * h) };
-            slope = slopes[stage] * at + flow.stages[stage][j];
+            slope = apply(&slopes[stage], &at) + flow.stages[stage][j];
             sum += slope * (WEIGHTS[stage] * h);
         }
         *column += sum;

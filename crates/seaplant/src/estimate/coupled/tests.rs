@@ -84,7 +84,8 @@ fn noise() -> Noise<3> {
 fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     let plant = planar();
     let record = record(&plant, "a", 1, 20, 0.005);
-    let schedule = schedule::Schedule::of(&record, plant.axes());
+    let schedules = schedule::Schedule::whole(&[&record], plant.axes());
+    let schedule = &schedules[0];
     let noise = noise();
     // Away from the optimum, where slopes are steep.
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
@@ -102,7 +103,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     ) -> Pass<'a, 3> {
         Pass { plant, schedule, current, noise }
     }
-    let (slope, gains) = pass(&base, &schedule, current, &noise).by_plant();
+    let (slope, gains) = pass(&base, schedule, current, &noise).by_plant();
     let check = |found: f64, expected: f64, name: &str| {
         let off = (found - expected).abs() / expected.abs().max(1.0);
         assert!(off < DIFFERENCE, "{name}: {found} and {expected}");
@@ -112,7 +113,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
         let at = |sign: f64| {
             let mut moved = off.clone();
             moved[k] += sign * step;
-            pass(&prepared(&moved), &schedule, current, &noise).at_gains(&gains)
+            pass(&prepared(&moved), schedule, current, &noise).at_gains(&gains)
         };
         check(slope.gradient[k], (at(1.0) - at(-1.0)) / (2.0 * step), &term.to_string());
     }
@@ -120,7 +121,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
         let at = |step: f64| {
             let mut moved = current;
             moved[direction] += step;
-            pass(&base, &schedule, moved, &noise).at_gains(&gains)
+            pass(&base, schedule, moved, &noise).at_gains(&gains)
         };
         let expected = (at(1e-6) - at(-1e-6)) / 2e-6;
         check(slope.gradient[off.len() + direction], expected, "current");
@@ -134,11 +135,12 @@ const LINEARISATION: f64 = 0.02;
 fn the_noises_slope_is_that_of_the_likelihood() {
     let plant = planar();
     let record = record(&plant, "a", 1, 60, 0.005);
-    let schedule = schedule::Schedule::of(&record, plant.axes());
+    let schedules = schedule::Schedule::whole(&[&record], plant.axes());
+    let schedule = &schedules[0];
     let prepared = Prepared::<3>::new(&plant).expect("three axes");
     let logarithms = noise().logarithms();
     let pass = |noise: &Noise<3>| {
-        let pass = Pass { plant: &prepared, schedule: &schedule, current: [0.1, -0.05], noise };
+        let pass = Pass { plant: &prepared, schedule, current: [0.1, -0.05], noise };
         (pass.by_noise(), pass.innovations().0)
     };
     let (slope, cost) = pass(&noise());
