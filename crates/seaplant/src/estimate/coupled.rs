@@ -129,7 +129,13 @@ impl<const N: usize> Fitted<N> {
     fn with_terms(&self, base: &Structure, terms: &[Basis]) -> Result<Self, Error> {
         let problem = self.problem.with_terms(search::with_all(base, terms)?);
         let start = search::widened(&problem, &self.problem, &self.optimum.point);
-        let optimum = problem.optimum(start, Tolerance::COARSE)?;
+        let is_wider = problem.structure.terms().len() > self.problem.structure.terms().len();
+        // A plant that only lacks some of the terms is near its optimum already.
+        let optimum = if is_wider {
+            problem.optimum(start, Tolerance::COARSE)?
+        } else {
+            problem.descent(start, Tolerance::COARSE)?
+        };
         Ok(Self { optimum, problem, tried: Vec::new() })
     }
 
