@@ -14,7 +14,8 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::schedule::{Schedule, Stop};
 use crate::motion::{
-    Decay, Flow, Prepared, advance, apply, subtract_outer, times, times_transposed,
+    Decay, Flow, HeldForce, PUSHED_BY, Prepared, advance, apply, subtract_outer, times,
+    times_transposed,
 };
 use crate::series::ROUNDING_S;
 
@@ -117,6 +118,8 @@ pub(super) struct Innovation {
 pub(super) struct Pass<'a, const N: usize> {
     pub(super) plant: &'a Prepared<N>,
     pub(super) schedule: &'a Schedule,
+    /// The force over each of its slices.
+    pub(super) pushes: &'a [HeldForce],
     /// North and east, m/s.
     pub(super) current: [f64; 2],
     pub(super) noise: &'a Noise<N>,
@@ -145,11 +148,13 @@ struct Transition<const N: usize> {
 }
 
 impl<const N: usize> Pass<'_, N> {
-    /// ln-likelihood with its slope by coefficients and current, and the gains.
+    /// ln-likelihood with its slope by coefficients, actuators and current, and the gains.
     pub(super) fn by_plant(&self) -> (Slope, Vec<Gain<N>>) {
-        let (p, mut gains) = (self.plant.count(), Vec::with_capacity(self.schedule.samples()));
+        let (coefficients, mut gains) =
+            (self.plant.count(), Vec::with_capacity(self.schedule.samples()));
+        let p = coefficients + PUSHED_BY;
         let mut slope = Slope::zeros(p + 2);
-        let mut flow = Flow::new(p);
+        let mut flow = Flow::of_plant(coefficients);
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
         let mut by = vec![(SVector::<f64, N>::zeros(), SVector::<f64, N>::zeros()); p + 2];
         let mut row = vec![0.0; p + 2];
@@ -162,7 +167,7 @@ impl<const N: usize> Pass<'_, N> {
                 *velocity = apply(&transition.by_velocity, velocity)
                     + apply(&transition.by_disturbance, disturbance);
                 if k < p {
-                    *velocity += flow.by_coefficient()[k];
+                    *velocity += flow.by_plant()[k];
                 }
                 disturbance.component_mul_assign(&transition.fade);
             }
@@ -208,7 +213,7 @@ impl<const N: usize> Pass<'_, N> {
     /// The negative log-likelihood, and each innovation.
     pub(super) fn innovations(&self) -> (f64, Vec<Innovation>) {
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
-        let (mut flow, mut cost) = (Flow::new(0), 0.0);
+        let (mut flow, mut cost) = (Flow::of_state(), 0.0);
         let mut innovations = Vec::with_capacity(self.schedule.samples());
         for stop in &self.schedule.stops[1..] {
             let transition = self.predict(stop, &mut mean, &mut flow);
@@ -227,7 +232,7 @@ impl<const N: usize> Pass<'_, N> {
     pub(super) fn by_noise(&self) -> Slope {
         let mut slope = Slope::zeros(Noise::<N>::COUNT);
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
-        let mut flow = Flow::new(0);
+        let mut flow = Flow::of_state();
         let mut followers = self.noise_followers();
         let mut row = vec![0.0; Noise::<N>::COUNT];
         let mut variances = row.clone();
@@ -309,8 +314,9 @@ impl<const N: usize> Pass<'_, N> {
 
     fn move_mean(&self, stop: &Stop, mean: &mut Mean<N>, flow: &mut Flow<N>) {
         let slices = &self.schedule.slices[stop.slices.clone()];
+        let pushes = &self.pushes[stop.slices.clone()];
         let decay = self.noise.decay();
-        advance(self.plant, slices, &mean.velocity, &mean.disturbance, &decay, flow);
+        advance(self.plant, (slices, pushes), &mean.velocity, &mean.disturbance, &decay, flow);
         mean.velocity = flow.velocity;
         mean.disturbance.component_mul_assign(&self.fade(stop.length_s));
     }

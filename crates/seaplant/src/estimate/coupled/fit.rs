@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Matrix6, SVector};
 
+use super::actuator::Actuator;
 use super::filter::{Gain, Innovation, Noise, Pass, Slope};
 use super::schedule::Schedule;
 use crate::motion::Prepared;
@@ -15,6 +16,8 @@ use crate::{CoupledRecord, Error};
 pub(super) struct Point<const N: usize> {
     /// Free numbers of the plant.
     pub(super) free: DVector<f64>,
+    /// How thrust follows what is logged of it.
+    pub(super) actuator: Actuator,
     /// The current of each trial, north and east, m/s.
     pub(super) currents: Vec<[f64; 2]>,
     /// Disturbance and noise of every trial.
@@ -32,6 +35,8 @@ pub(super) struct Problem {
     /// Pieces of the trials, to begin with.
     pieces: Option<Arc<[Schedule]>>,
     rigid_body: Option<Matrix6<f64>>,
+    /// Which of lag and delay are fitted.
+    pub(super) fits: [bool; Actuator::COUNT],
     /// What differences of the samples of each axis show of their noise, m/s or rad/s.
     sample_noise: Vec<f64>,
     /// Whether a current is fitted: there is a translation for it to show in.
@@ -52,6 +57,10 @@ pub(super) struct Optimum<const N: usize> {
 
 /// Standard deviation of a current's component before anything is measured, m/s.
 const CURRENT_STD: f64 = 1.0;
+
+/// The same of lag and delay, s, and the most that a propeller has.
+const ACTUATOR_STD_S: f64 = 1.0;
+const MOST_ACTUATOR_S: f64 = 3.0;
 
 /// Steps after which a fit is given up.
 const MOST_STEPS: usize = 60;
@@ -115,6 +124,7 @@ impl Problem {
             schedules: Schedule::whole(records, axes),
             pieces: are_enough.then_some(pieces),
             rigid_body,
+            fits: [true; Actuator::COUNT],
             sample_noise: axes.iter().map(|dof| sample_noise(records, dof.index())).collect(),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
         }
@@ -129,6 +139,7 @@ impl Problem {
             schedules: Arc::clone(&self.schedules),
             pieces: self.pieces.clone(),
             rigid_body: self.rigid_body,
+            fits: self.fits,
             sample_noise: self.sample_noise.clone(),
             has_current: self.has_current,
         }
@@ -157,13 +168,12 @@ impl Problem {
         plant: &Prepared<N>,
         work: impl Fn(usize, Pass<'_, N>) -> T + Sync,
     ) -> Vec<T> {
-        let pass = |k: usize| Pass {
-            plant,
-            schedule: &self.schedules[k],
-            current: point.currents[self.schedules[k].trial],
-            noise: &point.noise,
-        };
-        in_threads(self.schedules.len(), |k| work(k, pass(k)))
+        in_threads(self.schedules.len(), |k| {
+            let schedule = &self.schedules[k];
+            let pushes = point.actuator.pushes(&schedule.force, &schedule.slices);
+            let current = point.currents[schedule.trial];
+            work(k, Pass { plant, schedule, pushes: &pushes, current, noise: &point.noise })
+        })
     }
 
     /// Slope and information by coefficients and currents, and the gains they belong to.
@@ -172,13 +182,13 @@ impl Problem {
         point: &Point<N>,
     ) -> Option<(Slope, Vec<Vec<Gain<N>>>)> {
         let plant = self.prepared(&point.free)?;
-        let (p, trials) = (plant.count(), self.trials.len());
+        let (p, trials) = (plant.count() + Actuator::COUNT, self.trials.len());
         let mut sum = Slope::zeros(p + 2 * trials);
         let mut all_gains = Vec::with_capacity(self.schedules.len());
         let found = self.each(point, &plant, |_, pass| pass.by_plant());
         for (schedule, (slope, gains)) in self.schedules.iter().zip(found) {
             let trial = schedule.trial;
-            let place = |k: usize| if k < p { k } else { p + 2 * trial + k - p };
+            let place = |k: usize| if k < p { k } else { 2 * trial + k };
             sum.cost += slope.cost;
             for i in 0..p + 2 {
                 sum.gradient[place(i)] += slope.gradient[i];
@@ -188,18 +198,22 @@ impl Problem {
             }
             all_gains.push(gains);
         }
-        let currents = point.currents.as_flattened();
-        for (k, current) in currents.iter().enumerate() {
-            sum.gradient[p + k] += current / (CURRENT_STD * CURRENT_STD);
-            sum.information[(p + k, p + k)] += 1.0 / (CURRENT_STD * CURRENT_STD);
+        for k in (0..Actuator::COUNT).filter(|k| !self.fits[*k]) {
+            let place = plant.count() + k;
+            sum.gradient[place] = 0.0;
+            sum.information.row_mut(place).fill(0.0);
+            sum.information.column_mut(place).fill(0.0);
+        }
+        for (k, (x, std)) in prior_numbers(point).enumerate() {
+            sum.gradient[plant.count() + k] += x / (std * std);
+            sum.information[(plant.count() + k, plant.count() + k)] += 1.0 / (std * std);
         }
         sum.cost += self.prior(point);
         sum.cost.is_finite().then_some((sum, all_gains))
     }
 
     fn prior<const N: usize>(&self, point: &Point<N>) -> f64 {
-        let currents = point.currents.as_flattened();
-        currents.iter().map(|x| 0.5 * (x / CURRENT_STD).powi(2)).sum()
+        prior_numbers(point).map(|(x, std)| 0.5 * (x / std).powi(2)).sum()
     }
 
     fn at_gains<const N: usize>(&self, point: &Point<N>, gains: &[Vec<Gain<N>>]) -> f64 {
@@ -294,10 +308,14 @@ impl Problem {
         let (gradient, hessian) = self.in_free_numbers(&point.free, slope);
         let lowest = self.physical.lowest();
         let at = self.at_gains(point, gains);
-        let held = |k: usize| {
-            let low = lowest.get(k).copied().flatten();
-            low.is_some_and(|low| point.free[k] <= low && gradient[k] > 0.0)
-                || (!self.has_current && k >= point.free.len())
+        let p = point.free.len();
+        let numbers = [point.actuator.lag_s, point.actuator.delay_s];
+        let held = |k: usize| match lowest.get(k) {
+            Some(low) => low.is_some_and(|low| point.free[k] <= low && gradient[k] > 0.0),
+            None if k < p + Actuator::COUNT => {
+                !self.fits[k - p] || numbers[k - p] <= 0.0 && gradient[k] > 0.0
+            }
+            None => !self.has_current,
         };
         let held: Vec<bool> = (0..gradient.len()).map(held).collect();
         let whole = damped_step(&gradient, &hessian, LEAST_DAMPING, &held);
@@ -338,8 +356,12 @@ impl Problem {
             let low = lowest[k].unwrap_or(f64::NEG_INFINITY);
             moved.free[k] = (moved.free[k] + step[k]).max(low);
         }
+        let Actuator { lag_s, delay_s } = &mut moved.actuator;
+        for (k, x) in [lag_s, delay_s].into_iter().enumerate() {
+            *x = (*x + step[p + k]).clamp(0.0, MOST_ACTUATOR_S);
+        }
         for (k, x) in moved.currents.as_flattened_mut().iter_mut().enumerate() {
-            *x += step[p + k];
+            *x += step[p + Actuator::COUNT + k];
         }
         moved
     }
@@ -401,6 +423,14 @@ impl Problem {
         }
         (lowest, highest)
     }
+}
+
+/// Lag, delay and the currents, with the standard deviation that each has before anything is
+/// measured.
+fn prior_numbers<const N: usize>(point: &Point<N>) -> impl Iterator<Item = (f64, f64)> {
+    let Actuator { lag_s, delay_s } = point.actuator;
+    let currents = point.currents.as_flattened().iter().map(|x| (*x, CURRENT_STD));
+    [lag_s, delay_s].into_iter().map(|x| (x, ACTUATOR_STD_S)).chain(currents)
 }
 
 /// `−(H + λ diag H)⁻¹ g` of the numbers that are not held, and the gain that H expects.

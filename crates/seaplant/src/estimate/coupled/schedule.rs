@@ -39,6 +39,8 @@ pub(super) struct Schedule {
     pub(super) stops: Vec<Stop>,
     /// All slices.
     pub(super) slices: Vec<Slice>,
+    /// Logged forces, held, by axis in SNAME order.
+    pub(super) force: [Option<Timed>; 6],
 }
 
 impl Schedule {
@@ -86,6 +88,7 @@ impl Schedule {
             }),
             stops: Vec::new(),
             slices: Vec::new(),
+            force: record.force.clone(),
         };
         let mut readers = vec![0; measured.len()];
         for &time_s in &times {
@@ -143,14 +146,7 @@ fn slice(record: &CoupledRecord, axes: &[Dof], from: f64, h: f64) -> Slice {
             known.map_or(0.0, |series| series.at(t))
         })
     };
-    Slice {
-        length_s: h,
-        force: Vector6::from_fn(|k, _| {
-            record.force[k].as_ref().map_or(0.0, |force| force.held_at(instants[1]))
-        }),
-        down_body: instants.map(down),
-        others: instants.map(others),
-    }
+    Slice { from_s: from, length_s: h, down_body: instants.map(down), others: instants.map(others) }
 }
 
 fn water(record: &CoupledRecord, t: f64) -> Matrix3x2<f64> {
