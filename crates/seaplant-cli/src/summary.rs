@@ -8,7 +8,7 @@ use std::path::Path;
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
 use seaplant::results::{
-    NullModel, Parameter, PlantResult, Results, Score, SteadyResult, TruePlant, Trust,
+    NullModel, Parameter, PlantResult, Results, Score, SteadyResult, TruePlant, Trust, Verdict,
 };
 use seaplant::{Caveat, Dof, Severity};
 use seaplant_report::number::{Rounded, signed_percent, significant};
@@ -57,6 +57,16 @@ fn count_notes(results: &Results) -> usize {
         + notes(&results.caveats)
 }
 
+/// How far a plant may be trusted, and why.
+fn spoken_verdict(verdict: &Verdict) -> String {
+    let style = match verdict.trust {
+        Trust::DoNotUse => SEVERE,
+        Trust::Doubtful | Trust::UsableWithCare => WARNING,
+        Trust::Usable => STRONG,
+    };
+    format!("{style}{}{style:#}; {}", verdict.trust.name(), verdict.reason)
+}
+
 fn plant_block(
     dof: Dof,
     plant: &PlantResult,
@@ -64,18 +74,11 @@ fn plant_block(
     sketches: &Sketches,
 ) -> String {
     let mut text = String::new();
-    let verdict = &plant.verdict;
-    let style = match verdict.trust {
-        Trust::DoNotUse => SEVERE,
-        Trust::Doubtful | Trust::UsableWithCare => WARNING,
-        Trust::Usable => STRONG,
-    };
     let _ = writeln!(
         text,
-        "{STRONG}{dof}{STRONG:#} by {}: {style}{}{style:#}; {}",
+        "{STRONG}{dof}{STRONG:#} by {}: {}",
         plant.method,
-        verdict.trust.name(),
-        verdict.reason
+        spoken_verdict(&plant.verdict)
     );
     let p = &plant.parameters;
     let mass = if dof.is_rotation() { "inertia" } else { "mass" };

@@ -234,6 +234,11 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
         CoupledScore { trials: BTreeMap::from([(HOSTILE.to_owned(), by_axis.clone())]), by_axis }
     };
     CoupledPlant {
+        verdict: Verdict {
+            trust: Trust::Doubtful,
+            reason: HOSTILE.to_owned(),
+            codes: vec![CaveatCode::NotDetermined],
+        },
         axes: vec![Dof::Sway, Dof::Yaw],
         method: Method::FilterError,
         symmetry: seaplant::plant::Symmetry::PortStarboard,

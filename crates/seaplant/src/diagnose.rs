@@ -8,7 +8,7 @@ pub(crate) use comparison::{
     steady_against_unsteady, worse_trials,
 };
 
-pub(crate) use plausible::implausible;
+pub(crate) use plausible::{implausible, impossible_mass};
 
 use crate::caveat::spoken;
 use crate::estimate::{

@@ -6,7 +6,7 @@ use seaplant::Dof;
 use seaplant::results::{AxisScore, Coefficient, CoupledPlant, Parameter, ToldBy};
 use seaplant_report::number::{Rounded, or_absent};
 
-use super::{align, plain_table, push_caveats};
+use super::{align, plain_table, push_caveats, spoken_verdict};
 use crate::output::{FAINT, STRONG};
 
 /// A block for each plant: what each axis has by itself, how axes couple, how it predicts.
@@ -15,10 +15,10 @@ pub(super) fn block(plant: &CoupledPlant) -> String {
     let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
     let _ = writeln!(
         text,
-        "{STRONG}{}{STRONG:#} together, by {}: {} coefficients",
+        "{STRONG}{}{STRONG:#} together, by {}: {}",
         names.join(", "),
         plant.method,
-        plant.parameters.len()
+        spoken_verdict(&plant.verdict)
     );
     let _ = writeln!(text, "{}", coefficients(plant));
     let where_ = if plant.hold_out.is_some() { "held out" } else { "on its own trials" };

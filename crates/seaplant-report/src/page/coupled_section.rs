@@ -15,6 +15,9 @@ use crate::words;
 pub(crate) struct CoupledSection {
     name: String,
     title: String,
+    trust: &'static str,
+    trust_class: String,
+    reason: String,
     lead: String,
     tables: Vec<Table>,
     details: Vec<Table>,
@@ -41,6 +44,9 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant) -> CoupledSection {
     CoupledSection {
         name: name.to_owned(),
         title: place.clone(),
+        trust: plant.verdict.trust.name(),
+        trust_class: plant.verdict.trust.name().replace(' ', "-"),
+        reason: plant.verdict.reason.clone(),
         lead: lead(plant),
         tables,
         details,

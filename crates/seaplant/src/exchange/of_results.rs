@@ -7,10 +7,8 @@ use nalgebra::DMatrix;
 use super::{Actuation, Judgement, Origin, PlantModel};
 use crate::identify::plant_of_result;
 use crate::plant::{Basis, Plant, Product, Structure, Symmetry};
-use crate::results::{
-    CoupledPlant, CurveResult, PlantResult, Results, RigidBodyResult, Trust, Verdict,
-};
-use crate::{Dof, Error, Method, Severity, Thruster};
+use crate::results::{CoupledPlant, CurveResult, PlantResult, Results, RigidBodyResult};
+use crate::{Dof, Error, Method, Thruster};
 
 /// Terms with their numbers, and how those vary together.
 struct Part {
@@ -47,6 +45,11 @@ impl PlantModel {
         for plant in results.coupled.values() {
             parts.push(of_coupled(plant)?);
             judgements.push(judgement_of_coupled(plant));
+            let fitted = |name: &str| plant.nuisances.get(name).cloned();
+            for dof in &plant.axes {
+                let (lag, delay) = (fitted("lag"), fitted("delay"));
+                actuation.insert(*dof, Actuation { lag, delay, reverse_ratio: None });
+            }
         }
         for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
             let plant = results.plant_of(*dof, method)?;
@@ -206,23 +209,11 @@ fn judgement(dof: Dof, plant: &PlantResult) -> Judgement {
     }
 }
 
-/// The verdict of a plant of several axes by its caveats alone.
 fn judgement_of_coupled(plant: &CoupledPlant) -> Judgement {
-    let worst = plant.caveats.iter().max_by_key(|caveat| caveat.severity);
-    let (trust, reason) = match worst {
-        Some(caveat) if caveat.severity == Severity::Severe => {
-            (Trust::DoNotUse, caveat.message.clone())
-        }
-        Some(caveat) if caveat.severity == Severity::Warning => {
-            (Trust::UsableWithCare, caveat.message.clone())
-        }
-        _ => (Trust::Usable, "nothing speaks against it".to_owned()),
-    };
-    let codes = worst.map(|caveat| caveat.code).into_iter().collect();
     Judgement {
         axes: plant.axes.clone(),
         method: plant.method.to_string(),
-        verdict: Verdict { trust, reason, codes },
+        verdict: plant.verdict.clone(),
         caveats: plant.caveats.clone(),
     }
 }
@@ -279,6 +270,7 @@ mod tests {
             "nuisances": {}, "samples": 10, "log_likelihood": 0.0,
             "identifiability": { "coefficients": 3, "rank": 3, "variance_inflation": {}, "not_told": [] },
             "fit": { "by_axis": {}, "trials": {} },
+            "verdict": { "trust": "do-not-use", "reason": "it drives itself", "codes": ["wrong-sign"] },
             "caveats": [{ "code": "wrong-sign", "severity": "severe", "message": "it drives itself" }]
         });
         let p = |value: f64| json!({ "value": value, "std": 1.0, "low95": value - 2.0, "high95": value + 2.0, "unit": "" });

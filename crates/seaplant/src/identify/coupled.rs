@@ -1,7 +1,9 @@
 //! Plants of several axes: fitted, scored and doubted.
 
 mod doubts;
+mod known;
 mod score;
+mod verdict;
 
 use std::collections::BTreeMap;
 
@@ -12,7 +14,7 @@ use crate::estimate::{CoupledFit, Tried, fit_coupled};
 use crate::plant::{Basis, Plant, Product, RigidBody, Structure, Symmetry};
 use crate::results::{
     AxisScore, Coefficient, Correlation, CoupledPlant, Failure, Identifiability, MatrixResult,
-    Parameter, Results, TermDecision, ToldBy,
+    Parameter, Results, TermDecision, ToldBy, Verdict,
 };
 use crate::{
     Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Trial, Vehicle,
@@ -123,6 +125,7 @@ fn plant(
     plant.single_axes = single_axes(&structure, &records, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records.fit, vehicle);
     plant.caveats.splice(0..0, records.left_out);
+    plant.verdict = verdict::verdict(&plant);
     Ok((structure.name(), plant))
 }
 
@@ -206,6 +209,7 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
         fit: crate::results::CoupledScore::default(),
         hold_out: None,
         single_axes: BTreeMap::new(),
+        verdict: Verdict::default(),
         caveats: Vec::new(),
         parameters,
     }

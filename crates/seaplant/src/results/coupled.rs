@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Parameter;
+use super::{Parameter, Verdict};
 use crate::plant::Symmetry;
 use crate::{Caveat, Dof, Method};
 
@@ -56,6 +56,9 @@ pub struct CoupledPlant {
     /// coupling explains is what this has more.
     #[serde(default)]
     pub single_axes: BTreeMap<Dof, AxisScore>,
+    /// What to make of it.
+    #[serde(default)]
+    pub verdict: Verdict,
     /// Doubts.
     pub caveats: Vec<Caveat>,
 }
