@@ -46,7 +46,7 @@ pub use toml_file::{of_json, read_bounded, read_toml};
 pub use twin_files::{TextFile, twin_files};
 pub use validate::{Simulation, Validation, validate, validate_table};
 pub use vehicle_file::{
-    AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, PresetCurveEntry, QuadraticEntry,
+    AttitudeEntry, CurveEntry, DvlEntry, ImuEntry, PositionEntry, PresetCurveEntry, QuadraticEntry,
     SensorEntries, SourcedVehicle, TableEntry, ThrusterEntry, UncertaintyEntry, VehicleFile,
     VoltageEntry, read_vehicle,
 };

@@ -14,6 +14,7 @@ mod campaign_text;
 mod claim;
 mod mapping;
 mod pd0;
+mod px4;
 mod ros;
 mod ros_thruster;
 mod session;

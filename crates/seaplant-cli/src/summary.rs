@@ -98,7 +98,7 @@ fn plant_block(
     let _ = writeln!(text, "{}", table.to_string().trim_end());
     let units = dof.units();
     let score = |name: &str, score: &Score| {
-        let unit = units.velocity;
+        let unit = score.quantity.unit(dof);
         let error = score.mean_abs_error.map_or_else(
             || "the simulation runs away".to_owned(),
             |e| format!("e = {} {unit}", significant(e, 3)),
@@ -113,13 +113,15 @@ fn plant_block(
         if !positions.is_empty() {
             r2 += &format!("; of position, by trial: R² {}", positions.join(", "));
         }
-        let best = score.best_null.filter(|null| null.model != NullModel::NeverMoves);
+        let plain = [NullModel::NeverMoves, NullModel::NeverAccelerates];
+        let best = score.best_null.filter(|null| !plain.contains(&null.model));
         let best = best.map_or_else(String::new, |null| {
             format!(", {} for {}", significant(null.mean_abs_error, 3), null.model.description())
         });
         format!(
-            "  {name}: {error}, {} {unit} for a model that never moves{best}{r2}",
-            significant(score.null_error, 3)
+            "  {name}: {error}, {} {unit} for {}{best}{r2}",
+            significant(score.null_error, 3),
+            score.quantity.null_model()
         )
     };
     match &plant.hold_out {

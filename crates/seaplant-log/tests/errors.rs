@@ -53,7 +53,6 @@ fn binary_files_are_named_for_what_they_are() {
         (b"\x93NUMPY\x01\0", "a NumPy array"),
         (&tar, "a tar archive (unpack it first)"),
         (b"CDF\x01....", "a NetCDF file"),
-        (b"ULog\x01\x12\x35", "a PX4 ULog"),
         (b"BZh9", "a bzip2 archive (unpack it first)"),
         (b"time,u\n0,\0\n", "binary data"),
     ];

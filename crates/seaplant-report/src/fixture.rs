@@ -28,6 +28,7 @@ fn score(trial: &str, e: Option<f64>) -> Score {
         samples: 4800,
     };
     Score {
+        quantity: Compared::Velocity,
         mean_abs_error: e,
         null_error: 0.11,
         best_null: Some(NullScore { model: NullModel::SteadySpeed, mean_abs_error: 0.07 }),
@@ -157,8 +158,8 @@ fn trial(name: &str, role: Role, dof: Dof) -> TrialResult {
         force_rms: 1300.0,
         stroke: Some(3.1),
         keulegan_carpenter: Some(1.15),
-        speed_max: 0.31,
-        speed_rms: 0.17,
+        speed_max: Some(0.31),
+        speed_rms: Some(0.17),
         gap_s: 0.0,
     };
     let files = vec!["a.csv".to_owned()];
@@ -175,7 +176,7 @@ pub(crate) fn comparison(trial: &str, method: Method, role: Role) -> ComparisonF
     let dof = Dof::Surge;
     let trial = trial.to_owned();
     let comparison =
-        Comparison { dof, trial, time_s, force, measured, simulated, velocity, position: None };
+        Comparison { quantity: Compared::Velocity, dof, trial, time_s, force, measured, simulated, velocity, position: None };
     ComparisonFigure { method, role, comparison }
 }
 

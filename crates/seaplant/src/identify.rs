@@ -227,6 +227,9 @@ impl Work<'_> {
         };
         let source = options.velocity.unwrap_or(usual);
         let axes = self.axes(&trials.fit, source)?;
+        if method != Method::FilterError && axes.iter().any(|axis| !axis.knows_velocity()) {
+            return Err(Error::NoVelocity);
+        }
         let fit = if method == Method::FilterError {
             let hold_out = self.axes(&trials.hold_out, source)?;
             let steady = self.steady_axes(source)?;

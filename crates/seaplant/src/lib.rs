@@ -97,14 +97,14 @@ pub use compare::{DifferenceTest, Differences, DofDifference, ParameterDifferenc
 pub use dof::{Dof, Units};
 pub use error::Error;
 pub use estimate::{Estimate, Fit, Method};
-pub use evaluate::{Agreement, Comparison, PositionComparison, evaluate};
+pub use evaluate::{Agreement, Compared, Comparison, PositionComparison, evaluate};
 pub use identify::{
     CoupledPlan, IdentifyOptions, Stage, accumulated_plant, identify, identify_watched,
     plant_of_result, steady_drag,
 };
 pub use judge::{box_pierce, robust_covariance, score_plant};
 pub use model::{Model, ThrustModel, VelocitySensor};
-pub use navigation::{Motion, Navigated, Recording};
+pub use navigation::{MeanAcceleration, Motion, Navigated, Recording};
 pub use plant::{LumpedParameters, PhysicalParameters, Stability};
 pub use quantity::Quantity;
 pub use series::{Gap, Grid, Timed};

@@ -22,7 +22,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 pub use disturbance::Disturbance;
-pub use spec::{Excitation, NoiseLevel, SteadyRuns, TwinPlant, TwinSpec, TwinThrusters};
+pub use spec::{
+    Excitation, NoiseLevel, SteadyRuns, TwinAccelerometer, TwinPlant, TwinSpec, TwinThrusters,
+};
 pub use strength::DisturbanceStrength;
 pub use truth::{TrueNuisances, TrueParameters, TrueSteady, Truth};
 

@@ -119,6 +119,7 @@ fn questions(mapping: &Mapping, preset: Option<VehiclePreset>) -> Vec<String> {
                 | Quantity::Depth
                 | Quantity::Position(_)
                 | Quantity::Attitude(_)
+                | Quantity::Acceleration(_)
         )
     };
     if mapping.has(placed) {
@@ -223,11 +224,12 @@ fn sensors(page: &mut Page, mapping: &Mapping) {
     let depth = has(|quantity| matches!(quantity, Quantity::Depth));
     let attitude = has(|quantity| matches!(quantity, Quantity::Attitude(_)));
     let position = has(|quantity| matches!(quantity, Quantity::Position(_)));
+    let imu = has(|quantity| matches!(quantity, Quantity::Acceleration(_)));
     let place = "# position_m = [0.0, 0.0, 0.0]";
     let turned = "# rotation_deg = [0.0, 0.0, 0.0]";
     let turned_why = "measure: roll, pitch, yaw from the vehicle's axes to its own";
     let origin = "measure: m from the origin; at the origin if left out";
-    if dvl || depth || attitude || position {
+    if dvl || depth || attitude || position || imu {
         page.line("");
         page.comment("Sensors. What is left out is 0: at the origin, aligned.");
     }
@@ -247,5 +249,11 @@ fn sensors(page: &mut Page, mapping: &Mapping) {
     if position {
         page.line("\n[sensor.position]");
         page.explained(place, origin);
+    }
+    if imu {
+        page.line("\n[sensor.imu]");
+        page.explained(place, origin);
+        page.explained(turned, turned_why);
+        page.explained("# averages = true", "if each sample is the mean since the one before");
     }
 }

@@ -1,7 +1,7 @@
 //! The first screen: one card for each degree of freedom.
 
 use seaplant::results::{Parameter, PlantResult, Results, Score, TruePlant};
-use seaplant::{Dof, Stability};
+use seaplant::{Compared, Dof, Stability};
 use serde::Serialize;
 
 use crate::number::{ABSENT, Decimals, Rounded, or_absent, signed_percent, significant};
@@ -16,6 +16,8 @@ pub(crate) struct Card {
     trust_class: String,
     reason: String,
     velocity_unit: &'static str,
+    /// What a model that says nothing does.
+    still: &'static str,
     rows: Vec<ParameterRow>,
     stability: String,
     scores: Vec<ScoreRow>,
@@ -77,7 +79,11 @@ fn of(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Card {
         trust: judged.trust.name(),
         trust_class: judged.trust.name().replace(' ', "-"),
         reason: words::capitalised(&judged.reason),
-        velocity_unit: dof.units().velocity,
+        velocity_unit: plant.fit.quantity.unit(dof),
+        still: match plant.fit.quantity {
+            Compared::Velocity => "Never moving",
+            Compared::Acceleration => "Never accelerating",
+        },
         rows: rows(dof, plant, truth),
         stability: stability(dof, &plant.stability),
         scores,
