@@ -6,6 +6,7 @@ use crate::args::{MessageStamp, Reading};
 
 pub mod compare;
 pub mod completions;
+pub mod control;
 pub mod demo;
 pub mod export;
 pub mod identify;

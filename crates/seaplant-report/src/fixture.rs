@@ -71,6 +71,7 @@ pub(crate) fn plant() -> PlantResult {
         }],
         steady_test: None,
         thrust_part: None,
+        history: None,
         innovations: vec![Innovations {
             trial: HOSTILE.to_owned(),
             samples: 4790,
@@ -304,6 +305,7 @@ pub(crate) fn identification() -> Found {
             settings: BTreeMap::from([("paper.cutoff_hz".to_owned(), "0.125".to_owned())]),
         },
         plants: BTreeMap::from([(Dof::Surge, plant())]),
+        coupled_online: BTreeMap::new(),
         coupled: BTreeMap::from([("sway-yaw".to_owned(), coupled_plant())]),
         methods: BTreeMap::from([(Dof::Surge, surge)]),
         subsets: BTreeMap::from([(
@@ -383,6 +385,7 @@ pub(crate) fn empty() -> Found {
         provenance: Provenance::default(),
         plants: BTreeMap::new(),
         coupled: BTreeMap::new(),
+        coupled_online: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
         steady: BTreeMap::new(),

@@ -4,6 +4,7 @@ mod coupled;
 mod equation_error;
 mod filter_error;
 mod filtered;
+pub mod online;
 mod output_error;
 mod paper;
 mod sriv;
@@ -41,6 +42,7 @@ pub use weighted_least_squares::fit_weighted_least_squares;
 pub use crate::regression::{BlockBootstrap, Intervals};
 
 use crate::regression::LeastSquares;
+use crate::results::OnlineHistory;
 use crate::signal::LowPass;
 use crate::terms::Term;
 use crate::trial::{ReadyAxis, ReadyStretch};
@@ -70,11 +72,17 @@ pub enum Method {
     TotalLeastSquares,
     /// Instrumental variables from the simulated plant.
     Sriv,
+    /// An observer whose coefficients adapt, sample by sample.
+    Adaptive,
+    /// Least squares, sample by sample.
+    Recursive,
+    /// A Kalman filter with the coefficients in its state, sample by sample.
+    Ekf,
 }
 
 impl Method {
     /// All methods, the recommended one first.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 10] = [
         Self::FilterError,
         Self::OutputError,
         Self::EquationError,
@@ -82,6 +90,9 @@ impl Method {
         Self::WeightedLeastSquares,
         Self::TotalLeastSquares,
         Self::Sriv,
+        Self::Adaptive,
+        Self::Recursive,
+        Self::Ekf,
     ];
 
     /// The methods that are used where nothing else is said, the recommended one first; the
@@ -102,6 +113,19 @@ impl Method {
             Self::WeightedLeastSquares => "weighted-least-squares",
             Self::TotalLeastSquares => "total-least-squares",
             Self::Sriv => "sriv",
+            Self::Adaptive => "adaptive",
+            Self::Recursive => "recursive",
+            Self::Ekf => "ekf",
+        }
+    }
+
+    /// How it works sample by sample, if it does.
+    pub const fn scheme(self) -> Option<online::Scheme> {
+        match self {
+            Self::Adaptive => Some(online::Scheme::Adaptive),
+            Self::Recursive => Some(online::Scheme::Recursive),
+            Self::Ekf => Some(online::Scheme::Ekf),
+            _ => None,
         }
     }
 
@@ -115,6 +139,9 @@ impl Method {
                 | Self::TotalLeastSquares
                 | Self::Sriv
                 | Self::OutputError
+                | Self::Adaptive
+                | Self::Recursive
+                | Self::Ekf
         )
     }
 }
@@ -175,6 +202,8 @@ pub struct Fit {
     pub steady_test: Option<SteadyTest>,
     /// What the filter of the filter error method could not predict, by trial; empty of others.
     pub innovations: Vec<Innovations>,
+    /// How the coefficients went there, of methods that work sample by sample.
+    pub history: Option<OnlineHistory>,
     /// Doubts that the estimator itself has.
     pub caveats: Vec<Caveat>,
 }
@@ -439,6 +468,7 @@ impl Fit {
             structure: Vec::new(),
             steady_test: None,
             innovations: Vec::new(),
+            history: None,
             caveats,
         }
     }

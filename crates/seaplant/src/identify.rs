@@ -16,6 +16,7 @@ use crate::diagnose::{
     Strokes, implausible, lateness, lateness_caveat, reverse_elsewhere, steady_against_unsteady,
     thrust_scale,
 };
+use crate::estimate::online::{OnlineOptions, fit_online};
 use crate::estimate::steady::{SteadyOptions, fit_steady};
 use crate::estimate::{
     EquationErrorOptions, EquationErrorStatistics, FilterErrorOptions, Fit, Method,
@@ -57,6 +58,8 @@ pub struct IdentifyOptions {
     pub output_error: OutputErrorOptions,
     /// Settings of filter error.
     pub filter_error: FilterErrorOptions,
+    /// Settings of the methods that work sample by sample.
+    pub online: OnlineOptions,
     /// What counts as steady.
     pub steady: SteadyOptions,
     /// Plants of several axes, beside those of each by itself.
@@ -75,6 +78,7 @@ impl Default for IdentifyOptions {
             equation_error: EquationErrorOptions::default(),
             output_error: OutputErrorOptions::default(),
             filter_error: FilterErrorOptions::default(),
+            online: OnlineOptions::default(),
             steady: SteadyOptions::default(),
             coupled: Vec::new(),
         }
@@ -268,6 +272,9 @@ impl Work<'_> {
             Method::OutputError => {
                 let start = fit_equation_error(dof, axes, chosen, first)?.lumped;
                 fit_output_error(dof, axes, chosen, &start, &options.output_error)
+            }
+            Method::Adaptive | Method::Recursive | Method::Ekf => {
+                fit_online(dof, method, axes, chosen, &options.online)
             }
             Method::FilterError => {
                 let dry_mass_kg = self.vehicle.dry_mass_kg;

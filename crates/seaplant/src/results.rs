@@ -3,6 +3,7 @@
 //! Every number that a report shows stands here, or in the series beside it.
 
 mod coupled;
+mod online;
 mod vehicle;
 
 use std::collections::BTreeMap;
@@ -19,6 +20,7 @@ use crate::{
     Stability,
 };
 
+pub use online::{CoupledOnline, OnlineHistory, PlantChanged};
 pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
 pub use coupled::{
@@ -56,6 +58,9 @@ pub struct Results {
     /// Plants of several axes, by their axes: `surge-sway-yaw`.
     #[serde(default)]
     pub coupled: BTreeMap<String, CoupledPlant>,
+    /// The same by methods that work sample by sample.
+    #[serde(default)]
+    pub coupled_online: BTreeMap<String, BTreeMap<Method, CoupledOnline>>,
     /// Every method's plant of each degree of freedom.
     pub methods: BTreeMap<Dof, BTreeMap<Method, PlantResult>>,
     /// The recommended method with every choice of terms.
@@ -208,6 +213,9 @@ pub struct PlantResult {
     /// that make none.
     #[serde(default)]
     pub innovations: Vec<Innovations>,
+    /// How the parameters went there; absent of methods that do not work sample by sample.
+    #[serde(default)]
+    pub history: Option<OnlineHistory>,
     /// How the fit went.
     pub regression: RegressionResult,
     /// Its error on the trials that it was fitted to.

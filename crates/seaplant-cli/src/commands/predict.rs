@@ -77,7 +77,11 @@ fn stepped(arguments: &Simulate) -> Result<Profile> {
 }
 
 /// `surge 200 N`: an axis, a number, and the axis's unit.
-fn quantity(text: &str, flag: &str, unit: impl Fn(Dof) -> &'static str) -> Result<(Dof, f64)> {
+pub(super) fn quantity(
+    text: &str,
+    flag: &str,
+    unit: impl Fn(Dof) -> &'static str,
+) -> Result<(Dof, f64)> {
     let refuse = |reason: String| anyhow!("{flag} \"{text}\" {reason}");
     let mut words = text.split_whitespace();
     let dof: Dof = words.next().unwrap_or_default().parse().map_err(|_| {

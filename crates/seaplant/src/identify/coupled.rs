@@ -2,6 +2,7 @@
 
 mod doubts;
 mod known;
+mod online;
 mod score;
 mod verdict;
 
@@ -13,8 +14,8 @@ use super::IdentifyOptions;
 use crate::estimate::{CoupledFit, Tried, fit_coupled};
 use crate::plant::{Basis, Plant, Product, RigidBody, Structure, Symmetry};
 use crate::results::{
-    AxisScore, Coefficient, Correlation, CoupledPlant, Failure, Identifiability, MatrixResult,
-    Parameter, Results, TermDecision, ToldBy, Verdict,
+    AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, Failure, Identifiability,
+    MatrixResult, Parameter, Results, TermDecision, ToldBy, Verdict,
 };
 use crate::{
     Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Trial, Vehicle,
@@ -52,9 +53,12 @@ pub(super) fn identify(
     results: &mut Results,
 ) {
     for plan in &options.coupled {
-        match plant(plan, vehicle, trials) {
-            Ok((name, plant)) => {
-                results.coupled.insert(name, plant);
+        match plant(plan, vehicle, trials, options) {
+            Ok((name, plant, online)) => {
+                results.coupled.insert(name.clone(), plant);
+                if !online.is_empty() {
+                    results.coupled_online.insert(name, online);
+                }
             }
             Err(error) => results.failures.push(Failure {
                 dof: plan.axes.first().copied().unwrap_or(Dof::Surge),
@@ -107,7 +111,8 @@ fn plant(
     plan: &CoupledPlan,
     vehicle: &Vehicle,
     trials: &[Trial],
-) -> Result<(String, CoupledPlant), Error> {
+    options: &IdentifyOptions,
+) -> Result<(String, CoupledPlant, BTreeMap<Method, CoupledOnline>), Error> {
     let structure = plan.structure()?;
     let records = Records::of(trials, &plan.axes)?;
     check_motion(&structure, &records.fit)?;
@@ -124,9 +129,10 @@ fn plant(
     plant.hold_out = hold_out;
     plant.single_axes = single_axes(&structure, &records, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records.fit, vehicle);
+    let online = online::plants(&fit, &records, vehicle, options)?;
     plant.caveats.splice(0..0, records.left_out);
     plant.verdict = verdict::verdict(&plant);
-    Ok((structure.name(), plant))
+    Ok((structure.name(), plant, online))
 }
 
 /// The score of each driven axis by itself, on held-out trials if there are any.
@@ -221,9 +227,13 @@ fn decision(tried: &Tried) -> TermDecision {
 }
 
 fn coefficient(fit: &CoupledFit, k: usize) -> Coefficient {
-    let term = fit.plant.structure().terms()[k];
-    let (value, std) = (fit.plant.coefficients()[k], fit.covariance[(k, k)].sqrt());
-    let Estimate { low95, high95, .. } = Estimate::new(value, std, fit.samples as f64);
+    coefficient_of(&fit.plant, k, fit.covariance[(k, k)].sqrt(), fit.samples as f64)
+}
+
+/// A coefficient of a plant with its standard deviation.
+fn coefficient_of(plant: &Plant, k: usize, std: f64, freedom: f64) -> Coefficient {
+    let (term, value) = (plant.structure().terms()[k], plant.coefficients()[k]);
+    let Estimate { low95, high95, .. } = Estimate::new(value, std, freedom);
     let is_own_damping = matches!(term, Basis::Product(on, product)
         if [Product::linear(on), Product::quadratic(on)].contains(&product));
     let is_positive = is_own_damping || matches!(term, Basis::Mass(i, j) if i == j);
@@ -240,7 +250,7 @@ fn coefficient(fit: &CoupledFit, k: usize) -> Coefficient {
         low95: if is_positive { low95.max(0.0) } else { low95 },
         high95,
         unit: term.unit(),
-        on: term.axes().into_iter().filter(|dof| fit.plant.axes().contains(dof)).collect(),
+        on: term.axes().into_iter().filter(|dof| plant.axes().contains(dof)).collect(),
         told_by,
     }
 }

@@ -18,22 +18,31 @@ struct Forces {
 impl Forces {
     fn of(plant: &Plant) -> Self {
         let mut forces = Self {
-            mass: plant.mass_matrix_of_six(),
+            mass: Matrix6::zeros(),
             products: Vec::new(),
             weight_excess: 0.0,
             lever: Vector3::zeros(),
             constant: Vector6::zeros(),
         };
-        for (term, &value) in plant.structure().terms().iter().zip(plant.coefficients()) {
+        forces.set(plant.structure().terms(), plant.coefficients());
+        forces
+    }
+
+    /// Takes other coefficients of the same terms; nothing is allocated the second time.
+    fn set(&mut self, terms: &[Basis], coefficients: &[f64]) {
+        self.products.clear();
+        for (term, &value) in terms.iter().zip(coefficients) {
             match *term {
-                Basis::Mass(..) => {}
-                Basis::Product(on, product) => forces.products.push((on, product, value)),
-                Basis::WeightExcess => forces.weight_excess = value,
-                Basis::Lever(axis) => forces.lever[axis] = value,
-                Basis::One(on) => forces.constant[on.index()] = value,
+                Basis::Mass(i, j) => {
+                    self.mass[(i.index(), j.index())] = value;
+                    self.mass[(j.index(), i.index())] = value;
+                }
+                Basis::Product(on, product) => self.products.push((on, product, value)),
+                Basis::WeightExcess => self.weight_excess = value,
+                Basis::Lever(axis) => self.lever[axis] = value,
+                Basis::One(on) => self.constant[on.index()] = value,
             }
         }
-        forces
     }
 
     /// n(ν_r, η), N and N m.
@@ -124,6 +133,25 @@ impl<const N: usize> Prepared<N> {
         let inverse = SMatrix::from_fn(|i, j| if i < n && j < n { of_axes[(i, j)] } else { 0.0 });
         let terms = plant.structure().terms().to_vec();
         Ok(Self { axes, inverse, terms, forces: Forces::of(plant) })
+    }
+
+    /// Takes other coefficients of the same terms, without allocating; false, and nothing
+    /// changed but the forces, if M cannot be inverted.
+    pub(crate) fn renumber(&mut self, coefficients: &[f64]) -> bool
+    where
+        nalgebra::Const<N>: nalgebra::DimMin<nalgebra::Const<N>, Output = nalgebra::Const<N>>,
+    {
+        self.forces.set(&self.terms, coefficients);
+        let mass = SMatrix::<f64, N, N>::from_fn(|i, j| match (self.axes[i], self.axes[j]) {
+            (Some(i), Some(j)) => self.forces.mass[(i, j)],
+            _ => f64::from(u8::from(i == j)),
+        });
+        let Some(mut inverse) = mass.try_inverse() else { return false };
+        for place in (0..N).filter(|place| self.axes[*place].is_none()) {
+            inverse[(place, place)] = 0.0;
+        }
+        self.inverse = inverse;
+        true
     }
 
     /// The plant's axes of a vector of six.

@@ -620,6 +620,7 @@ fn into_fit(
         structure,
         steady_test: None,
         innovations: axes.iter().zip(&innovations).map(|(axis, e)| of_trial(axis, e)).collect(),
+        history: None,
         caveats: Vec::new(),
     };
     fit.caveats = caveats(&fit, &innovations);
