@@ -210,7 +210,10 @@ pub(crate) fn actuation(model: &PlantModel) -> Vec<String> {
 pub(crate) fn without_actuation(model: &PlantModel) -> Option<String> {
     let found = actuation(model);
     (!found.is_empty()).then(|| {
-        format!("not applied here, apply it to thrust before it comes in: {}", found.join("; "))
+        format!(
+            "not applied here: {}; the formats c, python and fmu apply it, or apply it to thrust before it comes in",
+            found.join("; ")
+        )
     })
 }
 

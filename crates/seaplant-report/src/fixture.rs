@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use seaplant::estimate::{Candidate, Decision, Filters, Innovations};
+use seaplant::exchange::Consequence;
 use seaplant::results::*;
 use seaplant::signal::amplitude_spectrum;
 use seaplant::{
@@ -271,6 +272,7 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
         log_likelihood: 5432.1,
         fit: score(Some(0.01)),
         hold_out: Some(score(None)),
+        driven: BTreeMap::new(),
         single_axes: BTreeMap::from([(Dof::Sway, AxisScore::default())]),
         caveats: vec![Caveat::note(CaveatCode::UndrivenAxis, "no moment acts on yaw")],
     }
@@ -338,6 +340,13 @@ pub(crate) fn identification() -> Found {
             Dof::Surge,
             TruePlant { mass: 12970.0, quadratic_drag: 2400.0, linear_drag: 0.0, bias_force: 0.0 },
         )])),
+        consequences: vec![Consequence {
+            name: "top speed at 1000 N".to_owned(),
+            axis: Dof::Surge,
+            value: 0.67,
+            interval95: Some([0.65, 0.69]),
+            unit: "m/s".to_owned(),
+        }],
         failures: vec![Failure {
             dof: Dof::Yaw,
             method: Method::Paper.name().to_owned(),

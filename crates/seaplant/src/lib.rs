@@ -93,7 +93,9 @@ mod vehicle;
 pub use bollard::{BollardFit, fit_bollard_pull};
 pub use caveat::{Caveat, CaveatCode, Severity};
 pub use clock::{ClockOffset, OffsetPair, estimate_offset};
-pub use compare::{DifferenceTest, Differences, DofDifference, ParameterDifference, differences};
+pub use compare::{
+    Compared, DifferenceTest, Differences, DofDifference, ParameterDifference, Stated, differences,
+};
 pub use dof::{Dof, Units};
 pub use error::Error;
 pub use estimate::{Estimate, Fit, Method};

@@ -11,6 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::{Decision, Filters, Innovations};
+use crate::exchange::Consequence;
 pub use crate::judge::{NullModel, NullScore, Part, PlantChange, Trust, Verdict};
 use crate::signal::Spectrum;
 use crate::terms::Term;
@@ -72,6 +73,10 @@ pub struct Results {
     pub trials: Vec<TrialResult>,
     /// True values, where the logs are a twin's.
     pub truth: Option<BTreeMap<Dof, TruePlant>>,
+    /// What follows from the recommended plants at the greatest force of the trials: top speeds,
+    /// time constants, stopping distances, natural periods.
+    #[serde(default)]
+    pub consequences: Vec<Consequence>,
     /// What could not be done, and why.
     pub failures: Vec<Failure>,
     /// Doubts about the campaign as a whole.

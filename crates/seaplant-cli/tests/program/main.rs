@@ -13,6 +13,7 @@ mod dataflash;
 mod demo;
 mod export;
 mod formats;
+mod look;
 mod memory;
 mod methods;
 mod overwriting;

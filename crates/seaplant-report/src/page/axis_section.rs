@@ -153,7 +153,7 @@ fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> 
                 words::capitalised(&words::method(*method)),
                 trial.trial.clone(),
                 role.to_owned(),
-                e.map_or_else(|| "runs away".to_owned(), |e| significant(e, 3)),
+                e.map_or_else(|| "diverges".to_owned(), |e| significant(e, 3)),
                 significant(trial.null_error, 3),
                 or_absent(trial.r_squared, 4),
                 or_absent(trial.position_mean_abs_error, 3),
@@ -316,11 +316,11 @@ fn steady_test(dof: Dof, plant: &PlantResult) -> Option<Table> {
         format!("Linear drag, {}", units.linear_drag),
         format!("Bias force, {}", units.force),
     ];
-    let rows = vec![row("to and fro", &test.unsteady), row("steady runs", &test.steady)];
+    let rows = vec![row("unsteady trials", &test.unsteady), row("steady runs", &test.steady)];
     let outcome = if test.agrees {
         "they agree, and the plant is fitted to both"
     } else {
-        "they differ, and the plant is fitted to the trials to and fro alone"
+        "they differ, and the plant is fitted to the unsteady trials alone"
     };
     let note = format!(
         "One mass for both. Twice the gain in log-likelihood if the rest may differ: {} for {} numbers, which chance alone makes with probability {}: {outcome}.",

@@ -16,8 +16,8 @@ pub struct Drive {
     pub wrench: BTreeMap<Dof, Timed>,
 }
 
-/// How finely a propeller that lags is followed, s.
-const GRID_S: f64 = 0.05;
+/// How finely a propeller that lags is followed, s: as long as a step of the simulation.
+const GRID_S: f64 = 0.02;
 
 impl PlantModel {
     /// The force on each axis, held between its times; none where nothing pushes.

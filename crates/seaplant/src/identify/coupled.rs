@@ -9,13 +9,14 @@ use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
 use crate::estimate::{CoupledFit, Tried, fit_coupled};
+use crate::exchange::Driven;
 use crate::plant::{Basis, Plant, Product, RigidBody, Structure, Symmetry};
 use crate::results::{
     AxisScore, Coefficient, Correlation, CoupledPlant, Failure, Identifiability, MatrixResult,
     Parameter, Results, TermDecision, ToldBy,
 };
 use crate::{
-    Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Trial, Vehicle,
+    Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Timed, Trial, Vehicle,
 };
 
 /// A plant of several axes that is asked for.
@@ -120,6 +121,7 @@ fn plant(
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = score;
     plant.hold_out = hold_out;
+    plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records.fit, vehicle);
     plant.caveats.splice(0..0, records.left_out);
@@ -146,6 +148,26 @@ fn single_axes(
         return BTreeMap::new();
     }
     structure.axes().iter().filter_map(of).collect()
+}
+
+/// How far each axis was driven in all trials.
+fn driven(records: &Records<'_>) -> BTreeMap<Dof, Driven> {
+    let greatest = |series: Option<&Timed>| {
+        series.map_or(0.0, |x| x.values().iter().fold(0.0_f64, |most, x| most.max(x.abs())))
+    };
+    let mut driven: BTreeMap<Dof, Driven> = BTreeMap::new();
+    for record in records.fit.iter().chain(&records.hold_out) {
+        for dof in Dof::ALL {
+            let (velocity, force) =
+                (record.velocity[dof.index()].as_ref(), record.force[dof.index()].as_ref());
+            if velocity.is_some() {
+                let known = driven.entry(dof).or_default();
+                *known =
+                    known.or(Driven { speed_max: greatest(velocity), force_max: greatest(force) });
+            }
+        }
+    }
+    driven
 }
 
 /// An axis that stands still tells none of its coefficients.
@@ -206,6 +228,7 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
         fit: crate::results::CoupledScore::default(),
         hold_out: None,
         single_axes: BTreeMap::new(),
+        driven: BTreeMap::new(),
         caveats: Vec::new(),
         parameters,
     }

@@ -150,7 +150,7 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
         (None, None) => return of(Trust::Doubtful, "no held-out trial has tested it".to_owned()),
     };
     let Some(e) = score.mean_abs_error else {
-        return of(Trust::DoNotUse, format!("its simulation of {trials} runs away"));
+        return of(Trust::DoNotUse, format!("its simulation of {trials} diverges"));
     };
     let against = format!(
         "{trials} with e = {} {unit} against {} for a model that never moves",

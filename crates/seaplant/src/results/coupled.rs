@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Parameter;
+use crate::exchange::Driven;
 use crate::plant::Symmetry;
 use crate::{Caveat, Dof, Method};
 
@@ -56,6 +57,9 @@ pub struct CoupledPlant {
     /// coupling explains is what this has more.
     #[serde(default)]
     pub single_axes: BTreeMap<Dof, AxisScore>,
+    /// How far each axis was driven in its trials.
+    #[serde(default)]
+    pub driven: BTreeMap<Dof, Driven>,
     /// Doubts.
     pub caveats: Vec<Caveat>,
 }
