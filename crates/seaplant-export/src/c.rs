@@ -117,6 +117,7 @@ fn actuators(model: &PlantModel) -> String {
     let places = [
         ("CASES", cases),
         ("LAG", axes(|x| &x.lag, 0.0)),
+        ("FORCE_LAG", axes(|x| &x.force_lag, 0.0)),
         ("DELAY", axes(|x| &x.delay, 0.0)),
         ("RATIO", axes(|x| &x.reverse_ratio, 1.0)),
     ];
@@ -176,10 +177,11 @@ static inline void seaplant_wrench(const double input[], double supply_v, double
             tau[i] += seaplant_allocation[k][i] * seaplant_thrust(k, input[k], supply_v);
 }
 
-/* Between inputs and thrust, as it was fitted for each axis; 0, 0 and 1 where nothing was found.
+/* Between inputs and thrust, as it was fitted for each axis; 0, 0, 0 and 1 where nothing was found.
    A propeller follows its delayed input by lag ds/dt = input - s; thrust in reverse is that of the
-   curve times the ratio. */
+   curve times the ratio; the force of all thrusters on an axis follows theirs by its own lag. */
 static const double seaplant_lag_s[6] = {@LAG@};
+static const double seaplant_force_lag_s[6] = {@FORCE_LAG@};
 static const double seaplant_delay_s[6] = {@DELAY@};
 static const double seaplant_reverse_ratio[6] = {@RATIO@};
 
@@ -188,6 +190,8 @@ static const double seaplant_reverse_ratio[6] = {@RATIO@};
 
 typedef struct {
     double speed[SEAPLANT_THRUSTERS][6];
+    double force[6];
+    int is_driven;
     double past[SEAPLANT_PAST][SEAPLANT_THRUSTERS];
     double since[SEAPLANT_PAST];
     double now;
@@ -203,6 +207,9 @@ static inline void seaplant_actuators_begin(seaplant_actuators *of, const double
         for (i = 0; i < 6; ++i)
             of->speed[k][i] = input[k];
     }
+    for (i = 0; i < 6; ++i)
+        of->force[i] = 0.0;
+    of->is_driven = 0;
     of->since[0] = 0.0;
     of->now = 0.0;
     of->count = 1;
@@ -228,8 +235,8 @@ static inline void seaplant_actuate(seaplant_actuators *of, const double input[]
     ++of->count;
     for (i = 0; i < 6; ++i) {
         const double *goal = seaplant_past(of, of->now + 0.5 * h - seaplant_delay_s[i]);
-        double lag = seaplant_lag_s[i], thrust, middle;
-        tau[i] = 0.0;
+        double lag = seaplant_lag_s[i], force_lag = seaplant_force_lag_s[i];
+        double thrust, middle, force = 0.0;
         for (k = 0; k < SEAPLANT_THRUSTERS; ++k) {
             double behind = of->speed[k][i] - goal[k];
             middle = goal[k] + (lag > 0.0 ? behind * exp(-0.5 * h / lag) : 0.0);
@@ -237,9 +244,13 @@ static inline void seaplant_actuate(seaplant_actuators *of, const double input[]
             thrust = seaplant_thrust(k, middle, supply_v);
             if (thrust < 0.0)
                 thrust *= seaplant_reverse_ratio[i];
-            tau[i] += seaplant_allocation[k][i] * thrust;
+            force += seaplant_allocation[k][i] * thrust;
         }
+        middle = of->is_driven ? of->force[i] - force : 0.0;
+        tau[i] = force + (force_lag > 0.0 ? middle * exp(-0.5 * h / force_lag) : 0.0);
+        of->force[i] = force + (force_lag > 0.0 ? middle * exp(-h / force_lag) : 0.0);
     }
+    of->is_driven = 1;
     of->now += h;
 }
 ";

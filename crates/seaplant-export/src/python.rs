@@ -87,6 +87,7 @@ fn actuators(model: &PlantModel) -> String {
     };
     let places = [
         ("LAG", axes(|x| &x.lag, 0.0)),
+        ("FORCE_LAG", axes(|x| &x.force_lag, 0.0)),
         ("DELAY", axes(|x| &x.delay, 0.0)),
         ("RATIO", axes(|x| &x.reverse_ratio, 1.0)),
     ];
@@ -109,22 +110,24 @@ def wrench(inputs, supply_v=None):
 
 
 LAG_S = np.array([@LAG@])
+FORCE_LAG_S = np.array([@FORCE_LAG@])
 DELAY_S = np.array([@DELAY@])
 REVERSE_RATIO = np.array([@RATIO@])
-\"\"\"Between inputs and thrust, by axis, as fitted; 0, 0 and 1 where nothing was found.\"\"\"
+\"\"\"Between inputs and thrust, by axis, as fitted; 0, 0, 0 and 1 where nothing was found.\"\"\"
 
 
 class Actuators:
     \"\"\"Thrusters with lag, delay and reverse ratio; `inputs` are those that have always been.
 
     A propeller follows its delayed input by lag ds/dt = input - s; thrust in reverse is that of the
-    curve times the ratio.
+    curve times the ratio; the force of all thrusters on an axis follows theirs by its own lag.
     \"\"\"
 
     def __init__(self, inputs):
         self.now = 0.0
         self.past = [(0.0, np.array(inputs, dtype=float))]
         self.speed = np.tile(self.past[0][1], (6, 1))
+        self.force = None
 
     def wrench(self, inputs, h, supply_v=None):
         \"\"\"tau (6,) for the next h seconds, over which the inputs are held; 0.02 s or less.\"\"\"
@@ -138,6 +141,11 @@ class Actuators:
             thrust = [curve(x, supply_v) for curve, x in zip(CURVES, middle, strict=True)]
             thrust = np.array([ratio * f if f < 0.0 else f for f in thrust])
             tau[axis] = thrust @ ALLOCATION[:, axis]
+        before = tau if self.force is None else self.force
+        slow = FORCE_LAG_S > 0.0
+        fade = np.where(slow, np.exp(-0.5 * h / np.where(slow, FORCE_LAG_S, 1.0)), 0.0)
+        self.force = tau + (before - tau) * fade * fade
+        tau = tau + (before - tau) * fade
         self.now += h
         while len(self.past) > 1 and self.past[1][0] < self.now - DELAY_S.max():
             self.past.pop(0)

@@ -193,6 +193,7 @@ pub(crate) fn actuation(model: &PlantModel) -> Vec<String> {
     for (dof, actuation) in &model.actuation {
         let all = [
             ("lag of propeller speed", &actuation.lag),
+            ("lag of force", &actuation.force_lag),
             ("delay of thrust", &actuation.delay),
             ("reverse thrust over the curve's", &actuation.reverse_ratio),
         ];

@@ -50,6 +50,8 @@ impl PlantModel {
         for plant in results.coupled.values() {
             parts.push(of_coupled(plant)?);
             disturbances.extend(disturbances_of_coupled(plant));
+            let of_all = actuation_of_coupled(plant);
+            actuation.extend(plant.axes.iter().map(|dof| (*dof, of_all.clone())));
         }
         for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
             let plant = results.plant_of(*dof, method)?;
@@ -251,7 +253,18 @@ fn judgement_of_coupled(plant: &CoupledPlant) -> Judgement {
 
 fn actuation_of(plant: &PlantResult) -> Actuation {
     let fitted = |name: &str| plant.nuisances.get(name).cloned();
-    Actuation { lag: fitted("lag"), delay: fitted("delay"), reverse_ratio: fitted("reverse_ratio") }
+    Actuation {
+        lag: fitted("lag"),
+        force_lag: None,
+        delay: fitted("delay"),
+        reverse_ratio: fitted("reverse_ratio"),
+    }
+}
+
+/// Of a plant of several axes: its lag is one of the force.
+fn actuation_of_coupled(plant: &CoupledPlant) -> Actuation {
+    let fitted = |name: &str| plant.nuisances.get(name).cloned();
+    Actuation { force_lag: fitted("lag"), delay: fitted("delay"), ..Actuation::default() }
 }
 
 /// Nuisances of thrust that no format has a place for.

@@ -1,6 +1,7 @@
 //! A trial cut into slices between its measurements, once for all passes of the filter.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{Matrix3x2, Vector6};
 
@@ -8,9 +9,13 @@ use crate::motion::{Slice, body_from_world, down_body, interpolated_attitude};
 use crate::series::ROUNDING_S;
 use crate::{CoupledRecord, Dof, Timed};
 
-/// The longest slice, s: the Runge–Kutta steps of a vehicle that rolls at 4 rad/s are then
-/// right to 1e-5.
+/// The longest slice, s: a Runge–Kutta step of a vehicle that rolls at 4 rad/s is then right
+/// to 1e-4.
 const LONGEST_SLICE_S: f64 = 0.05;
+
+/// Pieces of each trial, evenly spread, on which a fit begins, and what part of it they are.
+const PIECES: usize = 4;
+const PIECES_PART: f64 = 0.25;
 
 /// An instant at which some axes were measured, and how it is reached.
 pub(super) struct Stop {
@@ -26,35 +31,66 @@ pub(super) struct Stop {
 
 /// A trial as the filter goes through it.
 pub(super) struct Schedule {
-    /// Which trial.
-    pub(super) trial: String,
+    /// Which of the trials.
+    pub(super) trial: usize,
     /// Velocity over ground at the first stop, of all axes that are known.
     pub(super) start: Vector6<f64>,
     /// The stops; the first has no slices.
     pub(super) stops: Vec<Stop>,
     /// All slices.
     pub(super) slices: Vec<Slice>,
+    /// Logged forces, held, by axis in SNAME order.
+    pub(super) force: [Option<Timed>; 6],
 }
 
 impl Schedule {
-    /// Cuts a record for a plant of some axes.
-    pub(super) fn of(record: &CoupledRecord, axes: &[Dof]) -> Self {
-        let (from, to) = record.window_s;
+    /// Cuts every record for a plant of some axes.
+    pub(super) fn whole(records: &[&CoupledRecord], axes: &[Dof]) -> Arc<[Self]> {
+        let of = |(trial, record): (usize, &&CoupledRecord)| {
+            Self::of(trial, record, record.window_s, axes)
+        };
+        records.iter().enumerate().filter_map(of).collect()
+    }
+
+    /// A quarter of every record in evenly spread pieces, each with a state of its own to begin
+    /// with.
+    pub(super) fn pieces(records: &[&CoupledRecord], axes: &[Dof]) -> Arc<[Self]> {
+        let of = |(trial, record): (usize, &&CoupledRecord)| {
+            let (from, to) = record.window_s;
+            let spacing = (to - from) / PIECES as f64;
+            let piece = |k: usize| {
+                let middle = from + (k as f64 + 0.5) * spacing;
+                let half = 0.5 * PIECES_PART * spacing;
+                Self::of(trial, record, (middle - half, middle + half), axes)
+            };
+            (0..PIECES).filter_map(piece).collect::<Vec<_>>()
+        };
+        records.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// Cuts a window of a record; none if nothing was measured in it.
+    fn of(
+        trial: usize,
+        record: &CoupledRecord,
+        (from, to): (f64, f64),
+        axes: &[Dof],
+    ) -> Option<Self> {
         let windowed = |dof: &Dof| record.velocity[dof.index()].as_ref()?.window(from, to);
         let measured: Vec<(Dof, Timed)> =
             axes.iter().filter_map(|dof| Some((*dof, windowed(dof)?))).collect();
         let times = union(measured.iter().map(|(_, series)| series.time_s()));
         let changes = union(record.force.iter().flatten().map(Timed::time_s));
+        let mut before = *times.first()?;
         let mut schedule = Self {
-            trial: record.trial.clone(),
+            trial,
             start: Vector6::from_fn(|k, _| {
-                record.velocity[k].as_ref().map_or(0.0, |series| series.at(times[0]))
+                record.velocity[k].as_ref().map_or(0.0, |series| series.at(before))
             }),
             stops: Vec::new(),
             slices: Vec::new(),
+            force: record.force.clone(),
         };
         let mut readers = vec![0; measured.len()];
-        let mut before = times[0];
         for &time_s in &times {
             let first = schedule.slices.len();
             schedule.slice(record, axes, &changes, before, time_s);
@@ -74,7 +110,7 @@ impl Schedule {
             schedule.stops.push(stop);
             before = time_s;
         }
-        schedule
+        Some(schedule)
     }
 
     /// How many numbers were measured after the first stop.
@@ -110,14 +146,7 @@ fn slice(record: &CoupledRecord, axes: &[Dof], from: f64, h: f64) -> Slice {
             known.map_or(0.0, |series| series.at(t))
         })
     };
-    Slice {
-        length_s: h,
-        force: Vector6::from_fn(|k, _| {
-            record.force[k].as_ref().map_or(0.0, |force| force.held_at(instants[1]))
-        }),
-        down_body: instants.map(down),
-        others: instants.map(others),
-    }
+    Slice { from_s: from, length_s: h, down_body: instants.map(down), others: instants.map(others) }
 }
 
 fn water(record: &CoupledRecord, t: f64) -> Matrix3x2<f64> {

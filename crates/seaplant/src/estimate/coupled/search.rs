@@ -23,12 +23,10 @@ pub struct Tried {
     pub p_value: f64,
 }
 
-/// Gains above this admit a term: chance makes as much once in 100 000.
+/// Gains above this, times the whiteness statistic of their axis, admit a term, and keep it beside
+/// the others: chance makes as much once in 100 000, and correlated innovations exaggerate in
+/// proportion.
 const ADMITTED: f64 = 20.0;
-
-/// Terms that turn out to be worth less than this beside each other, times the whiteness
-/// statistic of their axis, are dropped again: correlated innovations exaggerate in proportion.
-const KEPT: f64 = 12.0;
 
 /// Linear and quadratic damping of an axis by another that its mass may couple with.
 pub(super) fn candidates(structure: &Structure) -> Vec<Basis> {
@@ -114,22 +112,41 @@ pub(super) fn admitted(
     candidates.iter().zip(scores).filter_map(passes).collect()
 }
 
-/// The term of a wider plant to drop next: the one worth least beside the others, if that is
-/// too little or if one has to go anyway.
+/// The terms of a wider plant to drop: one after the other those worth least beside the others,
+/// while that is too little; the least of all if one has to go anyway.
+///
+/// What is left when one goes follows from the covariance C, to second order of the likelihood:
+/// `θ − C_k θ_k/C_kk` and `C − C_k C_kᵀ/C_kk`.
 pub(super) fn dropped(
     terms: &[Basis],
     plant: &Plant,
     covariance: &DMatrix<f64>,
     whiteness: impl Fn(Dof) -> f64,
     one_must_go: bool,
-) -> Option<Basis> {
-    let worth = |term: &Basis| {
-        let k = plant.structure().index_of(term)?;
-        let ratio = plant.coefficients()[k].powi(2) / covariance[(k, k)];
-        Some((ratio / whiteness(term.axes()[0]), *term))
-    };
-    let least = terms.iter().filter_map(worth).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (one_must_go || least.0 < KEPT).then_some(least.1)
+) -> Vec<Basis> {
+    let structure = plant.structure();
+    let mut left: Vec<(usize, Basis)> =
+        terms.iter().filter_map(|term| Some((structure.index_of(term)?, *term))).collect();
+    let mut theta = DVector::from_column_slice(plant.coefficients());
+    let (mut c, mut gone) = (covariance.clone(), Vec::new());
+    while !left.is_empty() {
+        let worth = |(k, term): &(usize, Basis)| {
+            theta[*k].powi(2) / c[(*k, *k)] / whiteness(term.axes()[0])
+        };
+        let worths = left.iter().map(worth).enumerate();
+        let least = worths.min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((at, worth)) = least else { break };
+        let is_first_of_must = one_must_go && gone.is_empty();
+        if worth >= ADMITTED && !is_first_of_must {
+            break;
+        }
+        let (k, term) = left.remove(at);
+        let column = c.column(k) / c[(k, k)];
+        theta -= &column * theta[k];
+        c -= &column * c.row(k).into_owned();
+        gone.push(term);
+    }
+    gone
 }
 
 /// What came of every candidate.
