@@ -34,7 +34,7 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
         let _ = writeln!(text, "{SEVERE}failed:{SEVERE:#} {dof} by {method}: {}", failure.message);
     }
     let notes = count_notes(results);
-    let more = if notes == 1 { "note more is" } else { "notes more are" };
+    let more = if notes == 1 { "more note" } else { "more notes" };
     if notes > 0 {
         let _ = writeln!(text, "{FAINT}{notes} {more} in the report{FAINT:#}");
     }
@@ -96,11 +96,10 @@ fn plant_block(
     }
     align(&mut table, 1..4);
     let _ = writeln!(text, "{}", table.to_string().trim_end());
-    let units = dof.units();
     let score = |name: &str, score: &Score| {
         let unit = score.quantity.unit(dof);
         let error = score.mean_abs_error.map_or_else(
-            || "the simulation runs away".to_owned(),
+            || "the simulation diverges".to_owned(),
             |e| format!("e = {} {unit}", significant(e, 3)),
         );
         let mut r2 = score.r_squared.map_or(String::new(), |r2| format!(", R² {r2:.3}"));

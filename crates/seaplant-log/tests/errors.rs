@@ -57,8 +57,7 @@ fn binary_files_are_named_for_what_they_are() {
         (b"time,u\n0,\0\n", "binary data"),
     ];
     for (bytes, name) in cases {
-        let expected =
-            format!("log.csv is of no format that is read but looks like {name}; export it as CSV");
+        let expected = format!("log.csv: unsupported format (looks like {name}); export it as CSV");
         assert_eq!(failure(bytes), expected);
     }
 }

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use seaplant::estimate::{Candidate, Decision, Filters, Innovations};
+use seaplant::exchange::Consequence;
 use seaplant::results::*;
 use seaplant::signal::amplitude_spectrum;
 use seaplant::{
     Agreement, Caveat, CaveatCode, Comparison, Dof, LowPass, LumpedParameters, Method,
-    PhysicalParameters, Role, Stability, Term,
+    PhysicalParameters, Role, ScoredMotion, Stability, Term,
 };
 
 pub(crate) const HOSTILE: &str = "<script>alert('x')</script>/..\\\"&\u{7}日本 1";
@@ -28,7 +29,7 @@ fn score(trial: &str, e: Option<f64>) -> Score {
         samples: 4800,
     };
     Score {
-        quantity: Compared::Velocity,
+        quantity: ScoredMotion::Velocity,
         mean_abs_error: e,
         null_error: 0.11,
         best_null: Some(NullScore { model: NullModel::SteadySpeed, mean_abs_error: 0.07 }),
@@ -176,8 +177,17 @@ pub(crate) fn comparison(trial: &str, method: Method, role: Role) -> ComparisonF
     let velocity = Agreement::of(&measured, &simulated, 0.0);
     let dof = Dof::Surge;
     let trial = trial.to_owned();
-    let comparison =
-        Comparison { quantity: Compared::Velocity, dof, trial, time_s, force, measured, simulated, velocity, position: None };
+    let comparison = Comparison {
+        quantity: ScoredMotion::Velocity,
+        dof,
+        trial,
+        time_s,
+        force,
+        measured,
+        simulated,
+        velocity,
+        position: None,
+    };
     ComparisonFigure { method, role, comparison }
 }
 
@@ -278,6 +288,7 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
         log_likelihood: 5432.1,
         fit: score(Some(0.01)),
         hold_out: Some(score(None)),
+        driven: BTreeMap::new(),
         single_axes: BTreeMap::from([(Dof::Sway, AxisScore::default())]),
         caveats: vec![Caveat::note(CaveatCode::UndrivenAxis, "no moment acts on yaw")],
     }
@@ -346,6 +357,13 @@ pub(crate) fn identification() -> Found {
             Dof::Surge,
             TruePlant { mass: 12970.0, quadratic_drag: 2400.0, linear_drag: 0.0, bias_force: 0.0 },
         )])),
+        consequences: vec![Consequence {
+            name: "top speed at 1000 N".to_owned(),
+            axis: Dof::Surge,
+            value: 0.67,
+            interval95: Some([0.65, 0.69]),
+            unit: "m/s".to_owned(),
+        }],
         failures: vec![Failure {
             dof: Dof::Yaw,
             method: Method::Paper.name().to_owned(),

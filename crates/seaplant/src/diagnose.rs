@@ -17,8 +17,8 @@ use crate::estimate::{
 use crate::signal::{LowPass, Spectrum, amplitude_spectrum};
 use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{
-    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, State, Term, Terms, ThrustUncertainty, Trial,
-    Vehicle,
+    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, State, Term, Terms, ThrustUncertainty,
+    Trial, Vehicle,
 };
 
 /// A filter that passes less than this of the excited motion is worth a word.
@@ -100,7 +100,7 @@ fn signs(fit: &Fit) -> Vec<Caveat> {
         .filter_map(|(name, estimate, cause)| {
             let estimate = estimate.filter(|estimate| estimate.value <= 0.0)?;
             let message = format!(
-                "the {name} in {} comes out as {}, and no vehicle has that below zero: {cause}",
+                "the {name} in {} is not positive ({}), which is unphysical: {cause}",
                 fit.dof,
                 spoken(estimate.value)
             );
@@ -133,7 +133,7 @@ fn below_dry_mass(fit: &Fit, vehicle: &Vehicle) -> Option<Caveat> {
     let mass = fit.estimates().mass;
     (mass.value < dry).then(|| {
         let message = format!(
-            "the {} mass of {} kg is below the {} kg that the vehicle weighs in air, while water can only add to it: check the thrust curve and units",
+            "the {} mass of {} kg is below the {} kg of the vehicle in air, and water can only add to that: check the thrust curve and units",
             fit.dof,
             spoken(mass.value),
             spoken(dry)
@@ -150,7 +150,7 @@ fn conditioning(fit: &Fit) -> Vec<Caveat> {
     let mut caveats = Vec::new();
     if let Some((term, inflation)) = fit.inflation.iter().find(|(_, vif)| *vif > HIGH_INFLATION) {
         let message = format!(
-            "in {} the {} term can hardly be told from the others (variance inflation {inflation:.0}): add a trial with another speed or frequency, or drop a term",
+            "in {} the {} term can hardly be separated from the others (variance inflation {inflation:.0}): add a trial with another speed or frequency, or drop a term",
             fit.dof,
             term.name()
         );

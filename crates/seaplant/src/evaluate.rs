@@ -11,7 +11,7 @@ use crate::{AxisRecord, Dof, Error, Grid, Model, State, Timed, Trial, VelocitySo
 /// What a simulation is compared with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Compared {
+pub enum ScoredMotion {
     /// Velocity, or the slope of position.
     #[default]
     Velocity,
@@ -19,7 +19,7 @@ pub enum Compared {
     Acceleration,
 }
 
-impl Compared {
+impl ScoredMotion {
     /// Its unit in a degree of freedom.
     pub const fn unit(self, dof: Dof) -> &'static str {
         match self {
@@ -49,7 +49,7 @@ impl Compared {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// What `measured`, `simulated` and `velocity` are of.
-    pub quantity: Compared,
+    pub quantity: ScoredMotion,
     /// Which degree of freedom.
     pub dof: Dof,
     /// Which trial.
@@ -187,7 +187,7 @@ const COMPARED_OVER_S: f64 = 0.5;
 /// [`compare_record`], where acceleration alone was measured: simulated from rest, and without the
 /// offset that the accelerometer has beside the simulation in each part.
 fn compare_acceleration(model: &Model, axis: &AxisRecord) -> Result<Comparison, Error> {
-    let mut all = Parts { quantity: Compared::Acceleration, ..Parts::default() };
+    let mut all = Parts { quantity: ScoredMotion::Acceleration, ..Parts::default() };
     for (from_s, to_s) in axis.parts() {
         let felt = axis.acceleration.as_ref().and_then(|felt| felt.window(from_s, to_s));
         let means = felt.iter().flat_map(|felt| in_longer_means(felt)).collect::<Vec<_>>();
@@ -199,7 +199,8 @@ fn compare_acceleration(model: &Model, axis: &AxisRecord) -> Result<Comparison, 
         let response = model.respond(axis, State::default(), &edges_s)?;
         let shown = model.sensor.shows(&edges_s, &response.velocity);
         let velocity = Timed::new("the simulated velocity", edges_s, shown)?;
-        let gain = |m: &MeanOver| (velocity.at(m.to_s) - velocity.at(m.from_s)) / (m.to_s - m.from_s);
+        let gain =
+            |m: &MeanOver| (velocity.at(m.to_s) - velocity.at(m.from_s)) / (m.to_s - m.from_s);
         let simulated: Vec<f64> = means.iter().map(gain).collect();
         let off = means.iter().zip(&simulated).map(|(m, s)| m.mean - s).sum::<f64>();
         let offset = off / means.len() as f64;
@@ -230,7 +231,7 @@ fn in_longer_means(felt: &MeanAcceleration) -> Vec<MeanOver> {
 
 #[derive(Default)]
 struct Parts {
-    quantity: Compared,
+    quantity: ScoredMotion,
     time_s: Vec<f64>,
     force: Vec<f64>,
     measured: Vec<f64>,

@@ -93,11 +93,13 @@ mod vehicle;
 pub use bollard::{BollardFit, fit_bollard_pull};
 pub use caveat::{Caveat, CaveatCode, Severity};
 pub use clock::{ClockOffset, OffsetPair, estimate_offset};
-pub use compare::{DifferenceTest, Differences, DofDifference, ParameterDifference, differences};
+pub use compare::{
+    Compared, DifferenceTest, Differences, DofDifference, ParameterDifference, Stated, differences,
+};
 pub use dof::{Dof, Units};
 pub use error::Error;
 pub use estimate::{Estimate, Fit, Method};
-pub use evaluate::{Agreement, Compared, Comparison, PositionComparison, evaluate};
+pub use evaluate::{Agreement, Comparison, PositionComparison, ScoredMotion, evaluate};
 pub use identify::{
     CoupledPlan, IdentifyOptions, Stage, accumulated_plant, identify, identify_watched,
     plant_of_result, steady_drag,

@@ -12,12 +12,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::{Decision, Filters, Innovations};
+use crate::exchange::Consequence;
 pub use crate::judge::{NullModel, NullScore, Part, PlantChange, Trust, Verdict};
 use crate::signal::Spectrum;
 use crate::terms::Term;
 use crate::{
-    Caveat, ClockOffset, Compared, Comparison, Dof, Error, Estimate, LumpedParameters, Method, Model, Role,
-    Stability,
+    Caveat, ClockOffset, Comparison, Dof, Error, Estimate, LumpedParameters, Method, Model, Role,
+    ScoredMotion, Stability,
 };
 
 pub use online::{CoupledOnline, OnlineHistory, PlantChanged};
@@ -77,6 +78,10 @@ pub struct Results {
     pub trials: Vec<TrialResult>,
     /// True values, where the logs are a twin's.
     pub truth: Option<BTreeMap<Dof, TruePlant>>,
+    /// What follows from the recommended plants at the greatest force of the trials: top speeds,
+    /// time constants, stopping distances, natural periods.
+    #[serde(default)]
+    pub consequences: Vec<Consequence>,
     /// What could not be done, and why.
     pub failures: Vec<Failure>,
     /// Doubts about the campaign as a whole.
@@ -305,7 +310,7 @@ pub struct Score {
     /// What was compared: where no velocity was measured, e and R² are of acceleration, in means
     /// over half a second without the accelerometer's offset.
     #[serde(default)]
-    pub quantity: Compared,
+    pub quantity: ScoredMotion,
     /// e = mean |v_model − v| on raw velocity.
     pub mean_abs_error: Option<f64>,
     /// e of a model that never moves, or of one that never accelerates.

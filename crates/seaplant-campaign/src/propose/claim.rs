@@ -240,8 +240,8 @@ fn felt(channel: &Channel, own: &[String]) -> Option<Claim> {
 
 fn unknown(unit: Option<&Unit>) -> String {
     match unit {
-        Some(_) => "its name and unit tell no quantity that Seaplant reads".to_owned(),
-        None => "its name tells no quantity that Seaplant reads, and it has no unit".to_owned(),
+        Some(_) => "its name and unit are not recognised as a quantity".to_owned(),
+        None => "its name is not recognised as a quantity, and it has no unit".to_owned(),
     }
 }
 

@@ -14,7 +14,7 @@ const NORTH_IS_X: &str = "by its message and REP 103, with north for the x of it
 const QUATERNION: &str = "of a quaternion, whose angles have channels of their own";
 const PRESSURE: &str =
     "a pressure; log the depth in metres, or work it out and log it in a table beside";
-const NOTHING: &str = "its message and field tell no quantity that Seaplant reads";
+const NOTHING: &str = "its message and field are not recognised as a quantity";
 const SMOOTHED: &str = "of a filter, which smooths and lags; the DVL's own velocity is mapped";
 const THROTTLE: &str = "of all thrusters together";
 const PILOT: &str = "of the pilot, not of a thruster";

@@ -57,7 +57,7 @@ fn row(name: &str, x: &Coefficient) -> Vec<String> {
     let remark = match x.told_by {
         ToldBy::Data => String::new(),
         ToldBy::Limit => format!("{FAINT}not above zero{FAINT:#}"),
-        ToldBy::Nothing => format!("{FAINT}hardly told by these trials{FAINT:#}"),
+        ToldBy::Nothing => format!("{FAINT}hardly determined by these trials{FAINT:#}"),
     };
     vec![
         format!("  {name}"),
@@ -75,7 +75,7 @@ fn scores(plant: &CoupledPlant) -> String {
     for (dof, AxisScore { mean_abs_error, null_error, r2, .. }) in &score.by_axis {
         let alone = plant.single_axes.get(dof).map(|score| match score.r2 {
             Some(r2) => format!("by itself {r2:.3}"),
-            None => "by itself it runs away".to_owned(),
+            None => "by itself it diverges".to_owned(),
         });
         let unit = dof.units().velocity;
         table.add_row(vec![

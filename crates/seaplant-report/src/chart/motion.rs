@@ -1,7 +1,7 @@
 //! Measured and simulated motion of one trial, by every method, with the force that drove it.
 
 use seaplant::results::{ComparisonFigure, Results};
-use seaplant::{Compared, Comparison, Dof, Method, PositionComparison, Role};
+use seaplant::{Comparison, Dof, Method, PositionComparison, Role, ScoredMotion};
 
 use super::values::Cut;
 use super::{Chart, Horizontal, Line, Panel, Subject, Values, memory};
@@ -15,7 +15,7 @@ pub(super) struct Motions(Vec<Motion>);
 
 /// One trial of one degree of freedom.
 struct Motion {
-    quantity: Compared,
+    quantity: ScoredMotion,
     dof: Dof,
     trial: String,
     role: Role,

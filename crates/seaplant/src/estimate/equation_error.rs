@@ -99,7 +99,7 @@ fn doubts(dof: Dof, resampled: &Resampled, bootstrap: &BlockBootstrap) -> Vec<Ca
     let of = bootstrap.resamples;
     let narrow = (refused > 0).then(|| {
         let message = format!(
-            "in {refused} of {of} resampled records the {dof} terms cannot be told apart and they are left out, so the intervals are too narrow: a few moments of the trial carry the fit; use a longer one"
+            "in {refused} of {of} resampled records the {dof} terms cannot be separated and they are left out, so the intervals are too narrow: a few moments of the trial carry the fit; use a longer one"
         );
         Caveat::warning(CaveatCode::FewEffectiveSamples, message)
     });

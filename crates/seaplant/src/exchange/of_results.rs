@@ -4,6 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DMatrix;
 
+use super::driven::{
+    driven, of_axis as disturbance_of_axis, of_coupled as disturbances_of_coupled,
+};
 use super::{Actuation, Judgement, Origin, PlantModel};
 use crate::identify::plant_of_result;
 use crate::plant::{Basis, Plant, Product, Structure, Symmetry};
@@ -39,23 +42,20 @@ impl PlantModel {
         let coupled: BTreeSet<Dof> =
             results.coupled.values().flat_map(|plant| plant.axes.clone()).collect();
         let mut parts = Vec::new();
-        let mut judgements = Vec::new();
         let mut notes = Vec::new();
         let mut actuation = BTreeMap::new();
+        let mut disturbances = BTreeMap::new();
         for plant in results.coupled.values() {
             parts.push(of_coupled(plant)?);
-            judgements.push(judgement_of_coupled(plant));
-            let fitted = |name: &str| plant.nuisances.get(name).cloned();
-            for dof in &plant.axes {
-                let (lag, delay) = (fitted("lag"), fitted("delay"));
-                actuation.insert(*dof, Actuation { lag, delay, reverse_ratio: None });
-            }
+            disturbances.extend(disturbances_of_coupled(plant));
+            let of_all = actuation_of_coupled(plant);
+            actuation.extend(plant.axes.iter().map(|dof| (*dof, of_all.clone())));
         }
         for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
             let plant = results.plant_of(*dof, method)?;
             parts.push(of_axis(*dof, plant));
-            judgements.push(judgement(*dof, plant));
             actuation.insert(*dof, actuation_of(plant));
+            disturbances.extend(disturbance_of_axis(plant).map(|found| (*dof, found)));
             left_out(*dof, plant, &mut notes);
         }
         let (plant, covariance, intervals) = joined(parts)?;
@@ -75,6 +75,8 @@ impl PlantModel {
             buoyancy: results.buoyancy.as_ref().map(|b| b.buoyancy()).transpose()?,
             thrusters,
             actuation,
+            driven: driven(results),
+            disturbances,
             origin: Origin {
                 source: source.to_owned(),
                 command: Some(results.provenance.command.clone()),
@@ -82,9 +84,26 @@ impl PlantModel {
                 settings: results.provenance.settings.clone(),
                 ..Origin::default()
             },
-            judgements,
+            judgements: Judgement::of_results(results, method)?,
             notes,
         })
+    }
+}
+
+impl Judgement {
+    /// What to make of the plants that [`PlantModel::of_results`] takes: those of several axes,
+    /// and beside these each axis that was identified by itself only.
+    ///
+    /// # Errors
+    /// [`Error::NoPlant`] if `method` has no plant of an axis.
+    pub fn of_results(results: &Results, method: Option<Method>) -> Result<Vec<Self>, Error> {
+        let coupled = results.coupled.values().flat_map(|plant| &plant.axes);
+        let coupled: BTreeSet<&Dof> = coupled.collect();
+        let mut all: Vec<Self> = results.coupled.values().map(judgement_of_coupled).collect();
+        for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
+            all.push(judgement(*dof, results.plant_of(*dof, method)?));
+        }
+        Ok(all)
     }
 }
 
@@ -220,7 +239,18 @@ fn judgement_of_coupled(plant: &CoupledPlant) -> Judgement {
 
 fn actuation_of(plant: &PlantResult) -> Actuation {
     let fitted = |name: &str| plant.nuisances.get(name).cloned();
-    Actuation { lag: fitted("lag"), delay: fitted("delay"), reverse_ratio: fitted("reverse_ratio") }
+    Actuation {
+        lag: fitted("lag"),
+        force_lag: None,
+        delay: fitted("delay"),
+        reverse_ratio: fitted("reverse_ratio"),
+    }
+}
+
+/// Of a plant of several axes: its lag is one of the force.
+fn actuation_of_coupled(plant: &CoupledPlant) -> Actuation {
+    let fitted = |name: &str| plant.nuisances.get(name).cloned();
+    Actuation { force_lag: fitted("lag"), delay: fitted("delay"), ..Actuation::default() }
 }
 
 /// Nuisances of thrust that no format has a place for.

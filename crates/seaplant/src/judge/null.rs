@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{AxisRecord, Compared, Comparison};
+use crate::{AxisRecord, Comparison, ScoredMotion};
 
 /// A model without a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -80,7 +80,7 @@ impl Nulls {
         if count == 0 {
             return None;
         }
-        if comparisons.iter().any(|one| one.quantity == Compared::Acceleration) {
+        if comparisons.iter().any(|one| one.quantity == ScoredMotion::Acceleration) {
             return self.best_acceleration(comparisons, count);
         }
         let mut sums = [
@@ -155,7 +155,7 @@ mod tests {
     fn comparison(measured: Vec<f64>, force: Vec<f64>, first: f64) -> Comparison {
         let simulated = vec![first; measured.len()];
         Comparison {
-            quantity: Compared::Velocity,
+            quantity: ScoredMotion::Velocity,
             dof: Dof::Surge,
             trial: "t".to_owned(),
             time_s: (0..measured.len()).map(|k| k as f64).collect(),

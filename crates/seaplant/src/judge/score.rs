@@ -6,7 +6,9 @@ use super::null::Nulls;
 use crate::evaluate::compare_record;
 use crate::regression::batch_s;
 use crate::results::{Score, TrialScore};
-use crate::{Agreement, AxisRecord, Compared, Comparison, Dof, Error, Model, Trial, VelocitySource};
+use crate::{
+    Agreement, AxisRecord, Comparison, Dof, Error, Model, ScoredMotion, Trial, VelocitySource,
+};
 
 /// A score, and what decides between plants.
 #[derive(Clone, Debug, Default)]
@@ -56,10 +58,10 @@ pub(crate) fn score(model: &Model, axes: &[AxisRecord], nulls: &Nulls) -> Result
 }
 
 /// What a plant is compared by: acceleration only where nothing better was measured.
-fn quantity_of(axes: &[AxisRecord]) -> Compared {
+fn quantity_of(axes: &[AxisRecord]) -> ScoredMotion {
     match axes.iter().any(AxisRecord::knows_velocity) || axes.is_empty() {
-        true => Compared::Velocity,
-        false => Compared::Acceleration,
+        true => ScoredMotion::Velocity,
+        false => ScoredMotion::Acceleration,
     }
 }
 
@@ -67,7 +69,7 @@ fn quantity_of(axes: &[AxisRecord]) -> Compared {
 const MEANS_IN_PART: usize = 20;
 
 fn parts_of_acceleration(comparison: &Comparison) -> Vec<f64> {
-    if comparison.quantity == Compared::Velocity {
+    if comparison.quantity == ScoredMotion::Velocity {
         return Vec::new();
     }
     let errors = comparison.measured.iter().zip(&comparison.simulated).map(|(y, s)| (y - s).abs());
@@ -110,7 +112,7 @@ impl Outcome {
 
     fn windows(&self, model: &Model) -> Vec<Window> {
         // What a window explains are errors of velocity.
-        let of_velocity = self.comparison().filter(|one| one.quantity == Compared::Velocity);
+        let of_velocity = self.comparison().filter(|one| one.quantity == ScoredMotion::Velocity);
         of_velocity.map(|comparison| windows(comparison, model)).unwrap_or_default()
     }
 }
@@ -157,7 +159,7 @@ fn total_score(outcomes: &[Outcome]) -> Score {
         trials.push(score);
     }
     Score {
-        quantity: Compared::Velocity,
+        quantity: ScoredMotion::Velocity,
         mean_abs_error: (!diverged).then_some(all.mean_abs_error),
         null_error: if null.1 == 0 { 0.0 } else { null.0 / null.1 as f64 },
         best_null: None,

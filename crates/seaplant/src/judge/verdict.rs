@@ -151,7 +151,7 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
     };
     let unit = score.quantity.unit(dof);
     let Some(e) = score.mean_abs_error else {
-        return of(Trust::DoNotUse, format!("its simulation of {trials} runs away"));
+        return of(Trust::DoNotUse, format!("its simulation of {trials} diverges"));
     };
     let against = format!(
         "{trials} with e = {} {unit} against {} for {}",

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Parameter, Verdict};
+use crate::exchange::Driven;
 use crate::plant::Symmetry;
 use crate::{Caveat, Dof, Method};
 
@@ -59,6 +60,9 @@ pub struct CoupledPlant {
     /// What to make of it.
     #[serde(default)]
     pub verdict: Verdict,
+    /// How far each axis was driven in its trials.
+    #[serde(default)]
+    pub driven: BTreeMap<Dof, Driven>,
     /// Doubts.
     pub caveats: Vec<Caveat>,
 }

@@ -75,7 +75,7 @@ impl AxisRecord {
             return None;
         }
         warning(format!(
-            "{}; the log cannot tell which of the two is wrong ({}), and mass and drag are off by as much as velocity is, or twice that: calibrate both",
+            "{}; the log does not show which of the two is wrong ({}), and mass and drag are off by as much as velocity is, or twice that: calibrate both",
             says(fine, 3),
             self.suspects()
         ))

@@ -5,11 +5,14 @@ use nalgebra::{SVector, Vector6};
 use super::possible::Possible;
 use super::step::Step;
 use crate::Error;
-use crate::motion::{Decay, Flow, Prepared, Slice, advance};
+use crate::motion::{Decay, Flow, HeldForce, Prepared, Slice, advance};
 use crate::plant::Plant;
 
 /// The longest slice of a step, s.
 const SLICE_S: f64 = 0.1;
+
+/// Slices of a step, at most.
+const MOST_SLICES: usize = 64;
 
 /// Correlation time of the disturbance on each axis, s.
 const CORRELATION_S: f64 = 10.0;
@@ -29,6 +32,7 @@ pub(super) struct Joint {
     plant: Prepared<6>,
     flow: Flow<6>,
     slices: Vec<Slice>,
+    forces: Vec<HeldForce>,
     theta: Vec<f64>,
     velocity: SVector<f64, 6>,
     disturbance: SVector<f64, 6>,
@@ -65,8 +69,9 @@ impl Joint {
         }
         Ok(Self {
             plant: Prepared::new(plant)?,
-            flow: Flow::new(p),
-            slices: Vec::with_capacity(64),
+            flow: Flow::of_plant(p),
+            slices: Vec::with_capacity(MOST_SLICES),
+            forces: Vec::with_capacity(MOST_SLICES),
             theta: plant.coefficients().to_vec(),
             velocity: SVector::zeros(),
             disturbance: SVector::zeros(),
@@ -133,19 +138,21 @@ impl Joint {
     }
 
     fn slice(&mut self, step: &Step) {
-        let count = (step.length_s / SLICE_S).ceil().clamp(1.0, 64.0) as usize;
+        let count = (step.length_s / SLICE_S).ceil().clamp(1.0, MOST_SLICES as f64) as usize;
         let part = 1.0 / count as f64;
         // Within a step, motion that is not the plant's and attitude change linearly.
         let at = |x: f64| {
             let down = step.down_body[0] * (1.0 - x) + step.down_body[2] * x;
             (step.velocity[0] * (1.0 - x) + step.velocity[2] * x, down.normalize())
         };
+        self.forces.clear();
+        self.forces.resize(count, HeldForce { force: step.force, ..HeldForce::default() });
         self.slices.clear();
         self.slices.extend((0..count).map(|k| {
             let nodes = [0.0, 0.5, 1.0].map(|x| at(part * (k as f64 + x)));
             Slice {
                 length_s: step.length_s * part,
-                force: step.force,
+                from_s: 0.0,
                 down_body: nodes.map(|(_, down)| down),
                 others: nodes.map(|(velocity, _)| velocity),
             }
@@ -156,8 +163,8 @@ impl Joint {
         self.slice(step);
         let (h, n) = (step.length_s, self.gain.len());
         let decay = Decay { rate: SVector::repeat(1.0 / CORRELATION_S) };
-        let Self { plant, slices, velocity, disturbance, flow, .. } = self;
-        advance(plant, slices, velocity, disturbance, &decay, flow);
+        let Self { plant, slices, forces, velocity, disturbance, flow, .. } = self;
+        advance(plant, (slices, forces), velocity, disturbance, &decay, flow);
         let fade = (-h / CORRELATION_S).exp();
         self.velocity = self.flow.velocity;
         self.disturbance *= fade;

@@ -44,7 +44,7 @@ fn untold(plant: &CoupledPlant) -> Option<Caveat> {
     let nothing = of(ToldBy::Nothing);
     (!nothing.is_empty()).then(|| {
         let message = format!(
-            "the trials hardly tell {}: the 95 % interval is wider than the number; drive these axes more, and several at once, or leave them out",
+            "the trials hardly determine {}: the 95 % interval is wider than the number; drive these axes more, and several at once, or leave them out",
             nothing.join(", ")
         );
         Caveat::note(CaveatCode::Collinear, message)
@@ -63,7 +63,7 @@ fn collinear(plant: &CoupledPlant) -> Option<Caveat> {
     }
     (!pairs.is_empty()).then(|| {
         let message = format!(
-            "the trials hardly tell apart {}; vary speed within turns, and drive at more than one speed",
+            "the trials hardly separate {}; vary speed within turns, and drive at more than one speed",
             pairs.join("; ")
         );
         Caveat::warning(CaveatCode::Collinear, message)
@@ -139,7 +139,7 @@ fn scores(plant: &CoupledPlant) -> Vec<Caveat> {
 fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
     let of = |(dof, score): (&Dof, &crate::results::AxisScore)| {
         let Some(error) = score.mean_abs_error else {
-            let message = format!("simulated over {where_}, the plant runs away");
+            let message = format!("simulated over {where_}, the plant diverges");
             return Some(Caveat::severe(CaveatCode::Unstable, message));
         };
         let units = dof.units().velocity;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Records, coefficient_of, score};
+use crate::estimate::Actuator;
 use crate::estimate::CoupledFit;
 use crate::estimate::online::{OnlineFit, fit_online_coupled, logs::doubts};
 use crate::results::CoupledOnline;
@@ -24,11 +25,14 @@ pub(super) fn plants(
         let fit = fit_online_coupled(structure, scheme, &records.fit, body, &options.online)?;
         let mut plant = result(method, &fit);
         let plant_found = &fit.estimate.plant;
-        plant.fit =
-            score::score(plant_found, &records.fit, |record| found.current_of(&record.trial))?;
+        plant.fit = score::score(plant_found, Actuator::default(), &records.fit, |record| {
+            found.current_of(&record.trial)
+        })?;
         plant.hold_out = match records.hold_out.as_slice() {
             [] => None,
-            held => Some(score::score(plant_found, held, |_| found.mean_current())?),
+            held => Some(score::score(plant_found, Actuator::default(), held, |_| {
+                found.mean_current()
+            })?),
         };
         plants.insert(method, plant);
     }
