@@ -6,7 +6,7 @@ use seaplant::twin::{
     Disturbance, Excitation, TwinAccelerometer, TwinPlant, TwinSpec, TwinThrusters, make,
 };
 use seaplant::{
-    CaveatCode, Compared, Dof, Error, IdentifyOptions, Method, Quantity, Recording, Trial,
+    CaveatCode, Dof, Error, IdentifyOptions, Method, Quantity, Recording, ScoredMotion, Trial,
     TrialSetup, identify,
 };
 
@@ -72,7 +72,7 @@ fn mass_and_drag_are_found_from_acceleration_alone() {
         assert!((drag(&results, dof) / 35.0 - 1.0).abs() < DRAG, "{dof}: {:?}", plant.parameters);
         assert!((mass.low95..=mass.high95).contains(&20.0), "{dof}: {mass:?}");
         let score = plant.hold_out.as_ref().expect("held out");
-        assert_eq!(score.quantity, Compared::Acceleration);
+        assert_eq!(score.quantity, ScoredMotion::Acceleration);
         assert!(score.r_squared.expect("moved") > 0.9, "{score:?}");
         assert!(plant.verdict.trust >= Trust::UsableWithCare, "{:?}", plant.verdict);
         let refused = results.failures.iter().find(|failure| failure.method == "equation-error");
@@ -86,7 +86,7 @@ fn acceleration_joins_a_slow_depth() {
     let plant = &results.plants[&Dof::Heave];
     assert!((plant.parameters.mass.value / 20.0 - 1.0).abs() < MASS, "{:?}", plant.parameters);
     assert!(plant.nuisances.contains_key("acceleration_noise"));
-    assert_eq!(plant.fit.quantity, Compared::Velocity);
+    assert_eq!(plant.fit.quantity, ScoredMotion::Velocity);
 }
 
 #[test]
