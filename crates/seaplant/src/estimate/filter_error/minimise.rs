@@ -36,6 +36,9 @@ const LEAST_NOISE: f64 = 1e-11;
 /// A step that gains less than this part of what it promised is a poor one.
 const POOR_GAIN: f64 = 0.02;
 
+/// The damping after one: it halves the step of a number that no other is correlated with.
+const AFTER_POOR_DAMPING: f64 = 1.0;
+
 /// After this many poor steps in a row the cost has a kink here.
 const POOR_STEPS: usize = 3;
 
@@ -70,7 +73,13 @@ pub(crate) fn minimise(
         }
         let before = here.0;
         here = problem.evaluate(&descent.theta);
-        descent.poor = if before - here.0 < POOR_GAIN * promise { descent.poor + 1 } else { 0 };
+        let is_poor = before - here.0 < POOR_GAIN * promise;
+        descent.poor = if is_poor { descent.poor + 1 } else { 0 };
+        if is_poor {
+            // The cost is more curved than the information says: whole steps go to and fro over
+            // its minimum.
+            descent.damping = descent.damping.max(AFTER_POOR_DAMPING);
+        }
         if descent.poor >= POOR_STEPS && !descent.at_kink {
             descent.leave_at_kink();
         }
