@@ -63,9 +63,21 @@ pub(super) fn identify(
             }
             Err(error) => results.failures.push(Failure {
                 dof: plan.axes.first().copied().unwrap_or(Dof::Surge),
-                method: format!("{} of a coupled plant", Method::FilterError),
+                method: format!("{} of {} together", Method::FilterError, names(&plan.axes)),
                 message: error.to_string(),
             }),
+        }
+    }
+}
+
+/// `surge, sway and yaw`.
+fn names(axes: &[Dof]) -> String {
+    match axes {
+        [] => String::new(),
+        [one] => one.to_string(),
+        [first @ .., last] => {
+            let first: Vec<&str> = first.iter().map(|dof| dof.name()).collect();
+            format!("{} and {last}", first.join(", "))
         }
     }
 }
