@@ -12,6 +12,7 @@ use seaplant_log::{Dimension, Log, Unit};
 
 use crate::bench::{Bench, read_bench};
 use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, LogEntry, TrialEntry};
+use crate::pattern::recording_in;
 use crate::plant_file::{coupled_axes, plans};
 use crate::recording::{ChannelMap, SourcedTrial, read_trial, trial_of};
 use crate::vehicle_file::{SourcedVehicle, read_vehicle};
@@ -55,6 +56,7 @@ impl Campaign {
     /// expected and what to do.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let (file, input): (CampaignFile, _) = toml_file::read(path)?;
+        let file = file.with_patterns(path)?;
         let vehicle = SourcedVehicle::open(&toml_file::resolve(path, &file.vehicle)?)?;
         let options = file.options(path)?;
         file.check_time(path)?;
@@ -145,8 +147,9 @@ impl Campaign {
     fn read(&self, file: &CampaignFile, entry: &TrialEntry) -> Result<SourcedTrial, Error> {
         let channels = all_channels(file, entry);
         let channels = channel_map(&self.path, channels, &self.vehicle)?;
-        let logs = entry.log.files().iter().map(|log| toml_file::resolve(&self.path, log));
-        let logs = logs.collect::<Result<Vec<_>, _>>()?;
+        let logs = entry.log.files().iter();
+        let logs = logs.map(|log| Ok(recording_in(&toml_file::resolve(&self.path, log)?)));
+        let logs = logs.collect::<Result<Vec<_>, Error>>()?;
         let coupled = coupled_axes(&self.options.coupled);
         read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle, &coupled)
     }
@@ -180,6 +183,7 @@ impl Campaign {
 pub fn campaign_files(campaign: &Path) -> Vec<PathBuf> {
     let mut files = vec![campaign.to_owned()];
     let Ok((file, _)) = toml_file::read::<CampaignFile>(campaign) else { return files };
+    let Ok(file) = file.with_patterns(campaign) else { return files };
     let resolved = |named: &Path| toml_file::resolve(campaign, named).ok();
     let logs = file.trial.iter().flat_map(|trial| trial.log.files());
     let bench = file.bollard_pull.iter().map(|entry| &entry.file);
@@ -459,7 +463,7 @@ fn channel_map<'a>(
         let quantity = name.parse().map_err(|error: seaplant::Error| {
             let reason = near_quantity(name).map_or_else(
                 || error.to_string(),
-                |near| format!("is no quantity that Seaplant knows; did you mean `{near}`?"),
+                |near| format!("is not a known quantity; did you mean `{near}`?"),
             );
             Error::value(path, format!("channels.\"{name}\""), reason)
         })?;

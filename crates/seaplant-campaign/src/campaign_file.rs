@@ -112,7 +112,8 @@ impl From<StampEntry> for Stamp {
 pub struct TrialEntry {
     /// How tables and messages call it.
     pub name: String,
-    /// Its log file, or files.
+    /// Its log file, or files that were logged side by side; or a pattern such as `runs/*.csv`,
+    /// for a trial of each file or folder that it matches.
     pub log: LogEntry,
     /// The degrees of freedom to fit one at a time; may be left out where there is a `[[plant]]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

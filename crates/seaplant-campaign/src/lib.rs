@@ -11,6 +11,7 @@ mod error;
 mod excerpt;
 mod inspect;
 mod monte_carlo;
+mod pattern;
 mod plant_file;
 mod preset;
 mod profile;
@@ -36,6 +37,7 @@ pub use inspect::{
     inspect_survey,
 };
 pub use monte_carlo::{MonteCarloTable, monte_carlo};
+pub use pattern::recording_in;
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use profile::{HoldEntry, Profile, StartEntry, input_table};
@@ -46,7 +48,7 @@ pub use toml_file::{of_json, read_bounded, read_toml};
 pub use twin_files::{TextFile, twin_files};
 pub use validate::{Simulation, Validation, validate, validate_table};
 pub use vehicle_file::{
-    AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, PresetCurveEntry, QuadraticEntry,
+    AttitudeEntry, CurveEntry, DvlEntry, ImuEntry, PositionEntry, PresetCurveEntry, QuadraticEntry,
     SensorEntries, SourcedVehicle, TableEntry, ThrusterEntry, UncertaintyEntry, VehicleFile,
     VoltageEntry, read_vehicle,
 };

@@ -45,6 +45,7 @@ fn run(command: Command, output: Output) -> anyhow::Result<ExitCode> {
         Command::Demo(arguments) => commands::demo::run(&arguments, output),
         Command::Init(arguments) => commands::init::run(&arguments, output),
         Command::Inspect(arguments) => commands::inspect::run(&arguments, output),
+        Command::Plot(arguments) => commands::plot::run(&arguments, output),
         Command::Identify(arguments) => commands::identify::run(&arguments, output),
         Command::Simulate(arguments) => commands::simulate::run(&arguments, output),
         Command::Validate(arguments) => commands::validate::run(&arguments, output),

@@ -58,6 +58,8 @@ fn file(model: &PlantModel, notes: Vec<String>) -> PlantFile {
         correlation: correlation(model),
         thrusters: model.thrusters.iter().map(thruster).collect(),
         actuation: model.actuation.clone(),
+        driven: model.driven.clone(),
+        disturbances: model.disturbances.clone(),
         derived: Some(derived(model)),
     }
 }

@@ -21,16 +21,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-pub use coupled::{AxisNoise, CoupledFit, Tried, fit_coupled};
+pub use coupled::{Actuator, AxisNoise, CoupledFit, Tried, fit_coupled};
 pub(crate) use coupled::{NEGLIGIBLE_POWER, damping_power};
 pub use equation_error::{
     DelayedFit, EquationErrorOptions, EquationErrorStatistics, Shard, ShardClock, fit_best_delay,
     fit_equation_error,
 };
-pub(crate) use filter_error::drive_over;
 pub use filter_error::{
     Candidate, Decision, FilterErrorOptions, Records, SteadyTest, first_delays, fit_filter_error,
 };
+pub(crate) use filter_error::{drive_over, first_look};
 pub use output_error::{
     Loss, OutputErrorBootstrap, OutputErrorIntervals, OutputErrorOptions, fit_output_error,
 };
@@ -283,6 +283,14 @@ pub struct Nuisances {
     pub velocity_noise: Option<Estimate>,
     /// Standard deviation of a position sample, m or rad.
     pub position_noise: Option<Estimate>,
+    /// Standard deviation of a mean acceleration, m/s².
+    pub acceleration_noise: Option<Estimate>,
+    /// What the accelerometer reads at rest, m/s², by trial.
+    pub acceleration_offset: BTreeMap<String, Estimate>,
+    /// Standard deviation of the gravity that attitude errors leak into acceleration, m/s².
+    pub leak: Option<Estimate>,
+    /// Its correlation time, s.
+    pub leak_correlation_s: Option<Estimate>,
 }
 
 /// Waves: a force in a narrow band of frequencies.

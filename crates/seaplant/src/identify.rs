@@ -24,6 +24,7 @@ use crate::estimate::{
     fit_filter_error, fit_output_error, fit_paper, fit_sriv, fit_total_least_squares,
     fit_weighted_least_squares,
 };
+use crate::exchange::{Consequence, Draws, PlantModel};
 use crate::judge::{score_plant, verdict};
 use crate::results::{
     AccumulatedPlant, Failure, Identification, Results, SteadyResult, SubsetResult,
@@ -139,7 +140,20 @@ pub fn identify_watched(
     judge(&mut found.results);
     coupled::identify(vehicle, trials, options, &mut found.results);
     found.results.caveats.push(thrust_scale(vehicle));
+    found.results.consequences = consequences(&found.results);
     found
+}
+
+/// What follows from the recommended plants at the greatest force of the trials.
+fn consequences(results: &Results) -> Vec<Consequence> {
+    // Without a plant, or with one that no vehicle can have, nothing follows; its caveats say so.
+    let Ok(model) = PlantModel::of_results(results, "results.json", None) else {
+        return Vec::new();
+    };
+    let forces = model.driven.iter().map(|(&dof, driven)| (dof, driven.force_max));
+    let forces = forces.filter(|(_, force)| *force > 0.0).collect();
+    let known = model.consequences(&forces, Draws::default());
+    known.or_else(|_| model.consequences(&forces, Draws { count: 0, seed: 1 })).unwrap_or_default()
 }
 
 /// Gives every plant its verdict, and each recommended one's doubts to its method.
@@ -231,6 +245,9 @@ impl Work<'_> {
         };
         let source = options.velocity.unwrap_or(usual);
         let axes = self.axes(&trials.fit, source)?;
+        if method != Method::FilterError && axes.iter().any(|axis| !axis.knows_velocity()) {
+            return Err(Error::NoVelocity);
+        }
         let fit = if method == Method::FilterError {
             let hold_out = self.axes(&trials.hold_out, source)?;
             let steady = self.steady_axes(source)?;

@@ -6,6 +6,7 @@ mod products;
 mod rate;
 mod simulate;
 mod smooth;
+mod state_space;
 
 use nalgebra::{Vector3, Vector6};
 
@@ -17,6 +18,7 @@ pub(crate) use rate::Prepared;
 use rate::Whole;
 pub use simulate::{Inputs, Simulated, simulate};
 pub(crate) use smooth::smoothed_attitude;
+pub use state_space::{STATE_NAMES, State, StateSpace};
 
 use crate::Error;
 use crate::plant::Plant;

@@ -40,6 +40,8 @@ pub enum Quantity {
     Attitude(Attitude),
     /// `rate.roll|pitch|yaw`: body angular velocity.
     Rate(Axis),
+    /// `acceleration.x|y|z`: specific force of an accelerometer, in its own frame.
+    Acceleration(Axis),
     /// `supply.voltage`.
     SupplyVoltage,
 }
@@ -84,6 +86,7 @@ pub enum Kind {
     Length,
     Angle,
     Voltage,
+    Acceleration,
 }
 
 impl Kind {
@@ -99,6 +102,7 @@ impl Kind {
             Self::Length => "m",
             Self::Angle => "rad",
             Self::Voltage => "V",
+            Self::Acceleration => "m/s^2",
         }
     }
 }
@@ -120,6 +124,7 @@ impl Quantity {
         all.extend(Dof::ALL.map(Self::Velocity));
         all.extend([X::X, X::Y, X::Z].map(Self::DvlVelocity));
         all.extend([X::X, X::Y, X::Z].map(Self::Rate));
+        all.extend([X::X, X::Y, X::Z].map(Self::Acceleration));
         all.extend([W::North, W::East, W::Down].map(Self::Position));
         all.extend([A::Roll, A::Pitch, A::Heading].map(Self::Attitude));
         all
@@ -141,6 +146,7 @@ impl Quantity {
             Self::Position(_) | Self::Depth => Kind::Length,
             Self::Attitude(_) => Kind::Angle,
             Self::SupplyVoltage => Kind::Voltage,
+            Self::Acceleration(_) => Kind::Acceleration,
         }
     }
 
@@ -168,6 +174,7 @@ impl fmt::Display for Quantity {
             Self::Attitude(Attitude::Pitch) => write!(f, "attitude.pitch"),
             Self::Attitude(Attitude::Heading) => write!(f, "attitude.heading"),
             Self::Rate(axis) => write!(f, "rate.{}", pick(*axis, ["roll", "pitch", "yaw"])),
+            Self::Acceleration(axis) => write!(f, "acceleration.{}", pick(*axis, ["x", "y", "z"])),
             Self::SupplyVoltage => write!(f, "supply.voltage"),
         }
     }

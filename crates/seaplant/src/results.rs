@@ -12,12 +12,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::{Decision, Filters, Innovations};
+use crate::exchange::Consequence;
 pub use crate::judge::{NullModel, NullScore, Part, PlantChange, Trust, Verdict};
 use crate::signal::Spectrum;
 use crate::terms::Term;
 use crate::{
     Caveat, ClockOffset, Comparison, Dof, Error, Estimate, LumpedParameters, Method, Model, Role,
-    Stability,
+    ScoredMotion, Stability,
 };
 
 pub use online::{CoupledOnline, OnlineHistory, PlantChanged};
@@ -77,6 +78,10 @@ pub struct Results {
     pub trials: Vec<TrialResult>,
     /// True values, where the logs are a twin's.
     pub truth: Option<BTreeMap<Dof, TruePlant>>,
+    /// What follows from the recommended plants at the greatest force of the trials: top speeds,
+    /// time constants, stopping distances, natural periods.
+    #[serde(default)]
+    pub consequences: Vec<Consequence>,
     /// What could not be done, and why.
     pub failures: Vec<Failure>,
     /// Doubts about the campaign as a whole.
@@ -302,9 +307,13 @@ pub struct RegressionResult {
 /// The error of a plant on some trials; what a diverging simulation has none of is absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Score {
+    /// What was compared: where no velocity was measured, e and R² are of acceleration, in means
+    /// over half a second without the accelerometer's offset.
+    #[serde(default)]
+    pub quantity: ScoredMotion,
     /// e = mean |v_model − v| on raw velocity.
     pub mean_abs_error: Option<f64>,
-    /// e of a model that never moves.
+    /// e of a model that never moves, or of one that never accelerates.
     pub null_error: f64,
     /// The best model without a plant; absent if a simulation diverged.
     #[serde(default)]
@@ -511,7 +520,7 @@ pub struct AxisResult {
     pub sample_hz: f64,
     /// Rate at which motion was measured, Hz.
     pub source_hz: f64,
-    /// Whether motion was measured as velocity or as position.
+    /// Whether motion was measured as velocity, as position or as acceleration.
     pub motion: String,
     /// Frequency at which force is greatest, Hz.
     pub dominant_hz: Option<f64>,
@@ -521,10 +530,10 @@ pub struct AxisResult {
     pub force_max: f64,
     /// Root mean square force, N or N m.
     pub force_rms: f64,
-    /// Greatest speed, m/s or rad/s.
-    pub speed_max: f64,
-    /// Root mean square velocity, m/s or rad/s.
-    pub speed_rms: f64,
+    /// Greatest speed, m/s or rad/s; absent where neither velocity nor position was measured.
+    pub speed_max: Option<f64>,
+    /// Root mean square velocity, m/s or rad/s; absent likewise.
+    pub speed_rms: Option<f64>,
     /// How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
     /// run, all its way.
     #[serde(default)]

@@ -24,7 +24,9 @@ use std::f64::consts::PI;
 
 pub use closed_loop::{ClosedLoop, Measured, close_loop};
 pub use disturbance::Disturbance;
-pub use spec::{Excitation, NoiseLevel, SteadyRuns, TwinPlant, TwinSpec, TwinThrusters};
+pub use spec::{
+    Excitation, NoiseLevel, SteadyRuns, TwinAccelerometer, TwinPlant, TwinSpec, TwinThrusters,
+};
 pub use strength::DisturbanceStrength;
 pub use truth::{TrueNuisances, TrueParameters, TrueSteady, Truth};
 

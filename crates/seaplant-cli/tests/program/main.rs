@@ -14,6 +14,7 @@ mod dataflash;
 mod demo;
 mod export;
 mod formats;
+mod look;
 mod memory;
 mod methods;
 mod overwriting;

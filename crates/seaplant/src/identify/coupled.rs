@@ -1,8 +1,10 @@
 //! Plants of several axes: fitted, scored and doubted.
 
 mod doubts;
+mod known;
 mod online;
 mod score;
+mod verdict;
 
 use std::collections::BTreeMap;
 
@@ -10,13 +12,14 @@ use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
 use crate::estimate::{CoupledFit, Tried, fit_coupled};
+use crate::exchange::Driven;
 use crate::plant::{Basis, Plant, Product, RigidBody, Structure, Symmetry};
 use crate::results::{
     AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, Failure, Identifiability,
-    MatrixResult, Parameter, Results, TermDecision, ToldBy,
+    MatrixResult, Parameter, Results, TermDecision, ToldBy, Verdict,
 };
 use crate::{
-    Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Trial, Vehicle,
+    Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Timed, Trial, Vehicle,
 };
 
 /// A plant of several axes that is asked for.
@@ -60,9 +63,21 @@ pub(super) fn identify(
             }
             Err(error) => results.failures.push(Failure {
                 dof: plan.axes.first().copied().unwrap_or(Dof::Surge),
-                method: format!("{} of a coupled plant", Method::FilterError),
+                method: format!("{} of {} together", Method::FilterError, names(&plan.axes)),
                 message: error.to_string(),
             }),
+        }
+    }
+}
+
+/// `surge, sway and yaw`.
+fn names(axes: &[Dof]) -> String {
+    match axes {
+        [] => String::new(),
+        [one] => one.to_string(),
+        [first @ .., last] => {
+            let first: Vec<&str> = first.iter().map(|dof| dof.name()).collect();
+            format!("{} and {last}", first.join(", "))
         }
     }
 }
@@ -116,19 +131,21 @@ fn plant(
     check_motion(&structure, &records.fit)?;
     let fit = fit_coupled(&structure, &records.fit, vehicle.rigid_body.as_ref(), plan.search)?;
     let own = |record: &CoupledRecord| fit.current_of(&record.trial);
-    let score = score::score(&fit, &records.fit, own)?;
+    let score = score::score(&fit.plant, fit.actuator, &records.fit, own)?;
     let hold_out = match records.hold_out.as_slice() {
         [] => None,
         // A trial that was not fitted has no current of its own.
-        held => Some(score::score(&fit, held, |_| fit.mean_current())?),
+        held => Some(score::score(&fit.plant, fit.actuator, held, |_| fit.mean_current())?),
     };
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = score;
     plant.hold_out = hold_out;
+    plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records.fit, vehicle);
     let online = online::plants(&fit, &records, vehicle, options)?;
     plant.caveats.splice(0..0, records.left_out);
+    plant.verdict = verdict::verdict(&plant);
     Ok((structure.name(), plant, online))
 }
 
@@ -145,13 +162,33 @@ fn single_axes(
         let body = vehicle.rigid_body.as_ref();
         // An axis that cannot be fitted by itself has no score by itself.
         let fit = fit_coupled(&alone, &records.fit, body, false).ok()?;
-        let score = score::score(&fit, scored, |_| fit.mean_current()).ok()?;
+        let score = score::score(&fit.plant, fit.actuator, scored, |_| fit.mean_current()).ok()?;
         Some((dof, *score.by_axis.get(&dof)?))
     };
     if structure.axes().len() == 1 {
         return BTreeMap::new();
     }
     structure.axes().iter().filter_map(of).collect()
+}
+
+/// How far each axis was driven in all trials.
+fn driven(records: &Records<'_>) -> BTreeMap<Dof, Driven> {
+    let greatest = |series: Option<&Timed>| {
+        series.map_or(0.0, |x| x.values().iter().fold(0.0_f64, |most, x| most.max(x.abs())))
+    };
+    let mut driven: BTreeMap<Dof, Driven> = BTreeMap::new();
+    for record in records.fit.iter().chain(&records.hold_out) {
+        for dof in Dof::ALL {
+            let (velocity, force) =
+                (record.velocity[dof.index()].as_ref(), record.force[dof.index()].as_ref());
+            if velocity.is_some() {
+                let known = driven.entry(dof).or_default();
+                *known =
+                    known.or(Driven { speed_max: greatest(velocity), force_max: greatest(force) });
+            }
+        }
+    }
+    driven
 }
 
 /// An axis that stands still tells none of its coefficients.
@@ -212,6 +249,8 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
         fit: crate::results::CoupledScore::default(),
         hold_out: None,
         single_axes: BTreeMap::new(),
+        verdict: Verdict::default(),
+        driven: BTreeMap::new(),
         caveats: Vec::new(),
         parameters,
     }

@@ -103,6 +103,27 @@ impl Whole {
     ) -> Vector6<f64> {
         self.inverse * (force - self.forces.at(velocity, down_body))
     }
+
+    /// ∂ν̇/∂ν, shape (6, 6).
+    pub(crate) fn slope(&self, velocity: &Vector6<f64>) -> Matrix6<f64> {
+        -self.inverse * self.forces.slope(velocity)
+    }
+
+    /// The change of ν̇ with a small change of the world's down in body axes, shape (6,).
+    pub(crate) fn slope_by_down(&self, change: &Vector3<f64>) -> Vector6<f64> {
+        let (force, moment) = (self.forces.weight_excess * change, self.forces.lever.cross(change));
+        self.inverse * Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+    }
+
+    /// M, zero on axes that the plant does not have.
+    pub(crate) fn mass(&self) -> &Matrix6<f64> {
+        &self.forces.mass
+    }
+
+    /// M⁻¹, zero on axes that the plant does not have.
+    pub(crate) fn inverse(&self) -> &Matrix6<f64> {
+        &self.inverse
+    }
 }
 
 fn singular(plant: &Plant) -> Error {
@@ -237,7 +258,7 @@ impl<const N: usize> Prepared<N> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use nalgebra::Vector3;
 
     use super::*;

@@ -41,7 +41,11 @@ fn masked(quantity: &Quantity, series: &Timed) -> Option<Masked> {
         Quantity::Attitude(_) | Quantity::Rate(_) | Quantity::Depth | Quantity::Position(_) => {
             Some(of_spikes(series))
         }
-        Quantity::Thruster { .. } | Quantity::Wrench(_) | Quantity::SupplyVoltage => None,
+        // Vibration is no spike, and where it is cut off that is told elsewhere.
+        Quantity::Acceleration(_)
+        | Quantity::Thruster { .. }
+        | Quantity::Wrench(_)
+        | Quantity::SupplyVoltage => None,
     }
 }
 
