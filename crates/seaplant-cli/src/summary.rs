@@ -93,7 +93,6 @@ fn plant_block(
     }
     align(&mut table, 1..4);
     let _ = writeln!(text, "{}", table.to_string().trim_end());
-    let units = dof.units();
     let score = |name: &str, score: &Score| {
         let unit = score.quantity.unit(dof);
         let error = score.mean_abs_error.map_or_else(

@@ -175,8 +175,17 @@ pub(crate) fn comparison(trial: &str, method: Method, role: Role) -> ComparisonF
     let velocity = Agreement::of(&measured, &simulated, 0.0);
     let dof = Dof::Surge;
     let trial = trial.to_owned();
-    let comparison =
-        Comparison { quantity: Compared::Velocity, dof, trial, time_s, force, measured, simulated, velocity, position: None };
+    let comparison = Comparison {
+        quantity: Compared::Velocity,
+        dof,
+        trial,
+        time_s,
+        force,
+        measured,
+        simulated,
+        velocity,
+        position: None,
+    };
     ComparisonFigure { method, role, comparison }
 }
 

@@ -17,8 +17,8 @@ use crate::estimate::{
 use crate::signal::{LowPass, Spectrum, amplitude_spectrum};
 use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{
-    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, State, Term, Terms, ThrustUncertainty, Trial,
-    Vehicle,
+    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, State, Term, Terms, ThrustUncertainty,
+    Trial, Vehicle,
 };
 
 /// A filter that passes less than this of the excited motion is worth a word.

@@ -26,10 +26,10 @@ pub use equation_error::{
     DelayedFit, EquationErrorOptions, EquationErrorStatistics, Shard, ShardClock, fit_best_delay,
     fit_equation_error,
 };
-pub(crate) use filter_error::{drive_over, first_look};
 pub use filter_error::{
     Candidate, Decision, FilterErrorOptions, Records, SteadyTest, first_delays, fit_filter_error,
 };
+pub(crate) use filter_error::{drive_over, first_look};
 pub use output_error::{
     Loss, OutputErrorBootstrap, OutputErrorIntervals, OutputErrorOptions, fit_output_error,
 };

@@ -199,7 +199,8 @@ fn compare_acceleration(model: &Model, axis: &AxisRecord) -> Result<Comparison, 
         let response = model.respond(axis, State::default(), &edges_s)?;
         let shown = model.sensor.shows(&edges_s, &response.velocity);
         let velocity = Timed::new("the simulated velocity", edges_s, shown)?;
-        let gain = |m: &MeanOver| (velocity.at(m.to_s) - velocity.at(m.from_s)) / (m.to_s - m.from_s);
+        let gain =
+            |m: &MeanOver| (velocity.at(m.to_s) - velocity.at(m.from_s)) / (m.to_s - m.from_s);
         let simulated: Vec<f64> = means.iter().map(gain).collect();
         let off = means.iter().zip(&simulated).map(|(m, s)| m.mean - s).sum::<f64>();
         let offset = off / means.len() as f64;

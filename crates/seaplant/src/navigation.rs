@@ -16,9 +16,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use acceleration::{Around, Felt};
-pub(crate) use acceleration::MeanOver;
 pub use acceleration::MeanAcceleration;
+pub(crate) use acceleration::MeanOver;
+use acceleration::{Around, Felt};
 use attitude::AttitudeRecord;
 pub use attitude::unwrap;
 pub use beside::Beside;

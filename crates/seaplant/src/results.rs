@@ -15,8 +15,8 @@ pub use crate::judge::{NullModel, NullScore, Part, PlantChange, Trust, Verdict};
 use crate::signal::Spectrum;
 use crate::terms::Term;
 use crate::{
-    Caveat, ClockOffset, Compared, Comparison, Dof, Error, Estimate, LumpedParameters, Method, Model, Role,
-    Stability,
+    Caveat, ClockOffset, Compared, Comparison, Dof, Error, Estimate, LumpedParameters, Method,
+    Model, Role, Stability,
 };
 
 pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};

@@ -148,10 +148,8 @@ fn a_tilted_and_a_clipped_accelerometer_are_told() {
 #[test]
 fn thrust_that_hardly_moves_the_vehicle_gives_no_usable_plant() {
     let mut spec = rov(Dof::Surge, 6);
-    spec.excitation.insert(
-        Dof::Surge,
-        Excitation { amplitude: 0.5, frequency_rad_s: 0.6, joystick: 0.3 },
-    );
+    spec.excitation
+        .insert(Dof::Surge, Excitation { amplitude: 0.5, frequency_rad_s: 0.6, joystick: 0.3 });
     let results = identified(&spec, |_| ()).expect("complete");
     let trust = results.plants.get(&Dof::Surge).map(|plant| plant.verdict.trust);
     assert!(trust.is_none_or(|trust| trust <= Trust::Doubtful), "{trust:?}");

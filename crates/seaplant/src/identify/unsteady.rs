@@ -10,8 +10,8 @@ use crate::diagnose::{
 use crate::estimate::Method;
 use crate::judge::{
     Contender, Coupling, Drift, LAGS, NOT_WHITE, Nulls, Scored, another_plant, box_pierce, choose,
-    feedback, impossible, intervals, left_out, one_speed, records, reversed, score, simulated_speed, widened,
-    windows_of, working_speed,
+    feedback, impossible, intervals, left_out, one_speed, records, reversed, score,
+    simulated_speed, widened, windows_of, working_speed,
 };
 use crate::results::{Failure, FittedModel, Identification};
 use crate::trial::Beside;

@@ -6,7 +6,9 @@ use super::null::Nulls;
 use crate::evaluate::compare_record;
 use crate::regression::batch_s;
 use crate::results::{Score, TrialScore};
-use crate::{Agreement, AxisRecord, Compared, Comparison, Dof, Error, Model, Trial, VelocitySource};
+use crate::{
+    Agreement, AxisRecord, Compared, Comparison, Dof, Error, Model, Trial, VelocitySource,
+};
 
 /// A score, and what decides between plants.
 #[derive(Clone, Debug, Default)]

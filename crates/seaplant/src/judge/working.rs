@@ -20,7 +20,9 @@ pub(crate) fn simulated_speed(model: &Model, axes: &[AxisRecord]) -> f64 {
     for axis in axes {
         for (from_s, to_s) in axis.parts() {
             let Some(part) = axis.motion.series().window(from_s, to_s) else { continue };
-            let Ok(response) = model.respond(axis, State::default(), part.time_s()) else { continue };
+            let Ok(response) = model.respond(axis, State::default(), part.time_s()) else {
+                continue;
+            };
             sum += response.velocity.iter().map(|v| v * v).sum::<f64>();
             count += response.velocity.len();
         }

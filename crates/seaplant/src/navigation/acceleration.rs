@@ -334,7 +334,8 @@ mod tests {
 
     #[test]
     fn a_range_that_cuts_is_seen_and_noise_is_not() {
-        let noise = |k: i32| (f64::from(k) * 0.618_034).fract() + (f64::from(k) * 0.754_877).fract();
+        let noise =
+            |k: i32| (f64::from(k) * 0.618_034).fract() + (f64::from(k) * 0.754_877).fract();
         let series = |of: &dyn Fn(f64) -> f64| {
             let values: Vec<f64> = (0..3000).map(|k| of(noise(k) - 1.0)).collect();
             let time_s: Vec<f64> = (0..3000).map(|k| 0.02 * f64::from(k)).collect();

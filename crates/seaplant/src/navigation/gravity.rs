@@ -115,7 +115,10 @@ fn of_mean(trial: &str, mean: f64) -> Result<Gravity, Error> {
     } else if is(1.0) {
         Err(refuse(trial, format!("{reads}: it is logged in g; give its columns the unit [g]")))
     } else if is(1000.0) {
-        Err(refuse(trial, format!("{reads}: it is logged in thousandths of g; give its columns the unit [mg]")))
+        Err(refuse(
+            trial,
+            format!("{reads}: it is logged in thousandths of g; give its columns the unit [mg]"),
+        ))
     } else if mean.abs() < NO_GRAVITY {
         Ok(Gravity::Removed)
     } else {
@@ -164,7 +167,9 @@ mod tests {
     fn gravity_is_read_off_the_mean() {
         assert_eq!(of_mean("t", -9.7), Ok(Gravity::Felt));
         assert_eq!(of_mean("t", 0.1), Ok(Gravity::Removed));
-        for (mean, says) in [(9.8, "[180, 0, 0]"), (-1.0, "[g]"), (-1002.0, "[mg]"), (-5.0, "check the unit")] {
+        for (mean, says) in
+            [(9.8, "[180, 0, 0]"), (-1.0, "[g]"), (-1002.0, "[mg]"), (-5.0, "check the unit")]
+        {
             let message = of_mean("t", mean).expect_err("wrong").to_string();
             assert!(message.contains(says) && message.contains("`t`"), "{message}");
         }

@@ -70,8 +70,7 @@ struct Trace {
 
 impl Trace {
     fn of(axis: &AxisRecord, delay_s: f64) -> Self {
-        let felt: Vec<MeanOver> =
-            axis.acceleration.iter().flat_map(|all| all.windows()).collect();
+        let felt: Vec<MeanOver> = axis.acceleration.iter().flat_map(|all| all.windows()).collect();
         let mut force = axis.force.reader();
         let held = |over: &MeanOver| force.held_at(0.5 * (over.from_s + over.to_s) - delay_s);
         Self { tau: felt.iter().map(held).collect(), felt }

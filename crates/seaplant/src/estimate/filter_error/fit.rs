@@ -19,12 +19,12 @@ use super::spikes::{innovations_of_another, strike_out};
 use super::strength::covariance_with_thrust;
 use super::together::TwoPlants;
 use crate::caveat::spoken;
-use crate::judge::simulated_speed;
 use crate::estimate::{
     DelayedFit, Estimate, Fit, Innovations, Method, Nuisances, OutputErrorOptions, Waves,
     check_trials, fit_output_error,
 };
 use crate::judge::robust_covariance;
+use crate::judge::simulated_speed;
 use crate::regression::batch_s;
 use crate::signal::autocorrelation;
 use crate::terms::Term;
@@ -191,9 +191,7 @@ const TILTED: f64 = 0.35;
 fn accelerometer_doubts(fit: &Fit) -> Vec<Caveat> {
     let offsets = fit.nuisances.acceleration_offset.iter();
     let most = offsets.max_by(|a, b| a.1.value.abs().total_cmp(&b.1.value.abs()));
-    let tilted = most.filter(|(_, offset)| {
-        offset.low95.max(-offset.high95) > TILTED
-    });
+    let tilted = most.filter(|(_, offset)| offset.low95.max(-offset.high95) > TILTED);
     let tilted = tilted.map(|(trial, offset)| {
         let message = format!(
             "trial `{trial}`: along {} the accelerometer reads {:.2} m/s² at rest, as if it were tilted by {:.1}° beside the attitude sensor; the offset is allowed for, but not what a tilt brings over from other axes: set [sensor.imu] rotation_deg, or level it",

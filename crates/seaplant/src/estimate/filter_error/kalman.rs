@@ -338,11 +338,8 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
     fn new(active: &'a Active, values: &'a Values, layout: Layout, start: Start) -> Self {
         let of = |unknown| values.get(unknown);
         let sigma2 = (2.0 * of(Unknown::LogDisturbance)).exp();
-        let noise = [
-            Unknown::LogVelocityNoise,
-            Unknown::LogPositionNoise,
-            Unknown::LogAccelerationNoise,
-        ];
+        let noise =
+            [Unknown::LogVelocityNoise, Unknown::LogPositionNoise, Unknown::LogAccelerationNoise];
         Self {
             active,
             values,
@@ -1017,7 +1014,8 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
             self.column(Unknown::LogLeak).zip(self.layout.gained).map(|(j, g)| {
                 let mut change = [[0.0; S]; S];
                 let Slow { q_vv, q_vd, q_dd, .. } = step.leak;
-                let twice = Slow { q_vv: 2.0 * q_vv, q_vd: 2.0 * q_vd, q_dd: 2.0 * q_dd, ..step.leak };
+                let twice =
+                    Slow { q_vv: 2.0 * q_vv, q_vd: 2.0 * q_vd, q_dd: 2.0 * q_dd, ..step.leak };
                 add_leak(&mut change, g, &twice);
                 (j, change)
             }),

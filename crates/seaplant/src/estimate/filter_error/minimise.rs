@@ -272,9 +272,7 @@ fn within(
             Unknown::LogCorrelation
             | Unknown::LogLeakCorrelation
             | Unknown::LogSensorLag
-            | Unknown::LogSensorWindow => {
-                (from - 1.0, from + 1.0)
-            }
+            | Unknown::LogSensorWindow => (from - 1.0, from + 1.0),
             Unknown::LogSwellFrequency => (from - 0.2, from + 0.2),
             Unknown::LogDisturbance
             | Unknown::LogSwell
