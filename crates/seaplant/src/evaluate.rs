@@ -190,7 +190,7 @@ fn compare_acceleration(model: &Model, axis: &AxisRecord) -> Result<Comparison, 
     let mut all = Parts { quantity: Compared::Acceleration, ..Parts::default() };
     for (from_s, to_s) in axis.parts() {
         let felt = axis.acceleration.as_ref().and_then(|felt| felt.window(from_s, to_s));
-        let means = felt.iter().flat_map(|felt| in_longer_means(felt)).collect::<Vec<_>>();
+        let means = felt.iter().flat_map(in_longer_means).collect::<Vec<_>>();
         if means.is_empty() {
             continue;
         }
