@@ -21,6 +21,7 @@ __all__ = [
     "ChannelSummary",
     "ClockOffset",
     "Coefficient",
+    "Compared",
     "Correlation",
     "CoupledPlant",
     "CoupledScore",
@@ -151,6 +152,8 @@ CaveatCode: TypeAlias = Literal[
     "outliers",
     "navigation",
     "suspicious-unit",
+    "clipped-accelerometer",
+    "tilted-accelerometer",
     "instruments-disagree",
     "sampled-slowly",
     "thrust-between-samples",
@@ -165,6 +168,12 @@ CaveatCode: TypeAlias = Literal[
     "log",
 ]
 """What gives reason to doubt."""
+
+Compared: TypeAlias = Literal[
+    "velocity",
+    "acceleration",
+]
+"""What a simulation is compared with."""
 
 Disturbance: TypeAlias = Literal[
     "tether",
@@ -235,6 +244,8 @@ NullModel: TypeAlias = Literal[
     "keeps-initial-speed",
     "keeps-mean-speed",
     "steady-speed",
+    "never-accelerates",
+    "thrust-alone",
 ]
 """A model without a plant."""
 
@@ -385,7 +396,7 @@ class AxisResult(Record):
     """Rate at which motion was measured, Hz."""
 
     motion: str
-    """Whether motion was measured as velocity or as position."""
+    """Whether motion was measured as velocity, as position or as acceleration."""
 
     dominant_amplitude: float
     """Amplitude of force there, N or N m."""
@@ -396,12 +407,6 @@ class AxisResult(Record):
     force_rms: float
     """Root mean square force, N or N m."""
 
-    speed_max: float
-    """Greatest speed, m/s or rad/s."""
-
-    speed_rms: float
-    """Root mean square velocity, m/s or rad/s."""
-
     gap_s: float
     """Seconds left out for want of samples."""
 
@@ -410,6 +415,13 @@ class AxisResult(Record):
 
     keulegan_carpenter: float | None
     """The stroke over the size of the hull across it, where that is known."""
+
+    speed_max: float | None
+    """Greatest speed, m/s or rad/s; absent where neither velocity nor position was
+    measured."""
+
+    speed_rms: float | None
+    """Root mean square velocity, m/s or rad/s; absent likewise."""
 
     stroke: float | None
     """How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
@@ -1314,7 +1326,7 @@ class Score(Record):
     absent."""
 
     null_error: float
-    """e of a model that never moves."""
+    """e of a model that never moves, or of one that never accelerates."""
 
     trials: tuple[TrialScore, ...]
     """Each trial."""
@@ -1331,6 +1343,10 @@ class Score(Record):
     offset_free_error: float | None
     """e with an initial velocity, a constant force and, in translations, a current fitted to
     each trial (of long ones, to each 150 s): what methods are compared by."""
+
+    quantity: Compared
+    """What was compared: where no velocity was measured, e and R² are of acceleration, in
+    means over half a second without the accelerometer's offset."""
 
     r_squared: float | None
     """1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials."""
