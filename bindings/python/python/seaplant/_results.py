@@ -23,6 +23,7 @@ __all__ = [
     "Coefficient",
     "Compared",
     "Correlation",
+    "CoupledOnline",
     "CoupledPlant",
     "CoupledScore",
     "CurveResult",
@@ -49,12 +50,14 @@ __all__ = [
     "NullModel",
     "NullScore",
     "OffsetPair",
+    "OnlineHistory",
     "PairResult",
     "Parameter",
     "ParameterName",
     "Parameters",
     "Part",
     "PlantChange",
+    "PlantChanged",
     "PlantResult",
     "Provenance",
     "RegressionResult",
@@ -229,6 +232,9 @@ Method: TypeAlias = Literal[
     "weighted-least-squares",
     "total-least-squares",
     "sriv",
+    "adaptive",
+    "recursive",
+    "ekf",
 ]
 """How a plant was found."""
 
@@ -607,6 +613,38 @@ class Correlation(Record):
 
     value: Floats
     """Correlations, −1 to 1."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CoupledOnline(Record):
+    """A plant of several axes, found sample by sample."""
+
+    axes: tuple[Dof, ...]
+    """Its axes."""
+
+    method: Method
+    """How it was found."""
+
+    symmetry: Symmetry
+    """Which axes M may couple."""
+
+    parameters: dict[str, Coefficient]
+    """Its coefficients by name, as those of a coupled plant."""
+
+    history: OnlineHistory
+    """How they went there."""
+
+    samples: int
+    """Numbers measured."""
+
+    fit: CoupledScore
+    """Its error on the trials that it was fitted to."""
+
+    caveats: tuple[Caveat, ...]
+    """Doubts."""
+
+    hold_out: CoupledScore | None
+    """Its error on trials that it had not seen."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1018,6 +1056,28 @@ class OffsetPair(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class OnlineHistory(Record):
+    """How parameters went to where they ended."""
+
+    time_s: Floats
+    """Motion so far, s, over all fitted trials in turn."""
+
+    parameters: dict[str, Floats]
+    """Each parameter at these instants."""
+
+    settled_s: dict[str, float | None]
+    """When each came within 5 % of its last value to stay there, s of motion; absent if it
+    had not before the last tenth."""
+
+    excitation: float
+    """The least eigenvalue of the information at a unit diagonal: 1 if each parameter is told
+    by itself, 0 if some combination is not told at all."""
+
+    changes: tuple[PlantChanged, ...]
+    """When the plant seemed to change."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class PairResult(Record):
     """Two steady stretches at one thrust, one each way."""
 
@@ -1103,6 +1163,23 @@ class PlantChange(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class PlantChanged(Record):
+    """A change of the plant that was noticed."""
+
+    trial: str
+    """In which trial."""
+
+    since_s: float
+    """When it began, as far as blocks of 15 s tell, s of the log."""
+
+    noticed_s: float
+    """When it was noticed, s of the log."""
+
+    statistic: float
+    """The sum of what blocks exceed the usual by, in standard deviations."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class PlantResult(Record):
     """One method's plant of one degree of freedom."""
 
@@ -1141,6 +1218,9 @@ class PlantResult(Record):
 
     caveats: tuple[Caveat, ...]
     """Doubts."""
+
+    history: OnlineHistory | None
+    """How the parameters went there; absent of methods that do not work sample by sample."""
 
     hold_out: Score | None
     """Its error on trials that it had not seen."""
@@ -1263,6 +1343,9 @@ class Results(Record):
 
     coupled: dict[str, CoupledPlant]
     """Plants of several axes, by their axes: ``surge-sway-yaw``."""
+
+    coupled_online: dict[str, dict[str, CoupledOnline]]
+    """The same by methods that work sample by sample."""
 
     dry_mass_kg: float | None
     """Its mass in air, kg."""
