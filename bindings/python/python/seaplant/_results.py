@@ -21,9 +21,8 @@ __all__ = [
     "ChannelSummary",
     "ClockOffset",
     "Coefficient",
-    "Compared",
+    "Consequence",
     "Correlation",
-    "CoupledOnline",
     "CoupledPlant",
     "CoupledScore",
     "CurveResult",
@@ -31,6 +30,7 @@ __all__ = [
     "Decision",
     "Disturbance",
     "Dof",
+    "Driven",
     "Failure",
     "FileOffset",
     "Filters",
@@ -50,14 +50,12 @@ __all__ = [
     "NullModel",
     "NullScore",
     "OffsetPair",
-    "OnlineHistory",
     "PairResult",
     "Parameter",
     "ParameterName",
     "Parameters",
     "Part",
     "PlantChange",
-    "PlantChanged",
     "PlantResult",
     "Provenance",
     "RegressionResult",
@@ -155,8 +153,6 @@ CaveatCode: TypeAlias = Literal[
     "outliers",
     "navigation",
     "suspicious-unit",
-    "clipped-accelerometer",
-    "tilted-accelerometer",
     "instruments-disagree",
     "sampled-slowly",
     "thrust-between-samples",
@@ -171,12 +167,6 @@ CaveatCode: TypeAlias = Literal[
     "log",
 ]
 """What gives reason to doubt."""
-
-Compared: TypeAlias = Literal[
-    "velocity",
-    "acceleration",
-]
-"""What a simulation is compared with."""
 
 Disturbance: TypeAlias = Literal[
     "tether",
@@ -232,9 +222,6 @@ Method: TypeAlias = Literal[
     "weighted-least-squares",
     "total-least-squares",
     "sriv",
-    "adaptive",
-    "recursive",
-    "ekf",
 ]
 """How a plant was found."""
 
@@ -250,8 +237,6 @@ NullModel: TypeAlias = Literal[
     "keeps-initial-speed",
     "keeps-mean-speed",
     "steady-speed",
-    "never-accelerates",
-    "thrust-alone",
 ]
 """A model without a plant."""
 
@@ -402,7 +387,7 @@ class AxisResult(Record):
     """Rate at which motion was measured, Hz."""
 
     motion: str
-    """Whether motion was measured as velocity, as position or as acceleration."""
+    """Whether motion was measured as velocity or as position."""
 
     dominant_amplitude: float
     """Amplitude of force there, N or N m."""
@@ -413,6 +398,12 @@ class AxisResult(Record):
     force_rms: float
     """Root mean square force, N or N m."""
 
+    speed_max: float
+    """Greatest speed, m/s or rad/s."""
+
+    speed_rms: float
+    """Root mean square velocity, m/s or rad/s."""
+
     gap_s: float
     """Seconds left out for want of samples."""
 
@@ -421,13 +412,6 @@ class AxisResult(Record):
 
     keulegan_carpenter: float | None
     """The stroke over the size of the hull across it, where that is known."""
-
-    speed_max: float | None
-    """Greatest speed, m/s or rad/s; absent where neither velocity nor position was
-    measured."""
-
-    speed_rms: float | None
-    """Root mean square velocity, m/s or rad/s; absent likewise."""
 
     stroke: float | None
     """How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
@@ -605,6 +589,26 @@ class Coefficient(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Consequence(Record):
+    """A number that follows from a plant's coefficients."""
+
+    name: str
+    """What it is, and under which force."""
+
+    axis: Dof
+    """Of which axis."""
+
+    value: float
+    """The number."""
+
+    unit: str
+    """Its unit."""
+
+    interval95: Floats | None
+    """Its 95 % interval; absent if the covariance is not known, or leaves it open."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Correlation(Record):
     """Correlations."""
 
@@ -613,38 +617,6 @@ class Correlation(Record):
 
     value: Floats
     """Correlations, −1 to 1."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class CoupledOnline(Record):
-    """A plant of several axes, found sample by sample."""
-
-    axes: tuple[Dof, ...]
-    """Its axes."""
-
-    method: Method
-    """How it was found."""
-
-    symmetry: Symmetry
-    """Which axes M may couple."""
-
-    parameters: dict[str, Coefficient]
-    """Its coefficients by name, as those of a coupled plant."""
-
-    history: OnlineHistory
-    """How they went there."""
-
-    samples: int
-    """Numbers measured."""
-
-    fit: CoupledScore
-    """Its error on the trials that it was fitted to."""
-
-    caveats: tuple[Caveat, ...]
-    """Doubts."""
-
-    hold_out: CoupledScore | None
-    """Its error on trials that it had not seen."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -697,6 +669,9 @@ class CoupledPlant(Record):
 
     added_mass: Floats | None
     """What the water adds, where the dry vehicle is known."""
+
+    driven: dict[str, Driven]
+    """How far each axis was driven in its trials."""
 
     hold_out: CoupledScore | None
     """Its error on trials that it had not seen."""
@@ -787,6 +762,17 @@ class Decision(Record):
     """How much it does, for a term: linear drag as a part of quadratic drag at the usual
     speed, zero unless both brake; a bias force, at the end of its interval that is farther
     from zero, as a part of the usual thrust."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Driven(Record):
+    """How far an axis was driven in the trials that a plant was identified from."""
+
+    speed_max: float
+    """Greatest speed, m/s or rad/s."""
+
+    force_max: float
+    """Greatest force, N or N m."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1056,28 +1042,6 @@ class OffsetPair(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OnlineHistory(Record):
-    """How parameters went to where they ended."""
-
-    time_s: Floats
-    """Motion so far, s, over all fitted trials in turn."""
-
-    parameters: dict[str, Floats]
-    """Each parameter at these instants."""
-
-    settled_s: dict[str, float | None]
-    """When each came within 5 % of its last value to stay there, s of motion; absent if it
-    had not before the last tenth."""
-
-    excitation: float
-    """The least eigenvalue of the information at a unit diagonal: 1 if each parameter is told
-    by itself, 0 if some combination is not told at all."""
-
-    changes: tuple[PlantChanged, ...]
-    """When the plant seemed to change."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class PairResult(Record):
     """Two steady stretches at one thrust, one each way."""
 
@@ -1163,23 +1127,6 @@ class PlantChange(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlantChanged(Record):
-    """A change of the plant that was noticed."""
-
-    trial: str
-    """In which trial."""
-
-    since_s: float
-    """When it began, as far as blocks of 15 s tell, s of the log."""
-
-    noticed_s: float
-    """When it was noticed, s of the log."""
-
-    statistic: float
-    """The sum of what blocks exceed the usual by, in standard deviations."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class PlantResult(Record):
     """One method's plant of one degree of freedom."""
 
@@ -1218,9 +1165,6 @@ class PlantResult(Record):
 
     caveats: tuple[Caveat, ...]
     """Doubts."""
-
-    history: OnlineHistory | None
-    """How the parameters went there; absent of methods that do not work sample by sample."""
 
     hold_out: Score | None
     """Its error on trials that it had not seen."""
@@ -1341,11 +1285,12 @@ class Results(Record):
     buoyancy: BuoyancyResult | None
     """What the water carries of it."""
 
+    consequences: tuple[Consequence, ...]
+    """What follows from the recommended plants at the greatest force of the trials: top
+    speeds, time constants, stopping distances, natural periods."""
+
     coupled: dict[str, CoupledPlant]
     """Plants of several axes, by their axes: ``surge-sway-yaw``."""
-
-    coupled_online: dict[str, dict[str, CoupledOnline]]
-    """The same by methods that work sample by sample."""
 
     dry_mass_kg: float | None
     """Its mass in air, kg."""
@@ -1409,7 +1354,7 @@ class Score(Record):
     absent."""
 
     null_error: float
-    """e of a model that never moves, or of one that never accelerates."""
+    """e of a model that never moves."""
 
     trials: tuple[TrialScore, ...]
     """Each trial."""
@@ -1426,10 +1371,6 @@ class Score(Record):
     offset_free_error: float | None
     """e with an initial velocity, a constant force and, in translations, a current fitted to
     each trial (of long ones, to each 150 s): what methods are compared by."""
-
-    quantity: Compared
-    """What was compared: where no velocity was measured, e and R² are of acceleration, in
-    means over half a second without the accelerometer's offset."""
 
     r_squared: float | None
     """1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials."""

@@ -32,9 +32,7 @@ pub(super) fn plants(
         })?;
         plant.hold_out = match records.hold_out.as_slice() {
             [] => None,
-            held => {
-                Some(score::score(as_found, found.actuator, held, |_| found.mean_current())?)
-            }
+            held => Some(score::score(as_found, found.actuator, held, |_| found.mean_current())?),
         };
         plants.insert(method, plant);
     }
