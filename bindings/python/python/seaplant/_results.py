@@ -21,8 +21,8 @@ __all__ = [
     "ChannelSummary",
     "ClockOffset",
     "Coefficient",
+    "Consequence",
     "Correlation",
-    "CoupledOnline",
     "CoupledPlant",
     "CoupledScore",
     "CurveResult",
@@ -30,6 +30,7 @@ __all__ = [
     "Decision",
     "Disturbance",
     "Dof",
+    "Driven",
     "Failure",
     "FileOffset",
     "Filters",
@@ -49,14 +50,12 @@ __all__ = [
     "NullModel",
     "NullScore",
     "OffsetPair",
-    "OnlineHistory",
     "PairResult",
     "Parameter",
     "ParameterName",
     "Parameters",
     "Part",
     "PlantChange",
-    "PlantChanged",
     "PlantResult",
     "Provenance",
     "RegressionResult",
@@ -223,9 +222,6 @@ Method: TypeAlias = Literal[
     "weighted-least-squares",
     "total-least-squares",
     "sriv",
-    "adaptive",
-    "recursive",
-    "ekf",
 ]
 """How a plant was found."""
 
@@ -593,6 +589,26 @@ class Coefficient(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Consequence(Record):
+    """A number that follows from a plant's coefficients."""
+
+    name: str
+    """What it is, and under which force."""
+
+    axis: Dof
+    """Of which axis."""
+
+    value: float
+    """The number."""
+
+    unit: str
+    """Its unit."""
+
+    interval95: Floats | None
+    """Its 95 % interval; absent if the covariance is not known, or leaves it open."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Correlation(Record):
     """Correlations."""
 
@@ -601,38 +617,6 @@ class Correlation(Record):
 
     value: Floats
     """Correlations, −1 to 1."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class CoupledOnline(Record):
-    """A plant of several axes, found sample by sample."""
-
-    axes: tuple[Dof, ...]
-    """Its axes."""
-
-    method: Method
-    """How it was found."""
-
-    symmetry: Symmetry
-    """Which axes M may couple."""
-
-    parameters: dict[str, Coefficient]
-    """Its coefficients by name, as those of a coupled plant."""
-
-    history: OnlineHistory
-    """How they went there."""
-
-    samples: int
-    """Numbers measured."""
-
-    fit: CoupledScore
-    """Its error on the trials that it was fitted to."""
-
-    caveats: tuple[Caveat, ...]
-    """Doubts."""
-
-    hold_out: CoupledScore | None
-    """Its error on trials that it had not seen."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -685,6 +669,9 @@ class CoupledPlant(Record):
 
     added_mass: Floats | None
     """What the water adds, where the dry vehicle is known."""
+
+    driven: dict[str, Driven]
+    """How far each axis was driven in its trials."""
 
     hold_out: CoupledScore | None
     """Its error on trials that it had not seen."""
@@ -775,6 +762,17 @@ class Decision(Record):
     """How much it does, for a term: linear drag as a part of quadratic drag at the usual
     speed, zero unless both brake; a bias force, at the end of its interval that is farther
     from zero, as a part of the usual thrust."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Driven(Record):
+    """How far an axis was driven in the trials that a plant was identified from."""
+
+    speed_max: float
+    """Greatest speed, m/s or rad/s."""
+
+    force_max: float
+    """Greatest force, N or N m."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1044,28 +1042,6 @@ class OffsetPair(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OnlineHistory(Record):
-    """How parameters went to where they ended."""
-
-    time_s: Floats
-    """Motion so far, s, over all fitted trials in turn."""
-
-    parameters: dict[str, Floats]
-    """Each parameter at these instants."""
-
-    settled_s: dict[str, float | None]
-    """When each came within 5 % of its last value to stay there, s of motion; absent if it
-    had not before the last tenth."""
-
-    excitation: float
-    """The least eigenvalue of the information at a unit diagonal: 1 if each parameter is told
-    by itself, 0 if some combination is not told at all."""
-
-    changes: tuple[PlantChanged, ...]
-    """When the plant seemed to change."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class PairResult(Record):
     """Two steady stretches at one thrust, one each way."""
 
@@ -1151,23 +1127,6 @@ class PlantChange(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlantChanged(Record):
-    """A change of the plant that was noticed."""
-
-    trial: str
-    """In which trial."""
-
-    since_s: float
-    """When it began, as far as blocks of 15 s tell, s of the log."""
-
-    noticed_s: float
-    """When it was noticed, s of the log."""
-
-    statistic: float
-    """The sum of what blocks exceed the usual by, in standard deviations."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class PlantResult(Record):
     """One method's plant of one degree of freedom."""
 
@@ -1206,9 +1165,6 @@ class PlantResult(Record):
 
     caveats: tuple[Caveat, ...]
     """Doubts."""
-
-    history: OnlineHistory | None
-    """How the parameters went there; absent of methods that do not work sample by sample."""
 
     hold_out: Score | None
     """Its error on trials that it had not seen."""
@@ -1329,11 +1285,12 @@ class Results(Record):
     buoyancy: BuoyancyResult | None
     """What the water carries of it."""
 
+    consequences: tuple[Consequence, ...]
+    """What follows from the recommended plants at the greatest force of the trials: top
+    speeds, time constants, stopping distances, natural periods."""
+
     coupled: dict[str, CoupledPlant]
     """Plants of several axes, by their axes: ``surge-sway-yaw``."""
-
-    coupled_online: dict[str, dict[str, CoupledOnline]]
-    """The same by methods that work sample by sample."""
 
     dry_mass_kg: float | None
     """Its mass in air, kg."""

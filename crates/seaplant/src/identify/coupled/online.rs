@@ -26,15 +26,13 @@ pub(super) fn plants(
         let body = vehicle.rigid_body.as_ref();
         let fit = fit_online_coupled(structure, scheme, &as_it_acts, body, &options.online)?;
         let mut plant = result(method, &fit);
-        let plant_found = &fit.estimate.plant;
-        plant.fit = score::score(plant_found, found.actuator, &records.fit, |record| {
+        let as_found = &fit.estimate.plant;
+        plant.fit = score::score(as_found, found.actuator, &records.fit, |record| {
             found.current_of(&record.trial)
         })?;
         plant.hold_out = match records.hold_out.as_slice() {
             [] => None,
-            held => {
-                Some(score::score(plant_found, found.actuator, held, |_| found.mean_current())?)
-            }
+            held => Some(score::score(as_found, found.actuator, held, |_| found.mean_current())?),
         };
         plants.insert(method, plant);
     }
