@@ -68,7 +68,7 @@ pub enum Scheme {
 pub struct OnlineOptions {
     /// Least squares of so many seconds make the start, s.
     pub start_s: f64,
-    /// How fast the observer follows measured velocity, 1/s.
+    /// How fast the observer follows measured velocity at most, 1/s; slower where that is noisy.
     pub observer_rate: f64,
     /// In what time the adaptive coefficients follow, s.
     pub adaptation_s: f64,
@@ -196,8 +196,9 @@ pub struct Online {
     changes: Changes,
     elapsed_s: f64,
     is_started: bool,
-    /// Mean squares of third differences of velocity, of residual, force and acceleration.
+    /// Mean squares of third differences of velocity, of velocity, force and acceleration.
     rough: Vector6<f64>,
+    speed: Vector6<f64>,
     force: Vector6<f64>,
     acceleration: Vector6<f64>,
     projected: Vec<f64>,
@@ -205,6 +206,13 @@ pub struct Online {
 
 /// The variance of a third difference of white noise over that of the noise.
 const THIRD_DIFFERENCE: f64 = 20.0;
+
+/// The observer's rate is at most this times the power of velocity over that of its noise, 1/s:
+/// noise biases damping by `a M σ²`.
+const QUIET_RATE: f64 = 0.002;
+
+/// … but no less than this, 1/s.
+const LEAST_RATE: f64 = 0.5;
 
 /// The variances that a filter starts from are those of least squares times this.
 const START_VARIANCE: f64 = 4.0;
@@ -247,6 +255,7 @@ impl Online {
             elapsed_s: 0.0,
             is_started: false,
             rough: Vector6::zeros(),
+            speed: Vector6::zeros(),
             force: Vector6::zeros(),
             acceleration: Vector6::zeros(),
             projected: vec![0.0; p],
@@ -338,6 +347,7 @@ impl Online {
         let part = (self.step.length_s / self.elapsed_s).min(1.0);
         let square = |x: Vector6<f64>| x.component_mul(&x);
         self.force += (square(self.step.force) - self.force) * part;
+        self.speed += (square(self.step.velocity[2]) - self.speed) * part;
         self.acceleration += (square(self.step.acceleration) - self.acceleration) * part;
         if let [Some(a), Some(b), Some(c)] = recent {
             let bend = a.velocity - 2.0 * b.velocity + c.velocity;
@@ -374,7 +384,19 @@ impl Online {
         }
     }
 
+    /// The observer's rate that the noise of measured velocity allows, 1/s.
+    fn quiet_rate(&self) -> f64 {
+        let of = |i: usize| {
+            let noise = self.rough[i] / THIRD_DIFFERENCE;
+            if noise > 0.0 { QUIET_RATE * self.speed[i] / noise } else { f64::INFINITY }
+        };
+        let least = self.structure.axes().iter().map(|dof| of(dof.index()));
+        let least = least.fold(f64::INFINITY, f64::min);
+        least.max(LEAST_RATE).min(self.options.observer_rate)
+    }
+
     fn start(&mut self) {
+        let rate = self.quiet_rate();
         for dof in self.structure.axes() {
             let i = dof.index();
             if self.acceleration[i] > 0.0 && self.force[i] > 0.0 {
@@ -387,6 +409,7 @@ impl Online {
         self.is_started = match &mut self.engine {
             Engine::Recursive => true,
             Engine::Adaptive(adaptive) => {
+                adaptive.set_rate(rate);
                 adaptive.start(&self.projected, &self.possible);
                 true
             }

@@ -69,6 +69,11 @@ impl Adaptive {
         self.set_mass(possible);
     }
 
+    /// Follows measured velocity at another rate, 1/s.
+    pub(super) fn set_rate(&mut self, observer_rate: f64) {
+        self.observer_rate = observer_rate;
+    }
+
     fn set_mass(&mut self, possible: &Possible) {
         possible.project(&mut self.theta);
         self.mass = possible.mass(&self.theta);
