@@ -483,7 +483,7 @@ fn telemetry_of_ardusub_is_known() {
         ("rate.yaw", "ATTITUDE.yawspeed"),
         ("depth", "GLOBAL_POSITION_INT.relative_alt"),
         ("thruster.motor 8.pwm", "SERVO_OUTPUT_RAW.servo8_raw"),
-        ("acceleration.y", "SCALED_IMU2.yacc"),
+        ("acceleration.y", "RAW_IMU.yacc"),
     ] {
         assert_eq!(found.get(quantity), Some(&column), "{}", proposal.campaign_toml);
     }

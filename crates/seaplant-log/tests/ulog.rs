@@ -35,7 +35,7 @@ fn every_kind_of_field_is_read_as_pyulog_reads_it() {
 #[test]
 fn logs_of_px4_are_read_as_pyulog_reads_them() {
     let Some(made) = made("ulog") else { return };
-    for name in ["sample_log_small.ulg", "sample_appended_multiple.ulg", "sample_px4_events.ulg"] {
+    for name in ["sample_log_small.ulg", "sample_appended_multiple.ulg"] {
         let Some(path) = data(&format!("formats/ulog/{name}")) else { return };
         made.agrees(name, &open(&path), RESOLUTION_S);
     }

@@ -5,7 +5,7 @@
 //! settings, text and what was lost.
 //!
 //! # Source
-//! \[ULog\]
+//! [ULog]
 
 use std::io::{self, Read};
 use std::path::Path;

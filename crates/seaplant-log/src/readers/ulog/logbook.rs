@@ -140,11 +140,11 @@ impl Logbook {
             assembly.setting(name, value);
         }
         let mut instances: HashMap<String, usize> = HashMap::new();
-        for topic in &self.topics {
+        for topic in self.topics.iter().filter(|topic| topic.has_records()) {
             *instances.entry(topic.name.clone()).or_default() += 1;
         }
         for topic in self.topics {
-            let apart = instances[&topic.name] > 1;
+            let apart = instances.get(&topic.name).is_some_and(|count| *count > 1);
             topic.into_group(apart, assembly);
         }
     }

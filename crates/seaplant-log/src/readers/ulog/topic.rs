@@ -174,6 +174,11 @@ impl Topic {
         time_s
     }
 
+    /// Whether there is one.
+    pub(super) fn has_records(&self) -> bool {
+        !self.time_s.is_empty()
+    }
+
     /// What a field held last.
     pub(super) fn last(&self, name: &str) -> Option<f64> {
         let field = self.layout.fields.iter().position(|field| field.name == name)?;

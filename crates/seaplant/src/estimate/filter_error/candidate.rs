@@ -172,6 +172,10 @@ impl Candidate {
             Self::SensorLag | Self::SensorWindow => {
                 has_velocity() || axes.iter().all(|axis| !axis.knows_velocity())
             }
+            // Acceleration alone does not tell what thrust loses with speed from drag.
+            Self::Inflow | Self::InflowAhead | Self::Exponent => {
+                axes.iter().all(AxisRecord::knows_velocity)
+            }
             Self::LinearThrust => axes.iter().all(AxisRecord::thrust_is_slow),
             _ => true,
         }

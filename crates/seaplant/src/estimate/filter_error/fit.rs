@@ -432,6 +432,8 @@ fn priors(axes: &[AxisRecord], propellers: &Propellers, dry_mass_kg: Option<f64>
         unknown: Unknown::Alpha,
         belief: Belief::AtMost { limit: 1.0 / dry, log_std: DRY_MASS_LOG_STD },
     });
+    // Without a velocity, a quick disturbance stands in for drag that the model lacks.
+    let memory = if axes.iter().all(AxisRecord::knows_velocity) { 1.5 } else { 0.7 };
     // 1 N s²/(rad m) for thrusters of 0.04 N/(rad/s)², and alike for others.
     let inflow = 5.0 * propellers.gain;
     [
@@ -454,7 +456,7 @@ fn priors(axes: &[AxisRecord], propellers: &Propellers, dry_mass_kg: Option<f64>
         normal(Unknown::LogSwellFrequency, 0.0, 1.0),
         normal(Unknown::LogSwellDamping, (0.1_f64).ln(), 1.0),
         normal(Unknown::LogDrift, (0.05_f64).ln(), 1.0),
-        normal(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln(), 1.5),
+        normal(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln(), memory),
         normal(Unknown::LogLeak, TYPICAL_LEAK.ln(), 1.0),
         normal(Unknown::LogLeakCorrelation, TYPICAL_CORRELATION_S.ln(), 1.0),
         normal(Unknown::AccelerationOffset, 0.0, USUAL_OFFSET),
@@ -629,15 +631,28 @@ fn into_fit(
 /// nobody saw what they did between samples.
 const PRECISION: f64 = 1e-3;
 
+/// Where velocity is known only by integrating acceleration, it is known to a tenth, and the filter,
+/// which goes by the slope of drag there, leaves out its bend: drag is off by some hundredths …
+const PRECISION_OF_DRAG: f64 = 0.02;
+/// … and mass by less.
+const PRECISION_OF_MASS: f64 = 0.01;
+
 /// A covariance with that.
 fn with_precision(
     problem: &Problem<'_>,
     optimum: &Optimum,
     mut covariance: DMatrix<f64>,
 ) -> DMatrix<f64> {
-    for unknown in [Unknown::Alpha, Unknown::Beta, Unknown::Mu] {
+    let has = |unknown| problem.index(unknown, 0).is_some();
+    let alone = has(Unknown::LogAccelerationNoise)
+        && !has(Unknown::LogVelocityNoise)
+        && !has(Unknown::LogPositionNoise);
+    let of_drag = if alone { PRECISION_OF_DRAG } else { PRECISION };
+    let of_mass = if alone { PRECISION_OF_MASS } else { PRECISION };
+    let parts = [(Unknown::Alpha, of_mass), (Unknown::Beta, of_drag), (Unknown::Mu, of_drag)];
+    for (unknown, part) in parts {
         if let Some(place) = problem.index(unknown, 0) {
-            covariance[(place, place)] += (PRECISION * optimum.theta[place]).powi(2);
+            covariance[(place, place)] += (part * optimum.theta[place]).powi(2);
         }
     }
     covariance
