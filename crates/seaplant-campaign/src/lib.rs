@@ -7,6 +7,7 @@ mod bench;
 mod campaign;
 mod campaign_file;
 mod clocks;
+mod each;
 mod error;
 mod excerpt;
 mod inspect;
@@ -27,7 +28,7 @@ pub use bench::{Bench, BenchColumns, read_bench};
 pub use campaign::{Campaign, bollard_result, campaign_files, fit_bench, read_logs, trial_of_log};
 pub use campaign_file::{
     Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, EstimateWord, FitEntry,
-    LogEntry, OffsetEntry, StampEntry, SteadyEntry, TimeEntry, TrialEntry,
+    FileTimeEntry, LogEntry, OffsetEntry, StampEntry, SteadyEntry, TimeEntry, TrialEntry,
 };
 pub use clocks::in_words;
 pub use error::Error;

@@ -68,6 +68,9 @@ pub struct HoldEntry {
     /// Inputs of thrusters by name, in the units of their curves.
     #[serde(default)]
     pub thruster: BTreeMap<String, f64>,
+    /// Angles of rudders and fins by name, deg.
+    #[serde(default)]
+    pub angle_deg: BTreeMap<String, f64>,
     /// Supply voltage, V.
     #[serde(default)]
     pub supply_v: Option<f64>,
@@ -137,6 +140,13 @@ impl Profile {
                 drive.thrusters.insert(name.clone(), series);
             }
         }
+        let surfaces = self.hold.iter().flat_map(|hold| hold.angle_deg.keys());
+        for name in surfaces {
+            let of = |hold: &HoldEntry| hold.angle_deg.get(name).map(|deg| deg.to_radians());
+            if let Some(series) = self.series(of, 0.0)? {
+                drive.angles.insert(name.clone(), as_steps(&series)?);
+            }
+        }
         let first = self.hold.iter().find_map(|hold| hold.supply_v);
         drive.supply_v = self.series(|hold| hold.supply_v, first.unwrap_or(0.0))?;
         Ok(drive)
@@ -164,8 +174,22 @@ impl Profile {
     }
 }
 
+/// A surface takes so long from one angle to the next, s.
+const STEP_S: f64 = 1e-3;
+
+/// A held series as one of straight lines with steps.
+fn as_steps(held: &Timed) -> Result<Timed, seaplant::Error> {
+    let (mut times, mut values) = (vec![held.first_s()], vec![held.values()[0]]);
+    for (k, &t) in held.time_s().iter().enumerate().skip(1) {
+        times.extend([t, t + STEP_S]);
+        values.extend([held.values()[k - 1], held.values()[k]]);
+    }
+    Timed::new("angle", times, values)
+}
+
 /// The inputs of a table, if it has nothing else: columns `wrench.AXIS`,
-/// `thruster.NAME.speed|pwm|command|force` and `supply.voltage` beside time, with units.
+/// `thruster.NAME.speed|pwm|command|force`, `rudder.NAME.angle`, `fin.NAME.angle` and
+/// `supply.voltage` beside time, with units.
 ///
 /// `None` for a log that holds other columns, such as a measured motion.
 ///
@@ -179,7 +203,10 @@ pub fn input_table(path: &Path) -> Result<Option<(Drive, Vec<f64>)>, Error> {
     let is_input = |quantity: &Quantity| {
         matches!(
             quantity,
-            Quantity::Thruster { .. } | Quantity::Wrench(_) | Quantity::SupplyVoltage
+            Quantity::Thruster { .. }
+                | Quantity::Wrench(_)
+                | Quantity::SupplyVoltage
+                | Quantity::SurfaceAngle { .. }
         )
     };
     let named = log.channels().iter().map(|channel| channel.name.parse::<Quantity>());
@@ -202,6 +229,7 @@ pub fn input_table(path: &Path) -> Result<Option<(Drive, Vec<f64>)>, Error> {
         match quantity {
             Quantity::Thruster { name, .. } => drop(drive.thrusters.insert(name, series)),
             Quantity::Wrench(dof) => drop(drive.wrench.insert(dof, series)),
+            Quantity::SurfaceAngle { name, .. } => drop(drive.angles.insert(name, series)),
             _ => drive.supply_v = Some(series),
         }
     }

@@ -91,6 +91,7 @@ fn trial_entry(trial: &TwinTrial, logs: Vec<PathBuf>) -> TrialEntry {
         offset_s: BTreeMap::new(),
         sheet: None,
         channels: BTreeMap::new(),
+        each: None,
     }
 }
 
@@ -193,6 +194,10 @@ fn vehicle_file(vehicle: &Vehicle) -> VehicleFile {
         buoyancy: None,
         thruster_curve: None,
         thruster: vehicle.thrusters.iter().map(thruster_entry).collect(),
+        rudder: Vec::new(),
+        fin: Vec::new(),
+        wind: None,
+        water_density_kg_m3: None,
         sensor: SensorEntries {
             dvl: Some(DvlEntry {
                 position_m: position_body.into(),
@@ -231,6 +236,7 @@ fn thruster_entry(thruster: &Thruster) -> ThrusterEntry {
         name: thruster.name.clone(),
         position_m: Some(thruster.position_body.into()),
         direction: Some(thruster.direction_body.into()),
+        azimuth_axis: None,
         reversed: false,
         curve: Some(curve),
         thrust_uncertainty: (thruster.uncertainty != ThrustUncertainty::default()).then(|| {

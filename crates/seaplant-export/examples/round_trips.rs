@@ -82,7 +82,7 @@ fn state(model: &PlantModel, random: &mut ChaCha8Rng) -> Result<Value, Failed> {
     let moved = |k: usize, x: &Vector3<f64>| if k < 3 && own(k) { x[k] } else { 0.0 };
     let relative = Vector6::from_fn(|k, _| velocity[k] - moved(k, &water));
     let turning = Vector3::new(velocity[3], velocity[4], velocity[5]).cross(&water);
-    let rate = model.plant.acceleration(&force, &relative, &down)?;
+    let rate = model.plant.acceleration(&force, &relative, &down, &[])?;
     let rate = Vector6::from_fn(|k, _| rate[k] - moved(k, &turning));
     Ok(json!({
         "angles": angles,

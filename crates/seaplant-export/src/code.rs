@@ -131,7 +131,8 @@ impl Syntax {
             let n = |row: usize| (self.element)("n", row);
             let down = |row: usize| (self.element)("down", row);
             match *term {
-                Basis::Mass(..) => {}
+                // What effects push with comes in with tau.
+                Basis::Mass(..) | Basis::Effect(_) => {}
                 Basis::Product(on, product) => {
                     let value = format!("{theta} * {}", self.product(&product));
                     lines.push((self.add)(&n(on.index()), &value));

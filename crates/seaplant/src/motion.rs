@@ -51,7 +51,8 @@ impl Plant {
     ///
     /// `force` and `velocity` (relative to the water) have shape (6,); what they hold of axes
     /// that the plant does not have counts as known: a force there does nothing, a velocity
-    /// turns the frame.
+    /// turns the frame. `signals` are the values of the structure's
+    /// [`crate::plant::Structure::signals`], empty if it has none.
     ///
     /// # Errors
     /// [`Error::Plant`] if M cannot be inverted.
@@ -65,7 +66,7 @@ impl Plant {
     /// let plant = Plant::new(surge, vec![100.0, 5.0, 20.0])?;
     /// let (mut force, mut velocity) = (Vector6::zeros(), Vector6::zeros());
     /// (force[0], velocity[0]) = (50.0, 1.0);
-    /// let rate = plant.acceleration(&force, &velocity, &Vector3::z())?;
+    /// let rate = plant.acceleration(&force, &velocity, &Vector3::z(), &[])?;
     /// assert!((rate[0] - 0.25).abs() < 1e-12);
     /// # Ok::<(), seaplant::Error>(())
     /// ```
@@ -74,7 +75,8 @@ impl Plant {
         force: &Vector6<f64>,
         velocity: &Vector6<f64>,
         down_body: &Vector3<f64>,
+        signals: &[f64],
     ) -> Result<Vector6<f64>, Error> {
-        Ok(Whole::new(self)?.rate(velocity, down_body, force))
+        Ok(Whole::new(self)?.rate(velocity, down_body, force, signals))
     }
 }

@@ -5,6 +5,7 @@
 
 mod attitude;
 mod beside;
+mod ground;
 mod gyro;
 mod tilt;
 mod track;
@@ -129,6 +130,8 @@ impl Voyage {
                 nav.measured.insert(dof, velocity);
             }
         }
+        ground::velocities(&mut recording, sensors, &attitude, &mut nav)?;
+        ground::positions(&mut recording)?;
         depth_of_origin(&recording, sensors, &attitude, &mut nav);
         let mut position = |way| recording.remove(&Quantity::Position(way));
         let positioned = position(World::North).zip(position(World::East)).map(<[Timed; 2]>::from);

@@ -184,7 +184,9 @@ impl Case {
                 velocity[dof.index()] = Some(Timed::new("held", vec![0.0], vec![held])?);
             }
         }
-        Ok(Self { inputs: Inputs { force, velocity, attitude, current }, start, time_s })
+        let signals = model.signals(&drive)?;
+        let inputs = Inputs { force, velocity, attitude, current, signals };
+        Ok(Self { inputs, start, time_s })
     }
 
     /// The greatest force on each axis, with its sign.

@@ -6,13 +6,16 @@ use crate::Dof;
 
 /// An instant of motion, as regressors read it; body frame, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Instant {
+pub struct Instant<'a> {
     /// ν̇_r, relative to the water; m/s² and rad/s².
     pub acceleration: Vector6<f64>,
     /// ν_r, relative to the water; m/s and rad/s.
     pub velocity: Vector6<f64>,
     /// k = Rᵀ e₃: the world's down in body axes, a unit vector.
     pub down_body: Vector3<f64>,
+    /// What a coefficient of one makes each effect of the structure push with, N and N m:
+    /// [`super::Structure::wrenches`].
+    pub wrenches: &'a [Vector6<f64>],
 }
 
 /// A velocity that a term multiplies, or its modulus.
@@ -107,6 +110,8 @@ pub enum Basis {
     Lever(usize),
     /// A constant force on one axis.
     One(Dof),
+    /// The structure's effect of this number: `−` what it pushes with.
+    Effect(usize),
 }
 
 impl Basis {
@@ -115,8 +120,8 @@ impl Basis {
     ///
     /// # Source
     /// [Fossen2021, ch. 6]; C from M by Kirchhoff's equations.
-    pub fn regressor(&self, at: &Instant) -> Vector6<f64> {
-        let Instant { acceleration, velocity, down_body } = at;
+    pub fn regressor(&self, at: &Instant<'_>) -> Vector6<f64> {
+        let Instant { acceleration, velocity, down_body, wrenches } = at;
         match *self {
             Self::Mass(i, j) => {
                 let (i, j) = (i.index(), j.index());
@@ -135,10 +140,11 @@ impl Basis {
                 Vector6::new(0.0, 0.0, 0.0, moment.x, moment.y, moment.z)
             }
             Self::One(on) => on_axis(on, 1.0),
+            Self::Effect(k) => wrenches.get(k).map_or_else(Vector6::zeros, |wrench| -wrench),
         }
     }
 
-    /// The axes on which it acts at all.
+    /// The axes on which it acts at all; of an effect [`super::Structure::axes_of`] says them.
     pub fn axes(&self) -> Vec<Dof> {
         match *self {
             Self::Mass(i, j) if i == j => vec![i],
@@ -146,10 +152,11 @@ impl Basis {
             Self::Product(on, _) | Self::One(on) => vec![on],
             Self::WeightExcess => vec![Dof::Surge, Dof::Sway, Dof::Heave],
             Self::Lever(_) => vec![Dof::Roll, Dof::Pitch, Dof::Yaw],
+            Self::Effect(_) => Vec::new(),
         }
     }
 
-    /// The unit of its coefficient.
+    /// The unit of its coefficient; of an effect [`super::Structure::unit_of`] says it.
     pub fn unit(&self) -> String {
         let force = |on: Dof| on.units().force;
         match self {
@@ -165,6 +172,7 @@ impl Basis {
             Self::WeightExcess => "N".to_owned(),
             Self::Lever(_) => "N m".to_owned(),
             Self::One(on) => force(*on).to_owned(),
+            Self::Effect(_) => "1".to_owned(),
         }
     }
 }
@@ -240,7 +248,7 @@ mod tests {
         // Published: added mass diag(5, 60, 70, 0.5, 8, 9) in a general motion.
         let mass = [5.0, 60.0, 70.0, 0.5, 8.0, 9.0];
         let velocity = Vector6::new(1.5, 0.2, -0.1, 0.05, 0.1, 0.2);
-        let at = Instant { acceleration: Vector6::zeros(), velocity, down_body: Vector3::z() };
+        let at = Instant { acceleration: Vector6::zeros(), velocity, down_body: Vector3::z(), wrenches: &[] };
         let mut force = Vector6::zeros();
         for (dof, m) in Dof::ALL.into_iter().zip(mass) {
             force += m * Basis::Mass(dof, dof).regressor(&at);
@@ -252,7 +260,7 @@ mod tests {
     #[test]
     fn coriolis_forces_do_no_work() {
         let velocity = Vector6::new(1.5, 0.2, -0.1, 0.7, -0.4, 0.2);
-        let at = Instant { acceleration: Vector6::zeros(), velocity, down_body: Vector3::z() };
+        let at = Instant { acceleration: Vector6::zeros(), velocity, down_body: Vector3::z(), wrenches: &[] };
         for i in Dof::ALL {
             for j in Dof::ALL.into_iter().filter(|j| *j >= i) {
                 let power = Basis::Mass(i, j).regressor(&at).dot(&velocity);
@@ -267,7 +275,7 @@ mod tests {
         let (roll, pitch) = (0.3_f64, 0.2_f64);
         let down_body =
             Vector3::new(-pitch.sin(), pitch.cos() * roll.sin(), pitch.cos() * roll.cos());
-        let at = Instant { acceleration: Vector6::zeros(), velocity: Vector6::zeros(), down_body };
+        let at = Instant { acceleration: Vector6::zeros(), velocity: Vector6::zeros(), down_body, wrenches: &[] };
         let y = Basis::Lever(2).regressor(&at);
         // Left of the equation of motion, so that the moment on the body is the opposite.
         assert!(y[3] > 0.0 && y[4] > 0.0 && y[5] == 0.0, "{y}");
@@ -279,6 +287,7 @@ mod tests {
             acceleration: Vector6::zeros(),
             velocity: Vector6::zeros(),
             down_body: Vector3::z(),
+            wrenches: &[],
         };
         assert_eq!(Basis::WeightExcess.regressor(&at)[2], -1.0);
     }

@@ -38,7 +38,8 @@ impl Plant {
             )));
         }
         if let Some(at) = coefficients.iter().position(|x| !x.is_finite()) {
-            return Err(refuse(format!("{} is not finite", structure.terms()[at])));
+            let name = structure.name_of(&structure.terms()[at]);
+            return Err(refuse(format!("{name} is not finite")));
         }
         let plant = Self { structure, coefficients };
         if plant.mass_matrix().cholesky().is_none() {
@@ -47,6 +48,11 @@ impl Plant {
             return Err(Error::Plant { axes, reason });
         }
         Ok(plant)
+    }
+
+    /// The same without effects that it has no coefficient for.
+    pub(crate) fn pruned(&self) -> Result<Self, Error> {
+        Self::new(self.structure.pruned(), self.coefficients.clone())
     }
 
     /// Its terms.
@@ -118,9 +124,19 @@ impl Plant {
 
     /// Σ of all terms that hold no acceleration: what stands beside M ν̇_r on the left of the
     /// equation of motion, N and N m, shape (6,).
-    pub fn resistance(&self, velocity: &Vector6<f64>, down_body: &Vector3<f64>) -> Vector6<f64> {
+    ///
+    /// `signals` are the values of the structure's [`Structure::signals`]; one that is not given
+    /// is zero.
+    pub fn resistance(
+        &self,
+        velocity: &Vector6<f64>,
+        down_body: &Vector3<f64>,
+        signals: &[f64],
+    ) -> Vector6<f64> {
         let acceleration = Vector6::zeros();
-        let at = super::Instant { acceleration, velocity: *velocity, down_body: *down_body };
+        let wrenches = &self.structure.wrenches(velocity, signals);
+        let (velocity, down_body) = (*velocity, *down_body);
+        let at = super::Instant { acceleration, velocity, down_body, wrenches };
         self.with_terms().map(|(term, value)| value * term.regressor(&at)).sum()
     }
 
@@ -169,7 +185,7 @@ mod tests {
         // Munk's moment turns a body that drifts across its path: (m22 − m11) u v.
         let (u, v) = (1.5, 0.2);
         let velocity = Vector6::new(u, v, 0.0, 0.0, 0.0, 0.0);
-        let moment = plant.resistance(&velocity, &Vector3::z())[5];
+        let moment = plant.resistance(&velocity, &Vector3::z(), &[])[5];
         assert!((moment - (162.5 - 85.2815) * u * v).abs() < 1e-9, "{moment}");
     }
 

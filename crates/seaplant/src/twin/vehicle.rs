@@ -109,6 +109,7 @@ impl TwinSpec {
                 attitude: sensor([0.0; 3], noise.heading),
                 position: Sensor::default(),
             },
+            ..Vehicle::default()
         })
     }
 

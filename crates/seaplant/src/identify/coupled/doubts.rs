@@ -22,7 +22,7 @@ pub(super) fn doubts(
     let mut all: Vec<Caveat> = records.iter().flat_map(|record| record.caveats.clone()).collect();
     all.extend(untold(plant));
     all.extend(collinear(plant));
-    all.extend(not_driven(plant, records));
+    all.extend(not_driven(fit, plant, records));
     all.extend(not_dissipative(fit, records));
     all.extend(restoring(fit, vehicle));
     all.extend(scores(plant));
@@ -65,8 +65,17 @@ fn collinear(plant: &CoupledPlant) -> Option<Caveat> {
     })
 }
 
-fn not_driven(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat> {
-    let undriven = |dof: &&Dof| !records.iter().any(|record| record.is_driven(**dof));
+fn not_driven(
+    fit: &CoupledFit,
+    plant: &CoupledPlant,
+    records: &[&CoupledRecord],
+) -> Option<Caveat> {
+    let structure = fit.plant.structure();
+    let is_pushed = |dof: &Dof| {
+        let of_effects = structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
+        of_effects.into_iter().any(|term| structure.axes_of(term).contains(dof))
+    };
+    let undriven = |dof: &&Dof| !is_pushed(dof) && !records.iter().any(|record| record.is_driven(**dof));
     let names: Vec<&str> = plant.axes.iter().filter(undriven).map(|dof| dof.name()).collect();
     (!names.is_empty()).then(|| {
         let message = format!(
