@@ -2,6 +2,7 @@
 
 mod attitude;
 mod flow;
+mod products;
 mod rate;
 mod simulate;
 mod smooth;
@@ -10,7 +11,8 @@ use nalgebra::{Vector3, Vector6};
 
 pub use attitude::down_body;
 pub(crate) use attitude::{body_from_world, interpolated as interpolated_attitude};
-pub(crate) use flow::{Decay, Flow, Slice, advance};
+pub(crate) use flow::{Decay, Flow, HeldForce, PUSHED_BY, Slice, advance};
+pub(crate) use products::{apply, subtract_outer, times, times_transposed};
 pub(crate) use rate::Prepared;
 use rate::Whole;
 pub use simulate::{Inputs, Simulated, simulate};

@@ -1,6 +1,7 @@
 //! Coupled plants: the filter error method on any set of axes, from a start by equation
 //! error.
 
+mod actuator;
 mod equation_error;
 mod filter;
 mod fit;
@@ -14,9 +15,10 @@ use nalgebra::{DMatrix, DVector};
 use crate::motion::with_places;
 use crate::plant::{Basis, Parameterisation, Plant, RigidBody, Structure};
 use crate::{CoupledRecord, Dof, Error};
+pub use actuator::Actuator;
 use equation_error::EquationError;
 use filter::Noise;
-use fit::{Optimum, Point, Problem, first_noise};
+use fit::{Optimum, Point, Problem, Tolerance, first_noise};
 pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 
@@ -29,6 +31,10 @@ pub struct CoupledFit {
     pub covariance: DMatrix<f64>,
     /// The current of each trial, north and east, m/s, with standard deviations.
     pub currents: BTreeMap<String, [(f64, f64); 2]>,
+    /// How thrust follows what is logged of it.
+    pub actuator: Actuator,
+    /// Standard deviations of lag and delay, s; none of one that the trials do not show.
+    pub actuator_std: [Option<f64>; Actuator::COUNT],
     /// Disturbance and noise of each axis.
     pub disturbances: BTreeMap<Dof, AxisNoise>,
     /// ln-likelihood.
@@ -66,7 +72,8 @@ const WINDOWS_S: [f64; 5] = [0.6, 1.2, 3.0, 8.0, 20.0];
 
 /// Fits a structure to trials by the filter error method.
 ///
-/// States are ν_r and a Gauss–Markov force on each axis; attitude is taken as measured. The
+/// States are ν_r and a Gauss–Markov force on each axis; attitude is taken as measured. Thrust
+/// may lag behind its log, and be delayed, where the trials show it. The
 /// start is the best of several fits by equation error. M ⪰ M_RB where the rigid body is
 /// known, else M ≻ 0; an axis's own damping is not below zero. Where `search` says so,
 /// damping of one axis by another is added if the trials ask for it and the plant still takes
@@ -87,9 +94,9 @@ pub fn fit_coupled(
     with_places!(structure.axes().len(), N => {
         let problem = Problem::new(structure, records, rigid_body.map(RigidBody::mass_matrix));
         let (first, least_squares, optimum) = first_optimum::<N>(&problem, records)?;
-        let fitted = Fitted { optimum, problem, tried: Vec::new() };
+        let fitted = Fitted { optimum, problem, tried: Vec::new() }.with_actuator_that_shows()?;
         let fitted = if search { fitted.searched(records)? } else { fitted };
-        fitted.finished(first, &least_squares)
+        fitted.refined()?.finished(first, &least_squares)
     })
 }
 
@@ -121,7 +128,9 @@ impl<const N: usize> Fitted<N> {
         let admitted = search.admitted();
         let Search { base, found, scores } = search;
         let chosen = found.unwrap_or(base);
-        let tried = search::tried(&candidates, &scores, &admitted, &chosen.worths()?);
+        let structure = &chosen.problem.structure;
+        let worths = chosen.worths()?;
+        let tried = search::tried(structure, &candidates, &scores, &admitted, &worths);
         Ok(Self { tried, ..chosen })
     }
 
@@ -129,7 +138,49 @@ impl<const N: usize> Fitted<N> {
     fn with_terms(&self, base: &Structure, terms: &[Basis]) -> Result<Self, Error> {
         let problem = self.problem.with_terms(search::with_all(base, terms)?);
         let start = search::widened(&problem, &self.problem, &self.optimum.point);
-        Ok(Self { optimum: problem.optimum(start)?, problem, tried: Vec::new() })
+        let is_wider = problem.structure.terms().len() > self.problem.structure.terms().len();
+        // A plant that only lacks some of the terms is near its optimum already.
+        let optimum = if is_wider {
+            problem.optimum(start, Tolerance::COARSE)?
+        } else {
+            problem.descent(start, Tolerance::COARSE)?
+        };
+        Ok(Self { optimum, problem, tried: Vec::new() })
+    }
+
+    /// The same without a lag or a delay that the trials do not show: the one worth less first,
+    /// as each can stand for the other.
+    fn with_actuator_that_shows(mut self) -> Result<Self, Error> {
+        loop {
+            let worths = self.actuator_worths();
+            let fitted = (0..Actuator::COUNT).filter(|k| self.problem.fits[*k]);
+            let least = fitted.min_by(|a, b| worths[*a].total_cmp(&worths[*b]));
+            let Some(least) = least.filter(|k| worths[*k] < ACTUATOR_SHOWS) else {
+                return Ok(self);
+            };
+            self.problem.fits[least] = false;
+            let mut point = self.optimum.point;
+            *[&mut point.actuator.lag_s, &mut point.actuator.delay_s][least] = 0.0;
+            let optimum = self.problem.optimum(point, Tolerance::COARSE)?;
+            let iterations = self.optimum.iterations + optimum.iterations;
+            self.optimum = Optimum { iterations, ..optimum };
+        }
+    }
+
+    /// θ²/σ² of lag and delay.
+    fn actuator_worths(&self) -> [f64; Actuator::COUNT] {
+        let Actuator { lag_s, delay_s } = self.optimum.point.actuator;
+        let (covariance, p) =
+            (inverse(&self.optimum.information), self.problem.structure.terms().len());
+        let worth = |k: usize, x: f64| x * x / covariance[(p + k, p + k)];
+        [worth(0, lag_s), worth(1, delay_s)]
+    }
+
+    /// The same at the optimum itself.
+    fn refined(self) -> Result<Self, Error> {
+        let optimum = self.problem.descent(self.optimum.point, Tolerance::FINE)?;
+        let iterations = self.optimum.iterations + optimum.iterations;
+        Ok(Self { optimum: Optimum { iterations, ..optimum }, ..self })
     }
 
     /// Box and Pierce's statistic of an axis, at least 1.
@@ -159,16 +210,20 @@ impl<const N: usize> Fitted<N> {
         let noise = problem.by_noise(&optimum.point);
         let noise_information = noise.map_or(DMatrix::zeros(3 * N, 3 * N), |x| x.information);
         let noise_covariance = inverse(&noise_information);
-        let std = |k: usize| covariance[(p + k, p + k)].sqrt();
-        let current = |(trial, schedule): (usize, &schedule::Schedule)| {
+        let std_of_actuator = |k: usize| problem.fits[k].then(|| covariance[(p + k, p + k)].sqrt());
+        let q = p + Actuator::COUNT;
+        let std = |k: usize| covariance[(q + k, q + k)].sqrt();
+        let current = |(trial, name): (usize, &String)| {
             let [north, east] = optimum.point.currents[trial];
-            (schedule.trial.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
+            (name.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
         };
-        let currents = problem.schedules.iter().enumerate().map(current);
+        let currents = problem.trials.iter().enumerate().map(current);
         Ok(CoupledFit {
-            plant: problem.plant(&optimum.point.free)?,
+            plant: problem.plant(&optimum.point.free)?.pruned()?,
             inflation: inflation(&optimum.information, p),
             covariance: covariance.view((0, 0), (p, p)).into_owned(),
+            actuator: optimum.point.actuator,
+            actuator_std: std::array::from_fn(std_of_actuator),
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
             disturbances: disturbances(&problem.structure, &optimum.point.noise, &noise_covariance),
             log_likelihood: -optimum.cost,
@@ -181,6 +236,13 @@ impl<const N: usize> Fitted<N> {
         })
     }
 }
+
+/// A lag or delay is kept if its square is so many times its variance: chance makes as much once
+/// in 500.
+const ACTUATOR_SHOWS: f64 = 9.0;
+
+/// The lag that fits begin with, s.
+const FIRST_LAG_S: f64 = 0.1;
 
 /// Rounds of admitting and dropping couplings.
 const MOST_ROUNDS: usize = 4;
@@ -216,7 +278,7 @@ impl<const N: usize> Search<N> {
             return Ok(outside);
         }
         let scores = search::scores(&now.problem, &now.optimum.point, &outside)?;
-        let admitted = search::admitted(&outside, &scores, now.whiteness()?);
+        let admitted = search::admitted(&now.problem.structure, &outside, &scores, now.whiteness()?);
         self.scores.extend(outside.into_iter().zip(scores));
         Ok(admitted)
     }
@@ -233,10 +295,12 @@ impl<const N: usize> Search<N> {
             let plant = wider.problem.plant(&wider.optimum.point.free)?;
             let must_go = !search::is_dissipative(&plant, records);
             let covariance = wider.covariance();
-            let worst = search::dropped(&terms, &plant, &covariance, wider.whiteness()?, must_go);
+            let gone = search::dropped(&terms, &plant, &covariance, wider.whiteness()?, must_go);
             self.found = Some(wider);
-            let Some(worst) = worst else { return Ok(()) };
-            terms.retain(|term| *term != worst);
+            if gone.is_empty() {
+                return Ok(());
+            }
+            terms.retain(|term| !gone.contains(term));
         }
         self.found = None;
         Ok(())
@@ -278,7 +342,7 @@ fn first_optimum<const N: usize>(
     let mut refused = None;
     for (point, found) in starts::<N>(problem, records, &mut refused) {
         let start = problem.plant(&point.free)?;
-        match problem.optimum(point) {
+        match problem.optimum(point, Tolerance::COARSE) {
             Ok(optimum) => return Ok((start, found, optimum)),
             Err(error) => {
                 refused.get_or_insert(error);
@@ -295,6 +359,7 @@ fn starts<const N: usize>(
     refused: &mut Option<Error>,
 ) -> Vec<(Point<N>, EquationError)> {
     let mut found = Vec::new();
+    let pieces = problem.in_pieces();
     for window_s in WINDOWS_S {
         let least_squares = match equation_error::fit(&problem.structure, records, window_s) {
             Ok(least_squares) => least_squares,
@@ -305,10 +370,11 @@ fn starts<const N: usize>(
         };
         let point = Point {
             free: problem.physical.free(&least_squares.coefficients),
+            actuator: Actuator { lag_s: FIRST_LAG_S, delay_s: 0.0 },
             currents: vec![[0.0; 2]; records.len()],
             noise: first_noise(problem, &least_squares.residual),
         };
-        found.push((problem.cost(&point), point, least_squares));
+        found.push((pieces.as_ref().unwrap_or(problem).cost(&point), point, least_squares));
     }
     if found.iter().any(|(cost, ..)| cost.is_finite()) {
         *refused = None;

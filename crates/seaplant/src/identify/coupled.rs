@@ -165,11 +165,11 @@ fn plant(
     check_scale(&structure, &records.fit)?;
     let fit = fit_coupled(&structure, &records.fit, vehicle.rigid_body.as_ref(), plan.search)?;
     let own = |record: &CoupledRecord| fit.current_of(&record.trial);
-    let score = score::score(&fit.plant, &records.fit, own)?;
+    let score = score::score(&fit, &records.fit, own)?;
     let hold_out = match records.hold_out.as_slice() {
         [] => None,
         // A trial that was not fitted has no current of its own.
-        held => Some(score::score(&fit.plant, held, |_| fit.mean_current())?),
+        held => Some(score::score(&fit, held, |_| fit.mean_current())?),
     };
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = score;
@@ -193,7 +193,7 @@ fn single_axes(
         let body = vehicle.rigid_body.as_ref();
         // An axis that cannot be fitted by itself has no score by itself.
         let fit = fit_coupled(&alone, &records.fit, body, false).ok()?;
-        let score = score::score(&fit.plant, scored, |_| fit.mean_current()).ok()?;
+        let score = score::score(&fit, scored, |_| fit.mean_current()).ok()?;
         Some((dof, *score.by_axis.get(&dof)?))
     };
     if structure.axes().len() == 1 {
@@ -378,6 +378,12 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
         Parameter::new(Estimate::new(value, std, fit.samples as f64), unit)
     };
     let mut all = BTreeMap::new();
+    let numbers = [("lag", fit.actuator.lag_s), ("delay", fit.actuator.delay_s)];
+    for ((name, value), std) in numbers.into_iter().zip(fit.actuator_std) {
+        if let Some(std) = std {
+            all.insert(name.to_owned(), parameter((value, std), "s"));
+        }
+    }
     for (trial, [north, east]) in &fit.currents {
         all.insert(format!("current north: {trial}"), parameter(*north, "m/s"));
         all.insert(format!("current east: {trial}"), parameter(*east, "m/s"));

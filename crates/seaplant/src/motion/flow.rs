@@ -2,16 +2,16 @@
 
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
-use super::Prepared;
+use super::{Prepared, apply};
 
 /// A short time with a constant force: at most 0.05 s, so that roll and pitch at some rad/s
 /// carry no error of the integration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Slice {
+    /// Its beginning, s.
+    pub(crate) from_s: f64,
     /// Its length, s.
     pub(crate) length_s: f64,
-    /// τ, held, N and N m.
-    pub(crate) force: Vector6<f64>,
     /// k at its beginning, middle and end.
     pub(crate) down_body: [Vector3<f64>; 3],
     /// Velocities of axes that the plant does not have, at the same instants.
@@ -19,6 +19,18 @@ pub(crate) struct Slice {
     /// What the plant's effects read, at the same instants; empty if it has none.
     pub(crate) signals: [Vec<f64>; 3],
 }
+
+/// The force over a slice.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct HeldForce {
+    /// τ, held, N and N m.
+    pub(crate) force: Vector6<f64>,
+    /// ∂τ by the numbers of the actuators.
+    pub(crate) by: [Vector6<f64>; PUSHED_BY],
+}
+
+/// How many numbers of the actuators a force depends on: lag and delay.
+pub(crate) const PUSHED_BY: usize = 2;
 
 /// How each axis's disturbance fades: ḟ = −f/T.
 #[derive(Clone, Copy, Debug)]
@@ -32,15 +44,20 @@ pub(crate) struct Flow<const N: usize> {
     /// ν_r at the end.
     pub(crate) velocity: SVector<f64, N>,
     /// Its columns: by ν_r at the beginning (N), by the disturbance there (N), by each
-    /// coefficient, if these were asked for.
+    /// coefficient and by the numbers of the actuators, if these were asked for.
     pub(crate) columns: Vec<SVector<f64, N>>,
     stages: [Vec<SVector<f64, N>>; 4],
 }
 
 impl<const N: usize> Flow<N> {
-    /// A flow with columns for so many coefficients.
-    pub(crate) fn new(coefficients: usize) -> Self {
-        Self::with_columns(2 * N + coefficients)
+    /// A flow with columns for the state alone.
+    pub(crate) fn of_state() -> Self {
+        Self::with_columns(2 * N)
+    }
+
+    /// A flow with columns for so many coefficients, and for the actuators, too.
+    pub(crate) fn of_plant(coefficients: usize) -> Self {
+        Self::with_columns(2 * N + coefficients + PUSHED_BY)
     }
 
     /// A flow without derivatives.
@@ -67,8 +84,8 @@ impl<const N: usize> Flow<N> {
         SMatrix::from_fn(|i, j| self.columns[N + j][i])
     }
 
-    /// ∂ν(end)/∂θ at a given beginning.
-    pub(crate) fn by_coefficient(&self) -> &[SVector<f64, N>] {
+    /// ∂ν(end)/∂θ at a given beginning, of the coefficients and the actuators.
+    pub(crate) fn by_plant(&self) -> &[SVector<f64, N>] {
         &self.columns[2 * N..]
     }
 
@@ -87,7 +104,7 @@ impl<const N: usize> Flow<N> {
 /// exact derivatives of its steps.
 pub(crate) fn advance<const N: usize>(
     plant: &Prepared<N>,
-    slices: &[Slice],
+    (slices, pushes): (&[Slice], &[HeldForce]),
     velocity: &SVector<f64, N>,
     disturbance: &SVector<f64, N>,
     decay: &Decay<N>,
@@ -95,8 +112,8 @@ pub(crate) fn advance<const N: usize>(
 ) {
     flow.start(velocity);
     let mut elapsed_s = 0.0;
-    for slice in slices {
-        step(plant, slice, disturbance, decay, elapsed_s, flow);
+    for (slice, push) in slices.iter().zip(pushes) {
+        step(plant, (slice, push), disturbance, decay, elapsed_s, flow);
         elapsed_s += slice.length_s;
     }
 }
@@ -108,14 +125,14 @@ const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
 fn step<const N: usize>(
     plant: &Prepared<N>,
-    slice: &Slice,
+    (slice, push): (&Slice, &HeldForce),
     disturbance: &SVector<f64, N>,
     decay: &Decay<N>,
     elapsed_s: f64,
     flow: &mut Flow<N>,
 ) {
     let h = slice.length_s;
-    let force = plant.on_axes(&slice.force);
+    let force = plant.on_axes(&push.force);
     let mut rates = [SVector::<f64, N>::zeros(); 4];
     let mut slopes = [SMatrix::<f64, N, N>::zeros(); 4];
     for (stage, (part, instant)) in STAGES.into_iter().enumerate() {
@@ -133,7 +150,11 @@ fn step<const N: usize>(
             sources[N + j] = plant.inverse().column(j) * left[j];
         }
         if sources.len() > 2 * N {
-            plant.by_coefficient(&six, down, &rates[stage], signals, &mut sources[2 * N..]);
+            let (coefficients, actuators) = sources[2 * N..].split_at_mut(plant.count());
+            plant.by_coefficient(&six, down, &rates[stage], signals, coefficients);
+            for (source, by) in actuators.iter_mut().zip(&push.by) {
+                *source = apply(plant.inverse(), &plant.on_axes(by));
+            }
         }
     }
     for (j, column) in flow.columns.iter_mut().enumerate() {
@@ -141,7 +162,7 @@ fn step<const N: usize>(
         let mut slope = SVector::<f64, N>::zeros();
         for (stage, (part, _)) in STAGES.into_iter().enumerate() {
             let at = if stage == 0 { *column } else { *column + slope * (part * h) };
-            slope = slopes[stage] * at + flow.stages[stage][j];
+            slope = apply(&slopes[stage], &at) + flow.stages[stage][j];
             sum += slope * (WEIGHTS[stage] * h);
         }
         *column += sum;
@@ -170,8 +191,8 @@ mod tests {
 
     fn slices() -> Vec<Slice> {
         let of = |k: usize| Slice {
+            from_s: 0.05 * k as f64,
             length_s: 0.05,
-            force: Vector6::new(20.0, 0.0, 0.0, 0.0, 0.3, 0.0),
             down_body: [0.0, 0.5, 1.0].map(|part| down_body(0.1, 0.2 + 0.05 * (k as f64 + part))),
             others: [Vector6::new(0.0, 0.1, 0.0, 0.2, 0.0, 0.3); 3],
             signals: [const { Vec::new() }; 3],
@@ -179,35 +200,47 @@ mod tests {
         (0..2).map(of).collect()
     }
 
+    /// A force that depends on the first number of the actuators.
+    fn push(lag: f64) -> HeldForce {
+        let by = Vector6::new(-30.0, 0.0, 0.0, 0.0, 2.0, 0.0);
+        let force = Vector6::new(20.0, 0.0, 0.0, 0.0, 0.3, 0.0) + lag * by;
+        HeldForce { force, by: [by, Vector6::zeros()] }
+    }
+
     #[test]
     fn columns_are_the_derivatives_of_the_flow() {
         let decay = Decay { rate: SVector::from([0.3, 0.7]) };
         let slices = slices();
         let base = plant(6.6);
-        let end = |plant: &Plant, velocity: [f64; 2], disturbance: [f64; 2], count: usize| {
+        let pushed = |plant: &Plant, velocity: [f64; 2], disturbance: [f64; 2], lag: f64| {
             let prepared = Prepared::<2>::new(plant).expect("two axes");
-            let mut flow = Flow::new(count);
+            let mut flow = Flow::of_plant(prepared.count());
             let (velocity, disturbance) = (velocity.into(), disturbance.into());
-            advance(&prepared, &slices, &velocity, &disturbance, &decay, &mut flow);
+            let pushes = [push(lag); 2];
+            advance(&prepared, (&slices, &pushes), &velocity, &disturbance, &decay, &mut flow);
             flow
         };
+        let end = |plant: &Plant, velocity, disturbance| pushed(plant, velocity, disturbance, 0.0);
         let (velocity, disturbance) = ([0.5, -0.3], [1.0, 0.1]);
-        let flow = end(&base, velocity, disturbance, 8);
+        let flow = end(&base, velocity, disturbance);
         let moved = |x: [f64; 2], j: usize, step: f64| {
             let mut moved = x;
             moved[j] += step;
             moved
         };
         for j in 0..2 {
-            let at = |step| end(&base, moved(velocity, j, step), disturbance, 0).velocity;
+            let at = |step| end(&base, moved(velocity, j, step), disturbance).velocity;
             let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
             assert!((slope - flow.by_velocity().column(j)).amax() < DIFFERENCE);
-            let at = |step| end(&base, velocity, moved(disturbance, j, step), 0).velocity;
+            let at = |step| end(&base, velocity, moved(disturbance, j, step)).velocity;
             let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
             assert!((slope - flow.by_disturbance().column(j)).amax() < DIFFERENCE);
         }
-        let at = |step: f64| end(&plant(6.6 + step), velocity, disturbance, 0).velocity;
+        let at = |step: f64| end(&plant(6.6 + step), velocity, disturbance).velocity;
         let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
-        assert!((slope - flow.by_coefficient()[7]).amax() < DIFFERENCE);
+        assert!((slope - flow.by_plant()[7]).amax() < DIFFERENCE);
+        let at = |step: f64| pushed(&base, velocity, disturbance, step).velocity;
+        let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
+        assert!((slope - flow.by_plant()[8]).amax() < DIFFERENCE);
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
+use super::{apply, times};
 use crate::plant::{Basis, Instant, Plant, Product, Structure, kirchhoff, kirchhoff_slope};
 use crate::{Dof, Error};
 
@@ -196,17 +197,17 @@ impl<const N: usize> Prepared<N> {
         signals: &[f64],
     ) -> SVector<f64, N> {
         let n = self.forces.at(velocity, down_body, signals);
-        self.inverse * (force - self.on_axes(&n))
+        apply(&self.inverse, &(force - self.on_axes(&n)))
     }
 
     /// ∂ν̇/∂ν of the plant's axes, shape (N, N).
     pub(crate) fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> SMatrix<f64, N, N> {
         let slope = self.forces.slope(velocity, signals);
-        -self.inverse
-            * SMatrix::<f64, N, N>::from_fn(|i, j| match (self.axes[i], self.axes[j]) {
-                (Some(on), Some(of)) => slope[(on, of)],
-                _ => 0.0,
-            })
+        let of_axes = SMatrix::from_fn(|i, j| match (self.axes[i], self.axes[j]) {
+            (Some(on), Some(of)) => -slope[(on, of)],
+            _ => 0.0,
+        });
+        times(&self.inverse, &of_axes)
     }
 
     /// ∂ν̇/∂θ_k = −M⁻¹ Y_k(ν̇, ν, η) of every coefficient, put into `columns`.
@@ -232,7 +233,7 @@ impl<const N: usize> Prepared<N> {
                     Some(place) => self.inverse.column(place) * -product.value(velocity),
                     None => SVector::zeros(),
                 },
-                _ => -self.inverse * self.on_axes(&term.regressor(&at)),
+                _ => apply(&self.inverse, &-self.on_axes(&term.regressor(&at))),
             };
         }
     }

@@ -13,7 +13,11 @@
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::schedule::{Schedule, Stop};
-use crate::motion::{Decay, Flow, Prepared, advance};
+use crate::motion::{
+    Decay, Flow, HeldForce, PUSHED_BY, Prepared, advance, apply, subtract_outer, times,
+    times_transposed,
+};
+use crate::series::ROUNDING_S;
 
 /// What stands beside the plant, by axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,12 +70,12 @@ impl Slope {
 
     /// Adds an innovation e of variance s whose derivatives are `by`.
     fn add(&mut self, e: f64, s: f64, by: &[f64]) {
-        for (i, &x) in by.iter().enumerate() {
+        let columns = self.information.as_mut_slice().chunks_exact_mut(by.len());
+        for ((i, &x), column) in by.iter().enumerate().zip(columns) {
             self.gradient[i] += e * x / s;
             let weighted = x / s;
-            let mut column = self.information.column_mut(i);
-            for (j, &y) in by.iter().enumerate().take(i + 1) {
-                column[j] += weighted * y;
+            for (entry, &y) in column.iter_mut().zip(&by[..=i]) {
+                *entry += weighted * y;
             }
         }
     }
@@ -114,6 +118,8 @@ pub(super) struct Innovation {
 pub(super) struct Pass<'a, const N: usize> {
     pub(super) plant: &'a Prepared<N>,
     pub(super) schedule: &'a Schedule,
+    /// The force over each of its slices.
+    pub(super) pushes: &'a [HeldForce],
     /// North and east, m/s.
     pub(super) current: [f64; 2],
     pub(super) noise: &'a Noise<N>,
@@ -139,15 +145,16 @@ struct Transition<const N: usize> {
     by_velocity: SMatrix<f64, N, N>,
     by_disturbance: SMatrix<f64, N, N>,
     fade: SVector<f64, N>,
-    h: f64,
 }
 
 impl<const N: usize> Pass<'_, N> {
-    /// ln-likelihood with its slope by coefficients and current, and the gains.
+    /// ln-likelihood with its slope by coefficients, actuators and current, and the gains.
     pub(super) fn by_plant(&self) -> (Slope, Vec<Gain<N>>) {
-        let (p, mut gains) = (self.plant.count(), Vec::with_capacity(self.schedule.samples()));
+        let (coefficients, mut gains) =
+            (self.plant.count(), Vec::with_capacity(self.schedule.samples()));
+        let p = coefficients + PUSHED_BY;
         let mut slope = Slope::zeros(p + 2);
-        let mut flow = Flow::new(p);
+        let mut flow = Flow::of_plant(coefficients);
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
         let mut by = vec![(SVector::<f64, N>::zeros(), SVector::<f64, N>::zeros()); p + 2];
         let mut row = vec![0.0; p + 2];
@@ -157,14 +164,14 @@ impl<const N: usize> Pass<'_, N> {
         for stop in &self.schedule.stops[1..] {
             let transition = self.predict(stop, &mut mean, &mut flow);
             for (k, (velocity, disturbance)) in by.iter_mut().enumerate() {
-                *velocity =
-                    transition.by_velocity * *velocity + transition.by_disturbance * *disturbance;
+                *velocity = apply(&transition.by_velocity, velocity)
+                    + apply(&transition.by_disturbance, disturbance);
                 if k < p {
-                    *velocity += flow.by_coefficient()[k];
+                    *velocity += flow.by_plant()[k];
                 }
                 disturbance.component_mul_assign(&transition.fade);
             }
-            covariance.predict(&transition, &self.process(&transition));
+            covariance.predict(&transition, &self.process(stop.length_s));
             for (axis, y) in self.measurements(stop) {
                 let (e, gain) = self.correct(axis, y, stop, &mut mean, &mut covariance);
                 for (k, (x, (velocity, _))) in row.iter_mut().zip(&by).enumerate() {
@@ -206,11 +213,11 @@ impl<const N: usize> Pass<'_, N> {
     /// The negative log-likelihood, and each innovation.
     pub(super) fn innovations(&self) -> (f64, Vec<Innovation>) {
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
-        let (mut flow, mut cost) = (Flow::new(0), 0.0);
+        let (mut flow, mut cost) = (Flow::of_state(), 0.0);
         let mut innovations = Vec::with_capacity(self.schedule.samples());
         for stop in &self.schedule.stops[1..] {
             let transition = self.predict(stop, &mut mean, &mut flow);
-            covariance.predict(&transition, &self.process(&transition));
+            covariance.predict(&transition, &self.process(stop.length_s));
             for (axis, y) in self.measurements(stop) {
                 let (e, gain) = self.correct(axis, y, stop, &mut mean, &mut covariance);
                 cost += half_log(e, gain.variance);
@@ -225,19 +232,21 @@ impl<const N: usize> Pass<'_, N> {
     pub(super) fn by_noise(&self) -> Slope {
         let mut slope = Slope::zeros(Noise::<N>::COUNT);
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
-        let mut flow = Flow::new(0);
+        let mut flow = Flow::of_state();
         let mut followers = self.noise_followers();
         let mut row = vec![0.0; Noise::<N>::COUNT];
         let mut variances = row.clone();
+        let mut process = Process::new(self, 0.0);
         for stop in &self.schedule.stops[1..] {
             let before = mean;
             let transition = self.predict(stop, &mut mean, &mut flow);
-            let process = self.process(&transition);
-            for (k, follower) in followers.iter_mut().enumerate() {
-                let change = self.process_change(k, &transition);
-                follower.predict(&transition, &covariance, &before, &change);
+            if (process.length_s - stop.length_s).abs() > ROUNDING_S {
+                process = Process::new(self, stop.length_s);
             }
-            covariance.predict(&transition, &process);
+            for (follower, change) in followers.iter_mut().zip(&process.changes) {
+                follower.predict(&transition, &covariance, &before, change);
+            }
+            covariance.predict(&transition, &process.whole);
             for (axis, y) in self.measurements(stop) {
                 let r = self.noise.velocity[axis].powi(2);
                 let s = covariance.vv[(axis, axis)] + r;
@@ -305,8 +314,9 @@ impl<const N: usize> Pass<'_, N> {
 
     fn move_mean(&self, stop: &Stop, mean: &mut Mean<N>, flow: &mut Flow<N>) {
         let slices = &self.schedule.slices[stop.slices.clone()];
+        let pushes = &self.pushes[stop.slices.clone()];
         let decay = self.noise.decay();
-        advance(self.plant, slices, &mean.velocity, &mean.disturbance, &decay, flow);
+        advance(self.plant, (slices, pushes), &mean.velocity, &mean.disturbance, &decay, flow);
         mean.velocity = flow.velocity;
         mean.disturbance.component_mul_assign(&self.fade(stop.length_s));
     }
@@ -317,7 +327,6 @@ impl<const N: usize> Pass<'_, N> {
             by_velocity: flow.by_velocity(),
             by_disturbance: flow.by_disturbance(),
             fade: self.fade(stop.length_s),
-            h: stop.length_s,
         }
     }
 
@@ -337,21 +346,22 @@ impl<const N: usize> Pass<'_, N> {
         added
     }
 
-    fn process(&self, transition: &Transition<N>) -> Covariance<N> {
+    /// What all disturbances add to the covariance over a step.
+    fn process(&self, h: f64) -> Covariance<N> {
         let mut sum = Covariance::zeros();
-        (0..N).for_each(|axis| sum.add(&self.process_of(axis, transition.h), 1.0));
+        (0..N).for_each(|axis| sum.add(&self.process_of(axis, h), 1.0));
         sum
     }
 
     /// How the k-th logarithm of the noise changes a step.
-    fn process_change(&self, k: usize, transition: &Transition<N>) -> Change<N> {
-        let (axis, h) = (k % N, transition.h);
+    fn process_change(&self, k: usize, h: f64) -> Change<N> {
+        let axis = k % N;
         let mut change = Change { process: Covariance::zeros(), fade: None };
         match k / N {
             0 => change.process.add(&self.process_of(axis, h), 2.0),
             1 => {
                 let (sigma, t) = (self.noise.disturbance[axis], self.noise.correlation_s[axis]);
-                let rho = transition.fade[axis];
+                let rho = self.fade(h)[axis];
                 change.process.add(&self.process_of(axis, h), -1.0);
                 let fade_by = rho * h / t;
                 change.process.ff[(axis, axis)] = -2.0 * sigma * sigma * rho * fade_by;
@@ -388,9 +398,9 @@ impl<const N: usize> Pass<'_, N> {
         let gain = Gain { velocity: vv / variance, disturbance: vf / variance, variance };
         mean.velocity += gain.velocity * e;
         mean.disturbance += gain.disturbance * e;
-        covariance.vv -= gain.velocity * vv.transpose();
-        covariance.vf -= gain.velocity * vf.transpose();
-        covariance.ff -= gain.disturbance * vf.transpose();
+        subtract_outer(&mut covariance.vv, &gain.velocity, &vv);
+        subtract_outer(&mut covariance.vf, &gain.velocity, &vf);
+        subtract_outer(&mut covariance.ff, &gain.disturbance, &vf);
         (e, gain)
     }
 }
@@ -432,25 +442,19 @@ impl<const N: usize> Covariance<N> {
     }
 }
 
-/// A B, written out: what multiplies large matrices is slow on small ones.
-fn times<const N: usize>(a: &SMatrix<f64, N, N>, b: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-    let mut product = SMatrix::zeros();
-    for j in 0..N {
-        for k in 0..N {
-            for i in 0..N {
-                product[(i, j)] += a[(i, k)] * b[(k, j)];
-            }
-        }
-    }
-    product
+/// What a step of a length adds to the covariance, and how the noise changes that.
+struct Process<const N: usize> {
+    length_s: f64,
+    whole: Covariance<N>,
+    changes: Vec<Change<N>>,
 }
 
-/// A Bᵀ, likewise.
-fn times_transposed<const N: usize>(
-    a: &SMatrix<f64, N, N>,
-    b: &SMatrix<f64, N, N>,
-) -> SMatrix<f64, N, N> {
-    times(a, &b.transpose())
+impl<const N: usize> Process<N> {
+    fn new(pass: &Pass<'_, N>, length_s: f64) -> Self {
+        let change = |k| pass.process_change(k, length_s);
+        let changes = (0..Noise::<N>::COUNT).map(change).collect();
+        Self { length_s, whole: pass.process(length_s), changes }
+    }
 }
 
 /// How a step of the filter changes with one number of the noise.
@@ -499,7 +503,8 @@ impl<const N: usize> Follower<N> {
         change: &Change<N>,
     ) {
         self.covariance.predict(step, &change.process);
-        self.velocity = step.by_velocity * self.velocity + step.by_disturbance * self.disturbance;
+        self.velocity = apply(&step.by_velocity, &self.velocity)
+            + apply(&step.by_disturbance, &self.disturbance);
         self.disturbance.component_mul_assign(&step.fade);
         if let Some(fade) = &change.fade {
             self.fade(fade, step, covariance, mean);
@@ -549,9 +554,12 @@ impl<const N: usize> Follower<N> {
         let (k_v_by, k_f_by) = ((vv_by - k_v * s_by) / s, (vf_by - k_f * s_by) / s);
         self.velocity += k_v_by * e + k_v * e_by;
         self.disturbance += k_f_by * e + k_f * e_by;
-        self.covariance.vv -= k_v_by * vv.transpose() + k_v * vv_by.transpose();
-        self.covariance.vf -= k_v_by * vf.transpose() + k_v * vf_by.transpose();
-        self.covariance.ff -= k_f_by * vf.transpose() + k_f * vf_by.transpose();
+        subtract_outer(&mut self.covariance.vv, &k_v_by, vv);
+        subtract_outer(&mut self.covariance.vv, &k_v, &vv_by);
+        subtract_outer(&mut self.covariance.vf, &k_v_by, vf);
+        subtract_outer(&mut self.covariance.vf, &k_v, &vf_by);
+        subtract_outer(&mut self.covariance.ff, &k_f_by, vf);
+        subtract_outer(&mut self.covariance.ff, &k_f, &vf_by);
         (e_by, s_by)
     }
 }

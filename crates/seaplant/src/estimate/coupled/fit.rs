@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Matrix6, SVector};
 
+use super::actuator::Actuator;
 use super::filter::{Gain, Innovation, Noise, Pass, Slope};
 use super::schedule::Schedule;
 use crate::motion::Prepared;
@@ -15,6 +16,8 @@ use crate::{CoupledRecord, Error};
 pub(super) struct Point<const N: usize> {
     /// Free numbers of the plant.
     pub(super) free: DVector<f64>,
+    /// How thrust follows what is logged of it.
+    pub(super) actuator: Actuator,
     /// The current of each trial, north and east, m/s.
     pub(super) currents: Vec<[f64; 2]>,
     /// Disturbance and noise of every trial.
@@ -25,8 +28,15 @@ pub(super) struct Point<const N: usize> {
 pub(super) struct Problem {
     pub(super) structure: Structure,
     pub(super) physical: Physical,
+    /// Names of the trials.
+    pub(super) trials: Arc<[String]>,
+    /// What is fitted: each trial whole, or pieces of it.
     pub(super) schedules: Arc<[Schedule]>,
+    /// Pieces of the trials, to begin with.
+    pieces: Option<Arc<[Schedule]>>,
     rigid_body: Option<Matrix6<f64>>,
+    /// Which of lag and delay are fitted.
+    pub(super) fits: [bool; Actuator::COUNT],
     /// What differences of the samples of each axis show of their noise, m/s or rad/s.
     sample_noise: Vec<f64>,
     /// Whether a current is fitted: there is a translation for it to show in.
@@ -48,18 +58,40 @@ pub(super) struct Optimum<const N: usize> {
 /// Standard deviation of a current's component before anything is measured, m/s.
 const CURRENT_STD: f64 = 1.0;
 
+/// The same of lag and delay, s, and the most that a propeller has.
+const ACTUATOR_STD_S: f64 = 1.0;
+const MOST_ACTUATOR_S: f64 = 3.0;
+
+/// Information of a coefficient that is known, by its square: 1e-9 of it is its error.
+const KNOWN: f64 = 1e18;
+
 /// Steps after which a fit is given up.
 const MOST_STEPS: usize = 60;
 
-/// A step that would gain less than this in log-likelihood is the last: it moves no
-/// coefficient by more than 3 % of its standard deviation.
-const LEAST_GAIN: f64 = 5e-4;
+/// How near to the optimum a fit has to come.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tolerance {
+    /// A step that would gain less than this in log-likelihood is the last.
+    plant: f64,
+    /// The same of the noise, whose numbers matter less.
+    noise: f64,
+}
 
-/// The same of the noise, whose numbers matter less.
-const LEAST_NOISE_GAIN: f64 = 5e-3;
+impl Tolerance {
+    /// No coefficient moves by more than 3 % of its standard deviation any more.
+    pub(super) const FINE: Self = Self { plant: 5e-4, noise: 5e-3 };
+    /// No coefficient moves by more than half of its standard deviation: near enough to ask what
+    /// the plant lacks, and to go on from.
+    pub(super) const COARSE: Self = Self { plant: 0.1, noise: 0.5 };
 
-/// A step that did gain less than this is the last, whatever was expected of it.
-const NO_GAIN: f64 = 0.1 * LEAST_GAIN;
+    /// A step that did gain less than this is the last, whatever was expected of it.
+    fn nothing(self) -> f64 {
+        0.1 * self.plant
+    }
+}
+
+/// Numbers measured for each coefficient in pieces of the trials, that these say enough.
+const SAMPLES_PER_TERM: usize = 50;
 
 /// The greatest step of a logarithm of the noise.
 const GREATEST_LOG_STEP: f64 = 1.0;
@@ -85,11 +117,17 @@ impl Problem {
         rigid_body: Option<Matrix6<f64>>,
     ) -> Self {
         let axes = structure.axes();
+        let pieces = Schedule::pieces(records, structure);
+        let samples: usize = pieces.iter().map(Schedule::samples).sum();
+        let are_enough = samples >= SAMPLES_PER_TERM * structure.terms().len();
         Self {
             structure: structure.clone(),
             physical: Physical::new(structure, rigid_body),
-            schedules: records.iter().map(|record| Schedule::of(record, axes)).collect(),
+            trials: records.iter().map(|record| record.trial.clone()).collect(),
+            schedules: Schedule::whole(records, structure),
+            pieces: are_enough.then_some(pieces),
             rigid_body,
+            fits: [true; Actuator::COUNT],
             sample_noise: axes.iter().map(|dof| sample_noise(records, dof.index())).collect(),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
         }
@@ -100,11 +138,21 @@ impl Problem {
         Self {
             physical: Physical::new(&structure, self.rigid_body),
             structure,
+            trials: Arc::clone(&self.trials),
             schedules: Arc::clone(&self.schedules),
+            pieces: self.pieces.clone(),
             rigid_body: self.rigid_body,
+            fits: self.fits,
             sample_noise: self.sample_noise.clone(),
             has_current: self.has_current,
         }
+    }
+
+    /// The same plant on pieces of the trials, if these say enough.
+    pub(super) fn in_pieces(&self) -> Option<Self> {
+        let schedules = Arc::clone(self.pieces.as_ref()?);
+        let whole = self.with_terms(self.structure.clone());
+        Some(Self { schedules, pieces: None, ..whole })
     }
 
     pub(super) fn plant(&self, free: &DVector<f64>) -> Result<Plant, Error> {
@@ -116,20 +164,19 @@ impl Problem {
         Prepared::new(&self.plant(free).ok()?).ok()
     }
 
-    /// Runs one pass over every trial, each in its own thread; results come in trial order.
+    /// Runs one pass over every schedule, each in its own thread; results come in their order.
     fn each<const N: usize, T: Send>(
         &self,
         point: &Point<N>,
         plant: &Prepared<N>,
         work: impl Fn(usize, Pass<'_, N>) -> T + Sync,
     ) -> Vec<T> {
-        let pass = |trial: usize| Pass {
-            plant,
-            schedule: &self.schedules[trial],
-            current: point.currents[trial],
-            noise: &point.noise,
-        };
-        in_threads(self.schedules.len(), |trial| work(trial, pass(trial)))
+        in_threads(self.schedules.len(), |k| {
+            let schedule = &self.schedules[k];
+            let pushes = point.actuator.pushes(&schedule.force, &schedule.slices);
+            let current = point.currents[schedule.trial];
+            work(k, Pass { plant, schedule, pushes: &pushes, current, noise: &point.noise })
+        })
     }
 
     /// Slope and information by coefficients and currents, and the gains they belong to.
@@ -138,12 +185,13 @@ impl Problem {
         point: &Point<N>,
     ) -> Option<(Slope, Vec<Vec<Gain<N>>>)> {
         let plant = self.prepared(&point.free)?;
-        let (p, trials) = (plant.count(), self.schedules.len());
+        let (p, trials) = (plant.count() + Actuator::COUNT, self.trials.len());
         let mut sum = Slope::zeros(p + 2 * trials);
-        let mut all_gains = Vec::with_capacity(trials);
+        let mut all_gains = Vec::with_capacity(self.schedules.len());
         let found = self.each(point, &plant, |_, pass| pass.by_plant());
-        for (trial, (slope, gains)) in found.into_iter().enumerate() {
-            let place = |k: usize| if k < p { k } else { p + 2 * trial + k - p };
+        for (schedule, (slope, gains)) in self.schedules.iter().zip(found) {
+            let trial = schedule.trial;
+            let place = |k: usize| if k < p { k } else { 2 * trial + k };
             sum.cost += slope.cost;
             for i in 0..p + 2 {
                 sum.gradient[place(i)] += slope.gradient[i];
@@ -153,23 +201,39 @@ impl Problem {
             }
             all_gains.push(gains);
         }
-        let currents = point.currents.as_flattened();
-        for (k, current) in currents.iter().enumerate() {
-            sum.gradient[p + k] += current / (CURRENT_STD * CURRENT_STD);
-            sum.information[(p + k, p + k)] += 1.0 / (CURRENT_STD * CURRENT_STD);
+        for k in (0..Actuator::COUNT).filter(|k| !self.fits[*k]) {
+            let place = plant.count() + k;
+            sum.gradient[place] = 0.0;
+            sum.information.row_mut(place).fill(0.0);
+            sum.information.column_mut(place).fill(0.0);
         }
+        for (k, (x, std)) in prior_numbers(point).enumerate() {
+            sum.gradient[plant.count() + k] += x / (std * std);
+            sum.information[(plant.count() + k, plant.count() + k)] += 1.0 / (std * std);
+        }
+        self.hold(&mut sum);
         sum.cost += self.prior(point);
         sum.cost.is_finite().then_some((sum, all_gains))
     }
 
+    /// Coefficients that are known have no gradient, and no error.
+    fn hold(&self, slope: &mut Slope) {
+        for (k, term) in self.structure.terms().iter().enumerate() {
+            let Some(value) = self.structure.held(term) else { continue };
+            slope.gradient[k] = 0.0;
+            slope.information.row_mut(k).fill(0.0);
+            slope.information.column_mut(k).fill(0.0);
+            slope.information[(k, k)] = KNOWN / value.powi(2).max(f64::MIN_POSITIVE);
+        }
+    }
+
     fn prior<const N: usize>(&self, point: &Point<N>) -> f64 {
-        let currents = point.currents.as_flattened();
-        currents.iter().map(|x| 0.5 * (x / CURRENT_STD).powi(2)).sum()
+        prior_numbers(point).map(|(x, std)| 0.5 * (x / std).powi(2)).sum()
     }
 
     fn at_gains<const N: usize>(&self, point: &Point<N>, gains: &[Vec<Gain<N>>]) -> f64 {
         let Some(plant) = self.prepared(&point.free) else { return f64::INFINITY };
-        let costs = self.each(point, &plant, |trial, pass| pass.at_gains(&gains[trial]));
+        let costs = self.each(point, &plant, |k, pass| pass.at_gains(&gains[k]));
         costs.iter().sum::<f64>() + self.prior(point)
     }
 
@@ -180,7 +244,7 @@ impl Problem {
         costs.iter().sum::<f64>() + self.prior(point)
     }
 
-    /// The innovations of each trial.
+    /// The innovations of each schedule.
     pub(super) fn innovations<const N: usize>(
         &self,
         point: &Point<N>,
@@ -197,12 +261,31 @@ impl Problem {
         sum.cost.is_finite().then_some(sum)
     }
 
+    /// Goes from a start to the optimum, at first on pieces of the trials.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if no step leads to an optimum.
+    pub(super) fn optimum<const N: usize>(
+        &self,
+        start: Point<N>,
+        tolerance: Tolerance,
+    ) -> Result<Optimum<N>, Error> {
+        let on_pieces = |pieces: Self| pieces.descent(start.clone(), Tolerance::COARSE).ok();
+        let nearer = self.in_pieces().and_then(on_pieces);
+        let found = nearer.and_then(|nearer| self.descent(nearer.point, tolerance).ok());
+        found.map_or_else(|| self.descent(start, tolerance), Ok)
+    }
+
     /// Goes from a start to the optimum: in turn a step of plant and currents at the filter's
     /// gains, and one of the noise.
     ///
     /// # Errors
     /// [`Error::Plant`] if no step leads to an optimum.
-    pub(super) fn optimum<const N: usize>(&self, start: Point<N>) -> Result<Optimum<N>, Error> {
+    pub(super) fn descent<const N: usize>(
+        &self,
+        start: Point<N>,
+        tolerance: Tolerance,
+    ) -> Result<Optimum<N>, Error> {
         let refuse =
             |reason: &str| Error::Plant { axes: self.structure.name(), reason: reason.to_owned() };
         let mut point = start;
@@ -210,18 +293,18 @@ impl Problem {
         let mut noise_is_settled = false;
         for iterations in 0..MOST_STEPS {
             if !noise_is_settled {
-                noise_is_settled = self.step_noise(&mut point);
+                noise_is_settled = self.step_noise(&mut point, tolerance);
             }
             let (slope, gains) = self
                 .by_plant(&point)
                 .ok_or_else(|| refuse("its simulation runs away from the start; leave terms out, or use trials with more motion"))?;
-            let gain = self.step_plant(&mut point, &slope, &gains, &mut damping);
-            let is_last = gain < LEAST_GAIN;
+            let gain = self.step_plant(&mut point, &slope, &gains, &mut damping, tolerance);
+            let is_last = gain < tolerance.plant;
             if is_last && noise_is_settled {
                 let Slope { cost, information, .. } = slope;
                 return Ok(Optimum { point, cost, information, iterations: iterations + 1 });
             }
-            noise_is_settled = is_last && self.step_noise(&mut point);
+            noise_is_settled = is_last && self.step_noise(&mut point, tolerance);
         }
         Err(refuse(
             "the fit did not settle; leave terms out, or use trials with more variation of speed and turning",
@@ -235,14 +318,19 @@ impl Problem {
         slope: &Slope,
         gains: &[Vec<Gain<N>>],
         damping: &mut f64,
+        tolerance: Tolerance,
     ) -> f64 {
         let (gradient, hessian) = self.in_free_numbers(&point.free, slope);
         let lowest = self.physical.lowest();
         let at = self.at_gains(point, gains);
-        let held = |k: usize| {
-            let low = lowest.get(k).copied().flatten();
-            low.is_some_and(|low| point.free[k] <= low && gradient[k] > 0.0)
-                || (!self.has_current && k >= point.free.len())
+        let p = point.free.len();
+        let numbers = [point.actuator.lag_s, point.actuator.delay_s];
+        let held = |k: usize| match lowest.get(k) {
+            Some(low) => low.is_some_and(|low| point.free[k] <= low && gradient[k] > 0.0),
+            None if k < p + Actuator::COUNT => {
+                !self.fits[k - p] || numbers[k - p] <= 0.0 && gradient[k] > 0.0
+            }
+            None => !self.has_current,
         };
         let held: Vec<bool> = (0..gradient.len()).map(held).collect();
         let whole = damped_step(&gradient, &hessian, LEAST_DAMPING, &held);
@@ -259,9 +347,9 @@ impl Problem {
                 *damping = (*damping / DAMPING_FACTOR).max(LEAST_DAMPING);
                 // At a limit that it nears but does not reach, a step gains less than expected.
                 let gained = at - there;
-                return if gained < NO_GAIN { gained } else { expected };
+                return if gained < tolerance.nothing() { gained } else { expected };
             }
-            if expected < LEAST_GAIN {
+            if expected < tolerance.plant {
                 return expected;
             }
             *damping *= DAMPING_FACTOR;
@@ -283,8 +371,12 @@ impl Problem {
             let low = lowest[k].unwrap_or(f64::NEG_INFINITY);
             moved.free[k] = (moved.free[k] + step[k]).max(low);
         }
+        let Actuator { lag_s, delay_s } = &mut moved.actuator;
+        for (k, x) in [lag_s, delay_s].into_iter().enumerate() {
+            *x = (*x + step[p + k]).clamp(0.0, MOST_ACTUATOR_S);
+        }
         for (k, x) in moved.currents.as_flattened_mut().iter_mut().enumerate() {
-            *x += step[p + k];
+            *x += step[p + Actuator::COUNT + k];
         }
         moved
     }
@@ -300,7 +392,7 @@ impl Problem {
     }
 
     /// One step of the noise; whether it is settled.
-    fn step_noise<const N: usize>(&self, point: &mut Point<N>) -> bool {
+    fn step_noise<const N: usize>(&self, point: &mut Point<N>, tolerance: Tolerance) -> bool {
         let Some(slope) = self.by_noise(point) else { return true };
         let mut damping = DAMPING;
         let logarithms = point.noise.logarithms();
@@ -316,7 +408,7 @@ impl Problem {
                 damping *= DAMPING_FACTOR;
                 continue;
             };
-            if gain < LEAST_NOISE_GAIN {
+            if gain < tolerance.noise {
                 return true;
             }
             // Each by itself: one that runs away must not hold the others back.
@@ -327,7 +419,7 @@ impl Problem {
             if gained > 0.0 {
                 *point = moved;
                 // A disturbance that is not there fades for ever and gains nothing by it.
-                return gained < LEAST_NOISE_GAIN;
+                return gained < tolerance.noise;
             }
             damping *= DAMPING_FACTOR;
         }
@@ -346,6 +438,14 @@ impl Problem {
         }
         (lowest, highest)
     }
+}
+
+/// Lag, delay and the currents, with the standard deviation that each has before anything is
+/// measured.
+fn prior_numbers<const N: usize>(point: &Point<N>) -> impl Iterator<Item = (f64, f64)> {
+    let Actuator { lag_s, delay_s } = point.actuator;
+    let currents = point.currents.as_flattened().iter().map(|x| (*x, CURRENT_STD));
+    [lag_s, delay_s].into_iter().map(|x| (x, ACTUATOR_STD_S)).chain(currents)
 }
 
 /// `−(H + λ diag H)⁻¹ g` of the numbers that are not held, and the gain that H expects.

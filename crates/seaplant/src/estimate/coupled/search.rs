@@ -13,8 +13,8 @@ use crate::{CoupledRecord, Dof, Error};
 /// A term that was tried, and what came of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tried {
-    /// The term.
-    pub term: Basis,
+    /// The name of the term.
+    pub name: String,
     /// Whether the plant has it.
     pub admitted: bool,
     /// Twice what the log-likelihood gains by it, beside all others that are admitted.
@@ -23,12 +23,10 @@ pub struct Tried {
     pub p_value: f64,
 }
 
-/// Gains above this admit a term: chance makes as much once in 100 000.
+/// Gains above this, times the whiteness statistic of their axis, admit a term, and keep it beside
+/// the others: chance makes as much once in 100 000, and correlated innovations exaggerate in
+/// proportion.
 const ADMITTED: f64 = 20.0;
-
-/// Terms that turn out to be worth less than this beside each other, times the whiteness
-/// statistic of their axis, are dropped again: correlated innovations exaggerate in proportion.
-const KEPT: f64 = 12.0;
 
 /// Linear and quadratic damping of an axis by another that its mass may couple with.
 pub(super) fn candidates(structure: &Structure) -> Vec<Basis> {
@@ -44,6 +42,7 @@ pub(super) fn candidates(structure: &Structure) -> Vec<Basis> {
             all.push(Basis::Product(on, Product::quadratic(of)));
         }
     }
+    all.extend((0..structure.effects().len()).map(Basis::Effect));
     all.retain(|term| structure.index_of(term).is_none());
     all
 }
@@ -83,6 +82,14 @@ pub(super) fn scores<const N: usize>(
 /// A candidate of whose information less than this is left beside the others is not told.
 const COLLINEAR_PART: f64 = 1e-4;
 
+/// The axis whose innovations tell of a term: that it acts on most; of a rudder, which acts on
+/// surge only when it is turned, yaw.
+fn main_axis(structure: &Structure, term: &Basis) -> Dof {
+    let axes = structure.axes_of(term);
+    let first = if matches!(term, Basis::Effect(_)) { axes.last() } else { axes.first() };
+    first.copied().unwrap_or(structure.axes()[0])
+}
+
 pub(super) fn with_all(structure: &Structure, terms: &[Basis]) -> Result<Structure, Error> {
     terms.iter().try_fold(structure.clone(), |structure, term| structure.with(*term))
 }
@@ -97,16 +104,17 @@ fn refused(structure: &Structure) -> Error {
 /// The candidates whose scores admit them: those that pass whatever the whiteness of their axis
 /// exaggerates, and of each axis the one that gains most, whose lack may be what colours it.
 pub(super) fn admitted(
+    structure: &Structure,
     candidates: &[Basis],
     scores: &[f64],
     whiteness: impl Fn(Dof) -> f64,
 ) -> Vec<Basis> {
     let best = |axis: Dof| {
-        let own = candidates.iter().zip(scores).filter(|(term, _)| term.axes()[0] == axis);
+        let own = candidates.iter().zip(scores).filter(|(term, _)| main_axis(structure, term) == axis);
         own.map(|(_, score)| *score).fold(0.0, f64::max)
     };
     let passes = |(term, &score): (&Basis, &f64)| {
-        let axis = term.axes()[0];
+        let axis = main_axis(structure, term);
         let is_admitted =
             score > ADMITTED * whiteness(axis) || score > ADMITTED && score >= best(axis);
         is_admitted.then_some(*term)
@@ -114,26 +122,46 @@ pub(super) fn admitted(
     candidates.iter().zip(scores).filter_map(passes).collect()
 }
 
-/// The term of a wider plant to drop next: the one worth least beside the others, if that is
-/// too little or if one has to go anyway.
+/// The terms of a wider plant to drop: one after the other those worth least beside the others,
+/// while that is too little; the least of all if one has to go anyway.
+///
+/// What is left when one goes follows from the covariance C, to second order of the likelihood:
+/// `θ − C_k θ_k/C_kk` and `C − C_k C_kᵀ/C_kk`.
 pub(super) fn dropped(
     terms: &[Basis],
     plant: &Plant,
     covariance: &DMatrix<f64>,
     whiteness: impl Fn(Dof) -> f64,
     one_must_go: bool,
-) -> Option<Basis> {
-    let worth = |term: &Basis| {
-        let k = plant.structure().index_of(term)?;
-        let ratio = plant.coefficients()[k].powi(2) / covariance[(k, k)];
-        Some((ratio / whiteness(term.axes()[0]), *term))
-    };
-    let least = terms.iter().filter_map(worth).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (one_must_go || least.0 < KEPT).then_some(least.1)
+) -> Vec<Basis> {
+    let structure = plant.structure();
+    let mut left: Vec<(usize, Basis)> =
+        terms.iter().filter_map(|term| Some((structure.index_of(term)?, *term))).collect();
+    let mut theta = DVector::from_column_slice(plant.coefficients());
+    let (mut c, mut gone) = (covariance.clone(), Vec::new());
+    while !left.is_empty() {
+        let worth = |(k, term): &(usize, Basis)| {
+            theta[*k].powi(2) / c[(*k, *k)] / whiteness(main_axis(plant.structure(), term))
+        };
+        let worths = left.iter().map(worth).enumerate();
+        let least = worths.min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((at, worth)) = least else { break };
+        let is_first_of_must = one_must_go && gone.is_empty();
+        if worth >= ADMITTED && !is_first_of_must {
+            break;
+        }
+        let (k, term) = left.remove(at);
+        let column = c.column(k) / c[(k, k)];
+        theta -= &column * theta[k];
+        c -= &column * c.row(k).into_owned();
+        gone.push(term);
+    }
+    gone
 }
 
 /// What came of every candidate.
 pub(super) fn tried(
+    structure: &Structure,
     candidates: &[Basis],
     scores: &BTreeMap<Basis, f64>,
     admitted: &[Basis],
@@ -143,7 +171,7 @@ pub(super) fn tried(
         let gain = worths.get(term).or_else(|| scores.get(term));
         let likelihood_ratio = gain.copied().unwrap_or(0.0);
         Tried {
-            term: *term,
+            name: structure.name_of(term),
             admitted: admitted.contains(term),
             likelihood_ratio,
             p_value: p_value(likelihood_ratio),

@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::filter::Pass;
 use super::fit::{in_threads, sample_noise};
 use super::*;
-use crate::motion::{Inputs, Prepared, simulate};
+use crate::motion::{HeldForce, Inputs, Prepared, simulate};
 use crate::plant::Symmetry;
 use crate::{Role, Timed};
 
@@ -84,7 +84,8 @@ fn noise() -> Noise<3> {
 fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     let plant = planar();
     let record = record(&plant, "a", 1, 20, 0.005);
-    let schedule = schedule::Schedule::of(&record, plant.axes());
+    let schedules = schedule::Schedule::whole(&[&record], plant.structure());
+    let schedule = &schedules[0];
     let noise = noise();
     // Away from the optimum, where slopes are steep.
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
@@ -96,13 +97,16 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     let base = prepared(&off);
     fn pass<'a>(
         plant: &'a Prepared<3>,
-        schedule: &'a schedule::Schedule,
+        (schedule, pushes): (&'a schedule::Schedule, &'a [HeldForce]),
         current: [f64; 2],
         noise: &'a Noise<3>,
     ) -> Pass<'a, 3> {
-        Pass { plant, schedule, current, noise }
+        Pass { plant, schedule, pushes, current, noise }
     }
-    let (slope, gains) = pass(&base, &schedule, current, &noise).by_plant();
+    let actuator = Actuator { lag_s: 0.15, delay_s: 0.07 };
+    let pushed = |actuator: Actuator| actuator.pushes(&schedule.force, &schedule.slices);
+    let pushes = pushed(actuator);
+    let (slope, gains) = pass(&base, (schedule, &pushes), current, &noise).by_plant();
     let check = |found: f64, expected: f64, name: &str| {
         let off = (found - expected).abs() / expected.abs().max(1.0);
         assert!(off < DIFFERENCE, "{name}: {found} and {expected}");
@@ -112,7 +116,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
         let at = |sign: f64| {
             let mut moved = off.clone();
             moved[k] += sign * step;
-            pass(&prepared(&moved), &schedule, current, &noise).at_gains(&gains)
+            pass(&prepared(&moved), (schedule, &pushes), current, &noise).at_gains(&gains)
         };
         check(slope.gradient[k], (at(1.0) - at(-1.0)) / (2.0 * step), &term.to_string());
     }
@@ -120,10 +124,19 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
         let at = |step: f64| {
             let mut moved = current;
             moved[direction] += step;
-            pass(&base, &schedule, moved, &noise).at_gains(&gains)
+            pass(&base, (schedule, &pushes), moved, &noise).at_gains(&gains)
         };
         let expected = (at(1e-6) - at(-1e-6)) / 2e-6;
-        check(slope.gradient[off.len() + direction], expected, "current");
+        check(slope.gradient[off.len() + Actuator::COUNT + direction], expected, "current");
+    }
+    for (k, step) in [[1e-6, 0.0], [0.0, 1e-6]].into_iter().enumerate() {
+        let at = |sign: f64| {
+            let (lag_s, delay_s) =
+                (actuator.lag_s + sign * step[0], actuator.delay_s + sign * step[1]);
+            let pushes = pushed(Actuator { lag_s, delay_s });
+            pass(&base, (schedule, &pushes), current, &noise).at_gains(&gains)
+        };
+        check(slope.gradient[off.len() + k], (at(1.0) - at(-1.0)) / 2e-6, "actuator");
     }
 }
 
@@ -134,11 +147,14 @@ const LINEARISATION: f64 = 0.02;
 fn the_noises_slope_is_that_of_the_likelihood() {
     let plant = planar();
     let record = record(&plant, "a", 1, 60, 0.005);
-    let schedule = schedule::Schedule::of(&record, plant.axes());
+    let schedules = schedule::Schedule::whole(&[&record], plant.structure());
+    let schedule = &schedules[0];
     let prepared = Prepared::<3>::new(&plant).expect("three axes");
     let logarithms = noise().logarithms();
+    let pushes = Actuator::default().pushes(&schedule.force, &schedule.slices);
     let pass = |noise: &Noise<3>| {
-        let pass = Pass { plant: &prepared, schedule: &schedule, current: [0.1, -0.05], noise };
+        let pass =
+            Pass { plant: &prepared, schedule, pushes: &pushes, current: [0.1, -0.05], noise };
         (pass.by_noise(), pass.innovations().0)
     };
     let (slope, cost) = pass(&noise());

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector6;
 
+use crate::estimate::CoupledFit;
 use crate::motion::{Inputs, Simulated, simulate};
-use crate::plant::Plant;
 use crate::results::{AxisScore, CoupledScore};
 use crate::{CoupledRecord, Dof, Error, Timed};
 
@@ -61,19 +61,19 @@ impl Sums {
     }
 }
 
-/// Simulates trials freely from their start and compares velocities.
+/// Simulates trials freely from their start, with thrust as it acts, and compares velocities.
 ///
 /// # Errors
 /// [`Error::Plant`] if M is singular; a simulation that runs away is no error but has no score.
 pub(super) fn score(
-    plant: &Plant,
+    fit: &CoupledFit,
     records: &[&CoupledRecord],
     current: impl Fn(&CoupledRecord) -> [f64; 2],
 ) -> Result<CoupledScore, Error> {
     let mut score = CoupledScore::default();
     let mut all: BTreeMap<Dof, Sums> = BTreeMap::new();
     for record in records {
-        let sums = of_trial(plant, record, current(record))?;
+        let sums = of_trial(fit, record, current(record))?;
         for (dof, sums) in &sums {
             let total = all.entry(*dof).or_default();
             *total = total.plus(*sums);
@@ -86,13 +86,14 @@ pub(super) fn score(
 }
 
 fn of_trial(
-    plant: &Plant,
+    fit: &CoupledFit,
     record: &CoupledRecord,
     current: [f64; 2],
 ) -> Result<BTreeMap<Dof, Sums>, Error> {
     let (from, to) = record.window_s;
     let velocity = |dof: Dof| record.velocity[dof.index()].as_ref();
-    let measured: Vec<(Dof, Timed)> = plant
+    let measured: Vec<(Dof, Timed)> = fit
+        .plant
         .axes()
         .iter()
         .filter_map(|&dof| Some((dof, velocity(dof)?.window(from, to)?)))
@@ -104,14 +105,18 @@ fn of_trial(
     let first = times.first().copied().unwrap_or(from);
     let start =
         Vector6::from_fn(|k, _| record.velocity[k].as_ref().map_or(0.0, |series| series.at(first)));
+    let mut force = record.force.clone();
+    for series in force.iter_mut().flatten() {
+        *series = fit.actuator.applied(series)?;
+    }
     let inputs = Inputs {
-        force: record.force.clone(),
+        force,
         velocity: record.velocity.clone(),
         attitude: record.attitude.clone(),
         current,
         signals: record.signals.clone(),
     };
-    let simulated = match simulate(plant, &inputs, &start, &times) {
+    let simulated = match simulate(&fit.plant, &inputs, &start, &times) {
         Ok(simulated) => Some(simulated),
         Err(Error::Diverged { .. }) => None,
         Err(other) => return Err(other),

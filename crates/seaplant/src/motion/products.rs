@@ -1,0 +1,85 @@
+//! Products of small matrices, written out over their columns: what multiplies large matrices is
+//! slow on small ones.
+
+use nalgebra::{ArrayStorage, SMatrix, SVector};
+
+/// A B.
+pub(crate) fn times<const N: usize>(
+    a: &SMatrix<f64, N, N>,
+    b: &SMatrix<f64, N, N>,
+) -> SMatrix<f64, N, N> {
+    let mut product = [[0.0; N]; N];
+    for (column, by) in product.iter_mut().zip(&b.data.0) {
+        *column = combined(&a.data.0, by);
+    }
+    SMatrix::from_data(ArrayStorage(product))
+}
+
+/// A Bᵀ.
+pub(crate) fn times_transposed<const N: usize>(
+    a: &SMatrix<f64, N, N>,
+    b: &SMatrix<f64, N, N>,
+) -> SMatrix<f64, N, N> {
+    let mut product = [[0.0; N]; N];
+    for (of_a, of_b) in a.data.0.iter().zip(&b.data.0) {
+        for (column, &factor) in product.iter_mut().zip(of_b) {
+            add_scaled(column, of_a, factor);
+        }
+    }
+    SMatrix::from_data(ArrayStorage(product))
+}
+
+/// A x.
+pub(crate) fn apply<const N: usize>(
+    a: &SMatrix<f64, N, N>,
+    x: &SVector<f64, N>,
+) -> SVector<f64, N> {
+    SVector::from_data(ArrayStorage([combined(&a.data.0, &x.data.0[0])]))
+}
+
+/// Takes x yᵀ from A.
+pub(crate) fn subtract_outer<const N: usize>(
+    a: &mut SMatrix<f64, N, N>,
+    x: &SVector<f64, N>,
+    y: &SVector<f64, N>,
+) {
+    for (column, &factor) in a.data.0.iter_mut().zip(&y.data.0[0]) {
+        add_scaled(column, &x.data.0[0], -factor);
+    }
+}
+
+/// Σ_k a_k x_k over the columns of a matrix.
+fn combined<const N: usize>(a: &[[f64; N]; N], x: &[f64; N]) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for (column, &factor) in a.iter().zip(x) {
+        add_scaled(&mut sum, column, factor);
+    }
+    sum
+}
+
+fn add_scaled<const N: usize>(sum: &mut [f64; N], x: &[f64; N], factor: f64) {
+    for (sum, &x) in sum.iter_mut().zip(x) {
+        *sum += factor * x;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rounding of sums of three products of numbers of order one.
+    const ROUNDING: f64 = 1e-14;
+
+    #[test]
+    fn products_are_those_of_the_algebra() {
+        let a = SMatrix::<f64, 3, 3>::from_fn(|i, j| (1.0 + i as f64) / (2.0 + j as f64));
+        let b = SMatrix::<f64, 3, 3>::from_fn(|i, j| i as f64 - 0.7 * j as f64);
+        let (x, y) = (SVector::from([0.3, -1.0, 2.0]), SVector::from([1.0, 0.5, -0.2]));
+        assert!((times(&a, &b) - a * b).amax() < ROUNDING);
+        assert!((times_transposed(&a, &b) - a * b.transpose()).amax() < ROUNDING);
+        assert!((apply(&a, &x) - a * x).amax() < ROUNDING);
+        let mut less = a;
+        subtract_outer(&mut less, &x, &y);
+        assert!((less - (a - x * y.transpose())).amax() < ROUNDING);
+    }
+}
