@@ -39,7 +39,7 @@ pub use inspect::{
 pub use monte_carlo::{MonteCarloTable, monte_carlo};
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
-pub use profile::{HoldEntry, Profile, StartEntry, input_table};
+pub use profile::{HoldEntry, ManoeuvreEntry, ManoeuvreKind, Profile, StartEntry, input_table};
 pub use propose::{Proposal, propose};
 pub use published::{published_names, read_plant_file};
 pub use recording::SourcedTrial;
@@ -47,7 +47,7 @@ pub use toml_file::{of_json, read_bounded, read_toml};
 pub use twin_files::{TextFile, twin_files};
 pub use validate::{Simulation, Validation, validate, validate_table};
 pub use vehicle_file::{
-    AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, PresetCurveEntry, QuadraticEntry,
-    SensorEntries, SourcedVehicle, TableEntry, ThrusterEntry, UncertaintyEntry, VehicleFile,
-    VoltageEntry, read_vehicle,
+    AttitudeEntry, CurveEntry, DvlEntry, EstimateCurveEntry, FinEntry, LiftEntry, PositionEntry,
+    PresetCurveEntry, QuadraticEntry, SensorEntries, SourcedVehicle, TableEntry, ThrusterEntry,
+    UncertaintyEntry, VehicleFile, VoltageEntry, WindEntry, read_vehicle,
 };

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use schemars::JsonSchema;
-use seaplant::exchange::{Drive, PlantModel};
+use seaplant::exchange::{Drive, Manoeuvre, PlantModel};
 use seaplant::quantity::Quantity;
 use seaplant::{Dof, Timed};
 use seaplant_log::{Log, ReadOptions, Unit};
@@ -31,6 +31,73 @@ pub struct Profile {
     /// What pushes from when on.
     #[serde(default)]
     pub hold: Vec<HoldEntry>,
+    /// A standard manoeuvre of a ship in place of a motion: its numbers are told. It is driven by
+    /// `hold`, begins with `start.velocity.surge`, and is followed for `duration_s` at most.
+    #[serde(default)]
+    pub manoeuvre: Option<ManoeuvreEntry>,
+}
+
+/// A standard manoeuvre.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ManoeuvreEntry {
+    /// Which.
+    pub kind: ManoeuvreKind,
+    /// The rudder that is turned.
+    #[serde(default)]
+    pub rudder: String,
+    /// Its angle, deg.
+    #[serde(default)]
+    pub angle_deg: f64,
+    /// The change of heading at which a zigzag is turned back, deg.
+    #[serde(default)]
+    pub heading_deg: f64,
+}
+
+/// Which manoeuvre.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ManoeuvreKind {
+    /// The rudder is put to an angle and held.
+    TurningCircle,
+    /// The rudder is put over each time the heading has changed by `heading_deg`.
+    Zigzag,
+    /// The ship is followed until it stands.
+    Stop,
+}
+
+impl ManoeuvreEntry {
+    /// The manoeuvre, in radians.
+    pub fn manoeuvre(&self) -> Manoeuvre {
+        let angle = self.angle_deg.to_radians();
+        match self.kind {
+            ManoeuvreKind::TurningCircle => Manoeuvre::TurningCircle { angle },
+            ManoeuvreKind::Zigzag => {
+                Manoeuvre::Zigzag { angle, heading: self.heading_deg.to_radians() }
+            }
+            ManoeuvreKind::Stop => Manoeuvre::Stop,
+        }
+    }
+
+    /// Refuses angles that steer nothing.
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        if self.kind == ManoeuvreKind::Stop {
+            return Ok(());
+        }
+        if self.rudder.is_empty() {
+            return Err(("rudder", "names no rudder; give that which is turned".to_owned()));
+        }
+        if !(self.angle_deg.abs() > 0.0 && self.angle_deg.abs() <= 90.0) {
+            let reason = format!("is {}°; give one up to 90, to either side", self.angle_deg);
+            return Err(("angle_deg", reason));
+        }
+        let is_zigzag = self.kind == ManoeuvreKind::Zigzag;
+        if is_zigzag && !(self.heading_deg > 0.0 && self.heading_deg <= 90.0) {
+            let reason = format!("is {}°; give one above 0 and up to 90", self.heading_deg);
+            return Err(("heading_deg", reason));
+        }
+        Ok(())
+    }
 }
 
 const fn tenth() -> f64 {
@@ -106,6 +173,9 @@ impl Profile {
                 self.sample_s, self.duration_s
             );
             return refuse("sample_s", reason);
+        }
+        if let Some(Err((key, reason))) = self.manoeuvre.as_ref().map(ManoeuvreEntry::check) {
+            return refuse(&format!("manoeuvre.{key}"), reason);
         }
         if self.hold.windows(2).any(|pair| pair[1].from_s <= pair[0].from_s) {
             return refuse("hold", "has entries whose from_s does not increase; sort them".into());
@@ -265,6 +335,19 @@ mod tests {
         let at = [0.5, 2.0, 5.0].map(|t| surge.held_at(t));
         assert_eq!(at, [0.0, 200.0, 0.0]);
         assert_eq!(profile.time_s().len(), 101);
+    }
+
+    #[test]
+    fn a_manoeuvre_states_its_rudder_and_angles_that_steer() {
+        let check = |text: &str| {
+            let text = format!("duration_s = 60.0\n[manoeuvre]\n{text}");
+            profile(&text).check(Path::new("p.toml")).expect_err("wrong").to_string()
+        };
+        assert!(check("kind = \"turning-circle\"\nangle_deg = 35").contains("manoeuvre.rudder"));
+        let radians = check("kind = \"zigzag\"\nrudder = \"r\"\nangle_deg = 10");
+        assert!(radians.contains("manoeuvre.heading_deg"), "{radians}");
+        let most = check("kind = \"turning-circle\"\nrudder = \"r\"\nangle_deg = 350");
+        assert!(most.contains("up to 90"), "{most}");
     }
 
     #[test]

@@ -237,6 +237,7 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
         axes: vec![Dof::Sway, Dof::Yaw],
         method: Method::FilterError,
         symmetry: seaplant::plant::Symmetry::PortStarboard,
+        effects: Vec::new(),
         parameters: BTreeMap::from([
             ("mass.sway".to_owned(), coefficient(180.0, 2.0, "kg", &[Dof::Sway])),
             ("sway: v".to_owned(), coefficient(0.0, 1.5, "N/(m/s)", &[Dof::Sway])),

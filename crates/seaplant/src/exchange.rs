@@ -10,6 +10,7 @@ mod cancel;
 mod draws;
 mod file;
 mod follows;
+mod manoeuvre;
 mod of_results;
 mod predict;
 
@@ -26,6 +27,7 @@ pub use file::{
     PlantFile,
 };
 pub use follows::Consequence;
+pub use manoeuvre::{Approach, Manoeuvre, ManoeuvreNumber};
 pub use predict::Prediction;
 
 use crate::plant::{Basis, Buoyancy, GRAVITY, Plant, RigidBody};

@@ -57,6 +57,7 @@ fn row(name: &str, x: &Coefficient) -> Vec<String> {
     let remark = match x.told_by {
         ToldBy::Data => String::new(),
         ToldBy::Limit => format!("{FAINT}not above zero{FAINT:#}"),
+        ToldBy::Stated => format!("{FAINT}stated, not fitted{FAINT:#}"),
         ToldBy::Nothing => format!("{FAINT}hardly told by these trials{FAINT:#}"),
     };
     vec![

@@ -67,6 +67,7 @@ fn record(plant: &Plant, trial: &str, seed: u64, seconds: usize, noise: f64) -> 
         force,
         velocity: [surge, sway, None, None, None, yaw],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
+        signals: std::collections::BTreeMap::new(),
         window_s: (0.0, time_s[time_s.len() - 1]),
         caveats: Vec::new(),
     }
@@ -195,7 +196,7 @@ fn a_coupling_that_is_there_is_found_and_none_is_invented() {
     let records: Vec<&CoupledRecord> = records.iter().collect();
     let fit = fit_coupled(&usual, &records, None, true).expect("an optimum");
     let admitted = fit.tried.iter().filter(|tried| tried.admitted);
-    let admitted: Vec<String> = admitted.map(|tried| tried.term.to_string()).collect();
+    let admitted: Vec<String> = admitted.map(|tried| tried.name.clone()).collect();
     assert_eq!(admitted, ["sway: r"]);
     assert_eq!(fit.tried.len(), 4);
 }
