@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use seaplant::results::{BollardPullResult, FileOffset, Identification, InputFile, Parameter};
 use seaplant::{
-    BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Stage, Surface, Term, Terms, ThrusterInput,
-    Trial, Vehicle, fit_bollard_pull, identify_watched,
+    BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Stage, Surface, Term, Terms,
+    ThrusterInput, Trial, Vehicle, fit_bollard_pull, identify_watched,
 };
 use seaplant_log::Log;
 
@@ -351,7 +351,8 @@ fn check_trials(path: &Path, trials: &[TrialEntry], has_plant: bool) -> Result<(
     check_names(path, trials.iter().map(|trial| trial.name.as_str()))?;
     for trial in trials {
         if trial.log.files().is_empty() {
-            let reason = "names no log; add log = \"...\", or each = \"*.csv\" for a trial of each file";
+            let reason =
+                "names no log; add log = \"...\", or each = \"*.csv\" for a trial of each file";
             return Err(Error::value(path, format!("trial `{}`", trial.name), reason));
         }
         check_trial(path, trial, has_plant)?;

@@ -28,12 +28,17 @@ pub(crate) fn expanded(path: &Path, trials: Vec<TrialEntry>) -> Result<Vec<Trial
             let found = matching(path, pattern)?;
             if found.is_empty() {
                 let shown = pattern.display();
-                return Err(refuse(format!("each = \"{shown}\" matches no file; check the folder and the name")));
+                return Err(refuse(format!(
+                    "each = \"{shown}\" matches no file; check the folder and the name"
+                )));
             }
             logs.extend(found);
         }
         if logs.len() > MOST_TRIALS {
-            return Err(refuse(format!("each matches {} files; name them more closely", logs.len())));
+            return Err(refuse(format!(
+                "each matches {} files; name them more closely",
+                logs.len()
+            )));
         }
         all.extend(logs.into_iter().map(|log| one(&trial, log)));
     }

@@ -27,8 +27,8 @@ mod vehicle_file;
 pub use bench::{Bench, BenchColumns, read_bench};
 pub use campaign::{Campaign, bollard_result, campaign_files, fit_bench, read_logs, trial_of_log};
 pub use campaign_file::{
-    Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, EstimateWord, FitEntry,
-    FileTimeEntry, LogEntry, OffsetEntry, StampEntry, SteadyEntry, TimeEntry, TrialEntry,
+    Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, EstimateWord, FileTimeEntry,
+    FitEntry, LogEntry, OffsetEntry, StampEntry, SteadyEntry, TimeEntry, TrialEntry,
 };
 pub use clocks::in_words;
 pub use error::Error;

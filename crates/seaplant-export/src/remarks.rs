@@ -226,7 +226,9 @@ fn effects(model: &PlantModel) -> Option<String> {
     let terms = structure.terms().iter().zip(model.plant.coefficients());
     let of = |(term, value): (&Basis, &f64)| {
         let is_effect = matches!(term, Basis::Effect(_));
-        is_effect.then(|| format!("{} = {} {}", structure.name_of(term), short(*value), structure.unit_of(term)))
+        is_effect.then(|| {
+            format!("{} = {} {}", structure.name_of(term), short(*value), structure.unit_of(term))
+        })
     };
     let found: Vec<String> = terms.filter_map(of).collect();
     (!found.is_empty()).then(|| {

@@ -1,7 +1,7 @@
 //! What columns of boats and ships hold: rudders, fins, wind, and what a satellite receiver says.
 
-use seaplant::quantity::{Surface, WindFrame, WindPart, World};
 use seaplant::Quantity;
+use seaplant::quantity::{Surface, WindFrame, WindPart, World};
 use seaplant_log::{Channel, Dimension, Unit};
 
 use super::claim::Claim;
@@ -29,7 +29,8 @@ pub(super) fn claim(channel: &Channel, words: &[String], unit: Option<&Unit>) ->
     let mut doubts: Vec<String> = doubt.into_iter().map(str::to_owned).collect();
     if unit.is_none() {
         doubts.push("no unit is stated; add unit = \"...\"".to_owned());
-    } else if unit.is_some_and(|unit| unit.factor() == 1.0) && looks_like_degrees(channel, &quantity)
+    } else if unit.is_some_and(|unit| unit.factor() == 1.0)
+        && looks_like_degrees(channel, &quantity)
     {
         doubts.push("its values look like degrees: if they are, add unit = \"deg\"".to_owned());
     }
@@ -53,8 +54,7 @@ fn wind(
         return Some((Quantity::Wind(frame, WindPart::Direction), doubt));
     }
     let is_speed = has(&["speed", "velo", "vel", "velocity", "tws", "aws"]);
-    (is_speed && is(Dimension::Velocity))
-        .then_some((Quantity::Wind(frame, WindPart::Speed), doubt))
+    (is_speed && is(Dimension::Velocity)).then_some((Quantity::Wind(frame, WindPart::Speed), doubt))
 }
 
 fn satellite(words: &[String], is: &impl Fn(Dimension) -> bool) -> Option<Quantity> {

@@ -207,7 +207,9 @@ fn coupled(page: &mut Page, mapping: &Mapping) {
         return;
     }
     page.line("");
-    page.comment("A rudder acts in a plant of several axes. Take the `#` away from the lines below;");
+    page.comment(
+        "A rudder acts in a plant of several axes. Take the `#` away from the lines below;",
+    );
     page.comment("where no thrust curve is known, hold one mass, which fixes the scale of force.");
     page.comment("[[plant]]");
     page.comment("axes = [\"surge\", \"sway\", \"yaw\"]");

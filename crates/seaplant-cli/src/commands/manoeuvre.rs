@@ -57,7 +57,8 @@ fn words(model: &PlantModel, numbers: &[ManoeuvreNumber], notes: &[String]) -> S
         table.add_row(told(number, length));
     }
     align(&mut table, 1..2);
-    let mut text = format!("{STRONG}{}{STRONG:#}\n{}\n\n", model.name, table.to_string().trim_end());
+    let mut text =
+        format!("{STRONG}{}{STRONG:#}\n{}\n\n", model.name, table.to_string().trim_end());
     for note in notes {
         let _ = writeln!(text, "{WARNING}mind:{WARNING:#} {note}");
     }

@@ -278,7 +278,8 @@ impl<const N: usize> Search<N> {
             return Ok(outside);
         }
         let scores = search::scores(&now.problem, &now.optimum.point, &outside)?;
-        let admitted = search::admitted(&now.problem.structure, &outside, &scores, now.whiteness()?);
+        let admitted =
+            search::admitted(&now.problem.structure, &outside, &scores, now.whiteness()?);
         self.scores.extend(outside.into_iter().zip(scores));
         Ok(admitted)
     }

@@ -62,7 +62,9 @@ impl PlantModel {
     pub fn signals(&self, drive: &Drive) -> Result<BTreeMap<Signal, Timed>, Error> {
         let wanted = self.plant.structure().signals();
         let is_known = |name: &&String| {
-            wanted.iter().any(|signal| matches!(signal, Signal::Angle { name: own, .. } if own == *name))
+            wanted
+                .iter()
+                .any(|signal| matches!(signal, Signal::Angle { name: own, .. } if own == *name))
         };
         if let Some(name) = drive.angles.keys().find(|name| !is_known(name)) {
             let reason = "the plant has no such rudder or fin".to_owned();
@@ -72,10 +74,12 @@ impl PlantModel {
         let of = |signal: &Signal| {
             let given = match signal {
                 Signal::Angle { name, .. } => drive.angles.get(name).cloned(),
-                Signal::Drive(name) => drive.thrusters.get(name).map(|input| match self.thruster(name) {
-                    Ok(thruster) => input.map(|x| thruster.curve.force(x, None)),
-                    Err(_) => input.clone(),
-                }),
+                Signal::Drive(name) => {
+                    drive.thrusters.get(name).map(|input| match self.thruster(name) {
+                        Ok(thruster) => input.map(|x| thruster.curve.force(x, None)),
+                        Err(_) => input.clone(),
+                    })
+                }
                 Signal::AirForward | Signal::AirStarboard => None,
             };
             (signal.clone(), given.unwrap_or_else(|| still.clone()))

@@ -96,9 +96,8 @@ impl PlantModel {
     ) -> Result<Vec<ManoeuvreNumber>, Error> {
         let own = self.numbers(&self.plant, manoeuvre, approach)?;
         let plants = self.draws(draws)?;
-        let runs = parallel::map(&plants, |plant: &Plant| {
-            self.numbers(plant, manoeuvre, approach).ok()
-        });
+        let runs =
+            parallel::map(&plants, |plant: &Plant| self.numbers(plant, manoeuvre, approach).ok());
         let runs: Vec<_> = runs.into_iter().flatten().collect();
         let number = |(k, (name, value, unit)): (usize, (String, f64, &'static str))| {
             let all: Vec<f64> =
@@ -119,8 +118,7 @@ impl PlantModel {
             Manoeuvre::TurningCircle { angle } => {
                 let way = self.way(plant, approach, &[(0.0, angle)])?;
                 let right = std::f64::consts::FRAC_PI_2;
-                let (quarter, half) =
-                    (self.turned(&way, right)?, self.turned(&way, 2.0 * right)?);
+                let (quarter, half) = (self.turned(&way, right)?, self.turned(&way, 2.0 * right)?);
                 Ok(vec![
                     ("advance".to_owned(), way.north[quarter], "m"),
                     ("transfer".to_owned(), way.east[quarter].abs(), "m"),

@@ -192,10 +192,7 @@ fn joined(parts: Vec<Part>) -> Result<Joined, Error> {
 }
 
 /// A plant of just these terms; those of effects count these.
-pub(super) fn plant_of_terms(
-    terms: &[(Basis, f64)],
-    effects: &[Effect],
-) -> Result<Plant, Error> {
+pub(super) fn plant_of_terms(terms: &[(Basis, f64)], effects: &[Effect]) -> Result<Plant, Error> {
     let masses = terms.iter().filter_map(|(basis, _)| match basis {
         Basis::Mass(i, j) if i == j => Some(*i),
         _ => None,

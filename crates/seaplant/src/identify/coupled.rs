@@ -69,7 +69,9 @@ impl CoupledPlan {
         for (name, value) in &self.hold {
             let term = structure.term_named(name).ok_or_else(|| {
                 let known = structure.names().join(", ");
-                let reason = format!("`{name}` cannot be held, as it is none of its coefficients; these are {known}");
+                let reason = format!(
+                    "`{name}` cannot be held, as it is none of its coefficients; these are {known}"
+                );
                 Error::Plant { axes: structure.name(), reason }
             })?;
             structure = structure.holding(term, *value)?;
@@ -367,10 +369,7 @@ fn correlation(fit: &CoupledFit) -> Correlation {
         let both = std(i) * std(j);
         if both > 0.0 { fit.covariance[(i, j)] / both } else { f64::from(u8::from(i == j)) }
     });
-    Correlation {
-        names: fit.plant.structure().names(),
-        value: rows(&value),
-    }
+    Correlation { names: fit.plant.structure().names(), value: rows(&value) }
 }
 
 fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {

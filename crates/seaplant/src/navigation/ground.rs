@@ -36,8 +36,7 @@ pub(super) fn positions(recording: &mut Recording) -> Result<(), Error> {
         .iter()
         .map(|&t| prime * first.cos() * (longitude.at(t) - origin))
         .collect();
-    recording
-        .insert(Quantity::Position(World::East), latitude.with_values("position.east", east)?);
+    recording.insert(Quantity::Position(World::East), latitude.with_values("position.east", east)?);
     recording.insert(Quantity::Position(World::North), north);
     Ok(())
 }
@@ -141,6 +140,9 @@ mod tests {
         let sway = nav.measured[&Dof::Sway].values()[50];
         let half = 2.0 / 2_f64.sqrt();
         // The antenna stands 5 m ahead of the origin of a ship that turns at 0.1 rad/s.
-        assert!((surge - half).abs() < 1e-9 && (sway - (half - 0.5)).abs() < 1e-9, "{surge} {sway}");
+        assert!(
+            (surge - half).abs() < 1e-9 && (sway - (half - 0.5)).abs() < 1e-9,
+            "{surge} {sway}"
+        );
     }
 }

@@ -248,7 +248,12 @@ mod tests {
         // Published: added mass diag(5, 60, 70, 0.5, 8, 9) in a general motion.
         let mass = [5.0, 60.0, 70.0, 0.5, 8.0, 9.0];
         let velocity = Vector6::new(1.5, 0.2, -0.1, 0.05, 0.1, 0.2);
-        let at = Instant { acceleration: Vector6::zeros(), velocity, down_body: Vector3::z(), wrenches: &[] };
+        let at = Instant {
+            acceleration: Vector6::zeros(),
+            velocity,
+            down_body: Vector3::z(),
+            wrenches: &[],
+        };
         let mut force = Vector6::zeros();
         for (dof, m) in Dof::ALL.into_iter().zip(mass) {
             force += m * Basis::Mass(dof, dof).regressor(&at);
@@ -260,7 +265,12 @@ mod tests {
     #[test]
     fn coriolis_forces_do_no_work() {
         let velocity = Vector6::new(1.5, 0.2, -0.1, 0.7, -0.4, 0.2);
-        let at = Instant { acceleration: Vector6::zeros(), velocity, down_body: Vector3::z(), wrenches: &[] };
+        let at = Instant {
+            acceleration: Vector6::zeros(),
+            velocity,
+            down_body: Vector3::z(),
+            wrenches: &[],
+        };
         for i in Dof::ALL {
             for j in Dof::ALL.into_iter().filter(|j| *j >= i) {
                 let power = Basis::Mass(i, j).regressor(&at).dot(&velocity);
@@ -275,7 +285,12 @@ mod tests {
         let (roll, pitch) = (0.3_f64, 0.2_f64);
         let down_body =
             Vector3::new(-pitch.sin(), pitch.cos() * roll.sin(), pitch.cos() * roll.cos());
-        let at = Instant { acceleration: Vector6::zeros(), velocity: Vector6::zeros(), down_body, wrenches: &[] };
+        let at = Instant {
+            acceleration: Vector6::zeros(),
+            velocity: Vector6::zeros(),
+            down_body,
+            wrenches: &[],
+        };
         let y = Basis::Lever(2).regressor(&at);
         // Left of the equation of motion, so that the moment on the body is the opposite.
         assert!(y[3] > 0.0 && y[4] > 0.0 && y[5] == 0.0, "{y}");

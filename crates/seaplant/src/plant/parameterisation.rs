@@ -78,8 +78,10 @@ impl Physical {
             matches!(term, Basis::Product(on, product)
                 if [Product::linear(*on), Product::quadratic(*on)].contains(product))
         };
-        let is_positive = |term: &Basis| matches!(term, Basis::Effect(k)
-            if structure.effects()[*k].is_positive());
+        let is_positive = |term: &Basis| {
+            matches!(term, Basis::Effect(k)
+            if structure.effects()[*k].is_positive())
+        };
         let lowest = |term| (is_own_damping(term) || is_positive(term)).then_some(0.0);
         Self {
             blocks: blocks(structure),

@@ -204,7 +204,9 @@ impl Structure {
         }
         let is_mass = matches!(term, Basis::Mass(..));
         if !value.is_finite() || is_mass && value <= 0.0 {
-            return Err(refuse(format!("`{name}` cannot be held at {value}; give a possible number")));
+            return Err(refuse(format!(
+                "`{name}` cannot be held at {value}; give a possible number"
+            )));
         }
         if let Basis::Mass(i, j) = term {
             let is_first = |known: &Basis| matches!(known, Basis::Mass(a, b) if a != b && *b == i);

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::force::force_along;
+use super::signals::signals;
 use super::{Role, TrialSetup};
 use crate::motion::smoothed_attitude;
 use crate::navigation::{Motion, Recording, navigate};
 use crate::plant::Signal;
 use crate::{Caveat, CaveatCode, Dof, Error, Grid, Timed, Vehicle};
-use super::signals::signals;
 
 /// Forces, velocities and attitude of one trial, for a plant of several axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,8 +69,10 @@ impl CoupledRecord {
             }
         }
         let signals = signals(recording, vehicle, &navigated, &velocity)?;
-        let signals: BTreeMap<Signal, Timed> =
-            signals.into_iter().map(|(signal, x)| (signal.clone(), signal_means(&signal, &x))).collect();
+        let signals: BTreeMap<Signal, Timed> = signals
+            .into_iter()
+            .map(|(signal, x)| (signal.clone(), signal_means(&signal, &x)))
+            .collect();
         let is_pushed = signals.keys().any(|signal| !signal.is_of_wind());
         let has_force = |dof: &Dof| force[dof.index()].is_some();
         if !is_pushed && !axes.iter().any(has_force) {

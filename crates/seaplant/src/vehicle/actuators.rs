@@ -68,7 +68,9 @@ impl Fin {
         }
         let axis_body = axis_body / length;
         if axis_body.x.abs() > MOST_AHEAD {
-            return refuse("its axis points ahead, so that it cannot steer; give what it turns about, such as [0, 0, 1]");
+            return refuse(
+                "its axis points ahead, so that it cannot steer; give what it turns about, such as [0, 0, 1]",
+            );
         }
         Ok(Self {
             kind,
@@ -197,10 +199,14 @@ impl Vehicle {
             let Some(propeller) = &fin.slipstream else { continue };
             let squared = self.propellers.iter().any(|known| known.name == *propeller);
             let (propeller, other) = (propeller.clone(), propeller.clone());
-            let force =
-                EffectForce::Slipstream { foil: foil.clone(), propeller: other, squared };
+            let force = EffectForce::Slipstream { foil: foil.clone(), propeller: other, squared };
             push(format!("{name}.slipstream"), force, true, None);
-            push(format!("{name}.race"), EffectForce::Race { foil, propeller, squared }, false, None);
+            push(
+                format!("{name}.race"),
+                EffectForce::Race { foil, propeller, squared },
+                false,
+                None,
+            );
         }
         let of_wind = self.windage.unwrap_or_default().effects().into_iter();
         all.extend(of_wind.map(|effect| VehicleEffect { effect, is_usual: false, known: None }));

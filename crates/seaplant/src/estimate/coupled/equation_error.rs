@@ -150,7 +150,8 @@ const PERIOD_S: std::ops::RangeInclusive<f64> = 0.02..=1.0;
 
 impl Sampled {
     fn of(record: &CoupledRecord, structure: &Structure) -> Self {
-        let series = structure.axes().iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
+        let series =
+            structure.axes().iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
         let period_s = series.map(|series| series.period_s()).fold(f64::INFINITY, f64::min);
         let period_s = period_s.clamp(*PERIOD_S.start(), *PERIOD_S.end());
         let grid = Grid::spanning(record.window_s.0, record.window_s.1, period_s);

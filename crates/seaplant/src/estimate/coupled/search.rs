@@ -110,7 +110,8 @@ pub(super) fn admitted(
     whiteness: impl Fn(Dof) -> f64,
 ) -> Vec<Basis> {
     let best = |axis: Dof| {
-        let own = candidates.iter().zip(scores).filter(|(term, _)| main_axis(structure, term) == axis);
+        let own =
+            candidates.iter().zip(scores).filter(|(term, _)| main_axis(structure, term) == axis);
         own.map(|(_, score)| *score).fold(0.0, f64::max)
     };
     let passes = |(term, &score): (&Basis, &f64)| {
