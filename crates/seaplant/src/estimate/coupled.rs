@@ -161,7 +161,7 @@ impl<const N: usize> Fitted<N> {
             self.problem.fits[least] = false;
             let mut point = self.optimum.point;
             *[&mut point.actuator.lag_s, &mut point.actuator.delay_s][least] = 0.0;
-            let optimum = self.problem.optimum(point, Tolerance::COARSE)?;
+            let optimum = self.problem.descent(point, Tolerance::COARSE)?;
             let iterations = self.optimum.iterations + optimum.iterations;
             self.optimum = Optimum { iterations, ..optimum };
         }

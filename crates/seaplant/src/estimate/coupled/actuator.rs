@@ -121,9 +121,11 @@ impl<'a> Lagging<'a> {
         let (state, by_lag) = self.states[sample];
         let lag = self.actuator.lag_s;
         let integral = self.integrals[sample] + u * s;
-        if lag < NO_LAG_S || s <= 0.0 {
+        if lag < NO_LAG_S {
             return At { integral, force: u, by_lag: 0.0 };
         }
+        // Before the first sample there is no change that anything could lag behind.
+        let s = s.max(0.0);
         let left = (-s / lag).exp();
         At {
             integral,
@@ -221,6 +223,18 @@ mod tests {
                     assert!((slope - here.by[column][2]).abs() < 1e-3, "{slope}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_force_that_changes_where_a_slice_ends_lags_alike() {
+        let slice = |k: usize| Slice { from_s: 0.1 * k as f64, length_s: 0.1, ..Slice::default() };
+        let slices: Vec<Slice> = (0..12).map(slice).collect();
+        let mut logged: [Option<Timed>; 6] = std::array::from_fn(|_| None);
+        logged[0] = Some(steps());
+        let pushes = |delay_s| Actuator { lag_s: 0.2, delay_s }.pushes(&logged, &slices);
+        for (at, later) in pushes(0.0).iter().zip(pushes(1e-9)) {
+            assert!((at.force[0] - later.force[0]).abs() < 1e-6, "{at:?} {later:?}");
         }
     }
 
