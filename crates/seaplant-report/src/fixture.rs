@@ -300,6 +300,7 @@ pub(crate) fn identification() -> Found {
         },
         plants: BTreeMap::from([(Dof::Surge, plant())]),
         coupled: BTreeMap::from([("sway-yaw".to_owned(), coupled_plant())]),
+        steering: Vec::new(),
         methods: BTreeMap::from([(Dof::Surge, surge)]),
         subsets: BTreeMap::from([(
             Dof::Surge,
@@ -378,6 +379,7 @@ pub(crate) fn empty() -> Found {
         provenance: Provenance::default(),
         plants: BTreeMap::new(),
         coupled: BTreeMap::new(),
+        steering: Vec::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
         steady: BTreeMap::new(),

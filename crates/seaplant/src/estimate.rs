@@ -4,6 +4,7 @@ mod coupled;
 mod equation_error;
 mod filter_error;
 mod filtered;
+mod nomoto;
 mod output_error;
 mod paper;
 mod sriv;
@@ -30,6 +31,7 @@ pub(crate) use filter_error::drive_over;
 pub use filter_error::{
     Candidate, Decision, FilterErrorOptions, Records, SteadyTest, first_delays, fit_filter_error,
 };
+pub use nomoto::{NomotoFit, NomotoOrder, SteeringTrial, fit_nomoto};
 pub use output_error::{
     Loss, OutputErrorBootstrap, OutputErrorIntervals, OutputErrorOptions, fit_output_error,
 };

@@ -3,6 +3,7 @@
 //! Every number that a report shows stands here, or in the series beside it.
 
 mod coupled;
+mod steering;
 mod vehicle;
 
 use std::collections::BTreeMap;
@@ -19,6 +20,7 @@ use crate::{
     Stability,
 };
 
+pub use steering::{NomotoResult, SecondOrder};
 pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
 pub use coupled::{
@@ -56,6 +58,9 @@ pub struct Results {
     /// Plants of several axes, by their axes: `surge-sway-yaw`.
     #[serde(default)]
     pub coupled: BTreeMap<String, CoupledPlant>,
+    /// Nomoto's models of steering, where a plant has yaw among its axes and a rudder is logged.
+    #[serde(default)]
+    pub steering: Vec<NomotoResult>,
     /// Every method's plant of each degree of freedom.
     pub methods: BTreeMap<Dof, BTreeMap<Method, PlantResult>>,
     /// The recommended method with every choice of terms.
@@ -85,7 +90,8 @@ impl Results {
     /// [`Error::NothingFound`], with every method's reason, if there is neither a plant nor
     /// steady drag.
     pub fn check(&self) -> Result<(), Error> {
-        if !(self.plants.is_empty() && self.coupled.is_empty() && self.steady.is_empty()) {
+        let has_plant = !(self.plants.is_empty() && self.coupled.is_empty());
+        if has_plant || !self.steady.is_empty() || !self.steering.is_empty() {
             return Ok(());
         }
         let reason = |f: &Failure| format!("\n  {} by {}: {}", f.dof, f.method, f.message);

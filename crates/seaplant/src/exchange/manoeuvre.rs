@@ -1,7 +1,7 @@
 //! Standard manoeuvres of a ship from its plant, with intervals as wide as its coefficients are
 //! uncertain.
 
-use nalgebra::Vector6;
+use nalgebra::{Rotation3, Vector3, Vector6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -215,14 +215,13 @@ impl PlantModel {
         )?);
         let (mut north, mut east) = (vec![0.0], vec![0.0]);
         let over_ground = |k: usize| {
-            let (sin, cos) = heading.values()[k].sin_cos();
-            let (u, v) = (moved.velocity[k][0], moved.velocity[k][1]);
-            (u * cos - v * sin, u * sin + v * cos)
+            let ([roll, pitch, heading], v) = (moved.attitude[k], moved.velocity[k]);
+            Rotation3::from_euler_angles(roll, pitch, heading) * Vector3::new(v[0], v[1], v[2])
         };
         for k in 1..time_s.len() {
             let (before, now) = (over_ground(k - 1), over_ground(k));
-            north.push(north[k - 1] + 0.5 * STEP_S * (before.0 + now.0));
-            east.push(east[k - 1] + 0.5 * STEP_S * (before.1 + now.1));
+            north.push(north[k - 1] + 0.5 * STEP_S * (before.x + now.x));
+            east.push(east[k - 1] + 0.5 * STEP_S * (before.y + now.y));
         }
         let surge = moved.velocity.iter().map(|v| v[0]).collect();
         Ok(Way { time_s, north, east, heading: heading.values().to_vec(), surge })

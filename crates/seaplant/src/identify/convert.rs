@@ -249,6 +249,7 @@ pub(super) fn empty_results(
         },
         plants: BTreeMap::new(),
         coupled: BTreeMap::new(),
+        steering: Vec::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
         steady: BTreeMap::new(),

@@ -115,9 +115,9 @@ pub(super) fn identify(
 
 /// Records of trials by what they are for.
 #[derive(Default)]
-struct Records<'a> {
-    fit: Vec<&'a CoupledRecord>,
-    hold_out: Vec<&'a CoupledRecord>,
+pub(super) struct Records<'a> {
+    pub(super) fit: Vec<&'a CoupledRecord>,
+    pub(super) hold_out: Vec<&'a CoupledRecord>,
     /// Trials that do not say enough.
     left_out: Vec<Caveat>,
 }
@@ -126,7 +126,7 @@ impl<'a> Records<'a> {
     /// # Errors
     /// That of the first trial to fit, if none of them says enough; [`Error::NoTrial`] if there
     /// is none.
-    fn of(trials: &'a [Trial], axes: &[Dof]) -> Result<Self, Error> {
+    pub(super) fn of(trials: &'a [Trial], axes: &[Dof]) -> Result<Self, Error> {
         let mut records = Self::default();
         let mut refused = None;
         for trial in trials.iter().filter(|trial| trial.role() != Role::Steady) {

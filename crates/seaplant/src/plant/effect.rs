@@ -129,6 +129,14 @@ pub enum EffectForce {
         /// The way of positive thrust, a unit vector.
         direction: [f64; 3],
     },
+    /// What a propeller does otherwise when it turns astern: `n|n|` of negative n along a unit
+    /// force and moment, N and N m.
+    Astern {
+        /// The propeller.
+        propeller: String,
+        /// Force and moment by axis.
+        way: [f64; 6],
+    },
     /// Wind: `½ρ_a A |w| w_x` in surge, `½ρ_a A |w| w_y` in sway, `½ρ_a A L |w| w_y` in yaw, w
     /// being the air's velocity past the vehicle.
     Wind {
@@ -212,7 +220,9 @@ impl Effect {
             | EffectForce::Race { foil, propeller, .. } => {
                 vec![angle(foil), Signal::Drive(propeller.clone())]
             }
-            EffectForce::Thrust { propeller, .. } | EffectForce::Advance { propeller, .. } => {
+            EffectForce::Thrust { propeller, .. }
+            | EffectForce::Advance { propeller, .. }
+            | EffectForce::Astern { propeller, .. } => {
                 vec![Signal::Drive(propeller.clone())]
             }
             EffectForce::Wind { .. } | EffectForce::WindAcross { .. } => {
@@ -260,6 +270,10 @@ impl Effect {
                 let way = at_place(&(*position_m).into(), &(*direction).into());
                 along(&way, -first.abs() * way.dot(velocity), way * -first.abs())
             }
+            EffectForce::Astern { way, .. } => {
+                let astern = first.min(0.0);
+                along(&Vector6::from(*way), astern * astern.abs(), Vector6::zeros())
+            }
             EffectForce::Wind { on, scale } => {
                 let (x, y) = (first - velocity[0], second - velocity[1]);
                 let speed = x.hypot(y).max(SLOW);
@@ -284,7 +298,7 @@ impl Effect {
             EffectForce::Slipstream { .. } => "N/(rad/s)²",
             EffectForce::Race { squared: false, .. } => "√N/(m/s)",
             EffectForce::Race { .. } => "N/((m/s)(rad/s))",
-            EffectForce::Thrust { .. } => "N/(rad/s)²",
+            EffectForce::Thrust { .. } | EffectForce::Astern { .. } => "N/(rad/s)²",
             EffectForce::Advance { .. } => "N/((m/s)(rad/s))",
             EffectForce::Wind { scale, on } if *scale == 1.0 && *on == Dof::Yaw => "N m/(m/s)²",
             EffectForce::WindAcross { scale } if *scale == 1.0 => "N m/(m/s)²",
@@ -310,15 +324,19 @@ impl Effect {
             | EffectForce::Advance { position_m, direction, .. } => {
                 acts(&at_place(&(*position_m).into(), &(*direction).into()))
             }
+            EffectForce::Astern { way, .. } => acts(&Vector6::from(*way)),
             EffectForce::Wind { on, .. } => vec![*on],
             EffectForce::WindAcross { .. } => vec![Dof::Yaw],
         }
     }
 
     /// Whether a coefficient below zero is impossible: of a fin, which takes power out of its
-    /// flow, and of a propeller.
+    /// flow, and of a propeller, but for what it does otherwise astern.
     pub fn is_positive(&self) -> bool {
-        !matches!(self.force, EffectForce::Wind { .. } | EffectForce::WindAcross { .. })
+        !matches!(
+            self.force,
+            EffectForce::Wind { .. } | EffectForce::WindAcross { .. } | EffectForce::Astern { .. }
+        )
     }
 }
 
@@ -400,6 +418,7 @@ mod tests {
             EffectForce::Race { foil: foils(), propeller: propeller(), squared: false },
             EffectForce::Thrust { propeller: propeller(), position_m, direction },
             EffectForce::Advance { propeller: propeller(), position_m, direction },
+            EffectForce::Astern { propeller: propeller(), way: [0.0, 1.0, 0.0, 0.0, 0.0, -0.7] },
             EffectForce::Wind { on: Dof::Surge, scale: 0.3 },
             EffectForce::Wind { on: Dof::Yaw, scale: 0.3 },
             EffectForce::WindAcross { scale: 0.3 },

@@ -274,12 +274,18 @@ impl Structure {
         self.places[effect].map(|place| of(place).unwrap_or(0.0))
     }
 
-    /// What a coefficient of one makes each effect push with, N and N m, each of shape (6,).
+    /// What a coefficient of one makes each effect push with, N and N m, each of shape (6,); zero
+    /// of one that no term refers to.
     ///
     /// `velocity` is ν_r, shape (6,); `signals` are the values of [`Self::signals`].
     pub fn wrenches(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Vec<Vector6<f64>> {
-        let all = self.effects.iter().enumerate();
-        all.map(|(k, effect)| effect.wrench(velocity, self.read(k, signals)).0).collect()
+        let mut all = vec![Vector6::zeros(); self.effects.len()];
+        for term in &self.terms {
+            if let Basis::Effect(k) = *term {
+                all[k] = self.effects[k].wrench(velocity, self.read(k, signals)).0;
+            }
+        }
+        all
     }
 
     /// The name of a term in results: that of an effect, or the field's notation.

@@ -190,6 +190,16 @@ impl Vehicle {
             push(format!("{name}.thrust"), thrust, true, None);
             let advance = EffectForce::Advance { propeller, position_m, direction };
             push(format!("{name}.advance"), advance, false, None);
+            let d = thruster.direction_body;
+            let moment = thruster.position_body.cross(&d);
+            let along = [d.x, d.y, d.z, moment.x, moment.y, moment.z];
+            let mut astern = |what: &str, way: [f64; 6]| {
+                let force = EffectForce::Astern { propeller: name.clone(), way };
+                push(format!("{name}.{what}"), force, false, None);
+            };
+            astern("astern", along);
+            astern("astern-sway", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+            astern("astern-yaw", [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
         }
         for fin in &self.fins {
             let (foil, name) = (fin.foil(), &fin.name);

@@ -99,7 +99,9 @@ fn turned_round(fit: &CoupledFit) -> Option<Caveat> {
             let effect = &structure.effects()[*k];
             let is_main = matches!(
                 effect.force,
-                EffectForce::Lift { .. } | EffectForce::Slipstream { .. } | EffectForce::Thrust { .. }
+                EffectForce::Lift { .. }
+                    | EffectForce::Slipstream { .. }
+                    | EffectForce::Thrust { .. }
             );
             is_main && fit.plant.coefficient(term).is_some_and(|x| x <= 0.0)
         }
