@@ -146,5 +146,6 @@ def log(name, seed, seconds=400.0):
 if __name__ == "__main__":
     advance, transfer, diameter = circle()
     print(f"35 deg: advance {advance:.2f} L, transfer {transfer:.2f} L, diameter {diameter:.2f} L")
-    for number in (1, 2, 3, 4):
-        log(f"manoeuvres-{number}.csv", number)
+    for number in (1, 2, 3):
+        log(f"fit-{number}.csv", number)
+    log("aside.csv", 4)

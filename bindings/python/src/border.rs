@@ -66,6 +66,12 @@ impl From<seaplant_campaign::Error> for Failure {
     }
 }
 
+impl From<seaplant_export::Error> for Failure {
+    fn from(error: seaplant_export::Error) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
 impl From<seaplant_report::Error> for Failure {
     fn from(error: seaplant_report::Error) -> Self {
         Self::Input(error.to_string())

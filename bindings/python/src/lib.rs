@@ -12,6 +12,7 @@
 mod border;
 mod campaign;
 mod log;
+mod plant;
 mod results;
 mod schema;
 mod shards;
@@ -27,6 +28,8 @@ mod _native {
     use crate::campaign::{Campaign, method_names};
     #[pymodule_export]
     use crate::log::{Log, calendar_second, is_quantity, time_column};
+    #[pymodule_export]
+    use crate::plant::{Plant, state_names};
     #[pymodule_export]
     use crate::results::{Results, rounded, steady_drag};
     #[pymodule_export]

@@ -92,7 +92,7 @@ impl Results {
     }
 }
 
-fn parse_method(method: Option<&str>) -> Result<Option<Method>, Failure> {
+pub fn parse_method(method: Option<&str>) -> Result<Option<Method>, Failure> {
     Ok(method.map(str::parse).transpose()?)
 }
 

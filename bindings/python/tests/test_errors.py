@@ -33,9 +33,9 @@ def test_messages_are_those_of_the_library(campaign, command_line, tmp_path):
 def test_wrong_settings_are_refused_with_the_near_one(dive):
     with pytest.raises(sp.InputError, match="did you mean `velocity_filter`"):
         sp.identify(dive.trials, dive.vehicle, equation_error={"velocity_filtre": {}})
-    with pytest.raises(sp.InputError, match="`filter-eror` is no method"):
+    with pytest.raises(sp.InputError, match="unknown method `filter-eror`"):
         sp.identify(dive.trials, dive.vehicle, "filter-eror")
-    with pytest.raises(sp.InputError, match="make no plant model"):
+    with pytest.raises(sp.InputError, match="do not make a plant model"):
         sp.identify(dive.trials, dive.vehicle, terms="force,bias")
     with pytest.raises(sp.InputError, match="did you mean `duration_s`"):
         sp.twin(duration=3.0)

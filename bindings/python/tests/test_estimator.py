@@ -5,6 +5,8 @@ import pytest
 import seaplant as sp
 from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, cross_val_score
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer
 
 
 @pytest.fixture(scope="module")
@@ -47,3 +49,18 @@ def test_parameters_are_got_set_and_cloned(trials):
         np.square(predicted - measured).sum() / np.square(measured - measured.mean()).sum()
     )
     assert estimator.score(dives[4:]) == pytest.approx(1.0 - residual, abs=1e-12)
+
+
+def test_a_pipeline_ends_in_it(trials):
+    vehicle, dives = trials
+    pipeline = make_pipeline(
+        FunctionTransformer(lambda given: list(given), validate=False),
+        sp.PlantEstimator(vehicle, "surge", "equation-error"),
+    )
+    assert pipeline.fit(dives[:4]).score(dives[4:]) > 0.99
+
+
+def test_an_estimator_that_was_not_fitted_says_so(trials):
+    vehicle, dives = trials
+    with pytest.raises(sp.InputError, match="call fit with trials first"):
+        sp.PlantEstimator(vehicle).predict(dives)

@@ -42,7 +42,10 @@ def test_what_is_shown_helps(fit):
     text = repr(fit)
     assert "surge by filter-error" in text and "mass: 12" in text and "kg ±" in text
     assert float(fit["surge"].parameters.mass) == fit["surge"].parameters.mass.value
+    verdict = fit["surge"].verdict
+    assert verdict.trust.replace("-", " ") in text and "R² held out 0.9" in text
     html = fit._repr_html_()
+    assert "<b>surge</b> by filter-error: " in html
     assert "<td>quadratic_drag</td>" in html and f"{len(fit.caveats)} caveats" in html
     assert "data:image/png;base64" in html
     assert "data:image" not in pickle.loads(pickle.dumps(sp.Fit(fit._native)))._repr_html_()
@@ -117,3 +120,20 @@ def test_bollard_pull_gives_the_curve_that_the_points_were_made_with():
 
 def test_the_version_is_that_of_the_library():
     assert sp.__version__ == _native.version()
+
+
+def test_an_axis_that_was_not_identified_is_refused_by_name(fit):
+    with pytest.raises(KeyError, match="no plant of 'yaw'; it has surge"):
+        fit["yaw"]
+    with pytest.raises(sp.InputError, match="it has surge"):
+        fit["yaw"]
+
+
+def test_a_log_is_drawn_channel_by_channel(dive):
+    log = dive.logs["surge 1"]
+    figure = log.plot("velocity")
+    titles = [panel.get_title(loc="left") for panel in figure.axes]
+    assert titles and all("velocity" in title for title in titles)
+    assert figure.axes[0].lines[0].get_xdata()[0] >= 0.0
+    with pytest.raises(sp.InputError, match="no channel to draw"):
+        log.plot("sonar")

@@ -12,10 +12,11 @@ use seaplant_log::Log;
 
 use crate::bench::{Bench, read_bench};
 use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, LogEntry, TrialEntry};
+use crate::pattern::recording_in;
 use crate::plant_file::{check_plans, coupled_axes, plans};
 use crate::recording::{ChannelMap, SourcedTrial, read_trial, trial_of};
 use crate::vehicle_file::{SourcedVehicle, read_vehicle};
-use crate::{Error, each, toml_file};
+use crate::{Error, toml_file};
 
 /// A campaign, read and checked.
 #[derive(Clone, Debug)]
@@ -54,8 +55,8 @@ impl Campaign {
     /// Every [`Error`]: each names the file, trial or channel, what was found, what was
     /// expected and what to do.
     pub fn open(path: &Path) -> Result<Self, Error> {
-        let (mut file, input): (CampaignFile, _) = toml_file::read(path)?;
-        file.trial = each::expanded(path, file.trial)?;
+        let (file, input): (CampaignFile, _) = toml_file::read(path)?;
+        let file = file.with_patterns(path)?;
         let vehicle = SourcedVehicle::open(&toml_file::resolve(path, &file.vehicle)?)?;
         let options = file.options(path)?;
         check_plans(path, &options.coupled, &vehicle.vehicle)?;
@@ -147,8 +148,9 @@ impl Campaign {
     fn read(&self, file: &CampaignFile, entry: &TrialEntry) -> Result<SourcedTrial, Error> {
         let channels = all_channels(file, entry);
         let channels = channel_map(&self.path, channels, &self.vehicle)?;
-        let logs = entry.log.files().iter().map(|log| toml_file::resolve(&self.path, log));
-        let logs = logs.collect::<Result<Vec<_>, _>>()?;
+        let logs = entry.log.files().iter();
+        let logs = logs.map(|log| Ok(recording_in(&toml_file::resolve(&self.path, log)?)));
+        let logs = logs.collect::<Result<Vec<_>, Error>>()?;
         let coupled = coupled_axes(&self.options.coupled);
         read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle, &coupled)
     }
@@ -181,8 +183,8 @@ impl Campaign {
 /// logs; as far as they can be told.
 pub fn campaign_files(campaign: &Path) -> Vec<PathBuf> {
     let mut files = vec![campaign.to_owned()];
-    let Ok((mut file, _)) = toml_file::read::<CampaignFile>(campaign) else { return files };
-    file.trial = each::expanded(campaign, file.trial).unwrap_or_default();
+    let Ok((file, _)) = toml_file::read::<CampaignFile>(campaign) else { return files };
+    let Ok(file) = file.with_patterns(campaign) else { return files };
     let resolved = |named: &Path| toml_file::resolve(campaign, named).ok();
     let logs = file.trial.iter().flat_map(|trial| trial.log.files());
     let bench = file.bollard_pull.iter().map(|entry| &entry.file);
@@ -210,7 +212,6 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, E
     let entry = TrialEntry {
         name: names.join(", "),
         log: LogEntry::Several(logs.to_vec()),
-        each: None,
         dof: vec![dof],
         role: Role::HoldOut,
         from_s: None,
@@ -351,8 +352,7 @@ fn check_trials(path: &Path, trials: &[TrialEntry], has_plant: bool) -> Result<(
     check_names(path, trials.iter().map(|trial| trial.name.as_str()))?;
     for trial in trials {
         if trial.log.files().is_empty() {
-            let reason =
-                "names no log; add log = \"...\", or each = \"*.csv\" for a trial of each file";
+            let reason = "names no log; add log = \"...\"";
             return Err(Error::value(path, format!("trial `{}`", trial.name), reason));
         }
         check_trial(path, trial, has_plant)?;
@@ -449,7 +449,7 @@ fn channel_map<'a>(
         let quantity = name.parse().map_err(|error: seaplant::Error| {
             let reason = near_quantity(name).map_or_else(
                 || error.to_string(),
-                |near| format!("is no quantity that Seaplant knows; did you mean `{near}`?"),
+                |near| format!("is not a known quantity; did you mean `{near}`?"),
             );
             Error::value(path, format!("channels.\"{name}\""), reason)
         })?;

@@ -171,13 +171,9 @@ impl From<StampEntry> for Stamp {
 pub struct TrialEntry {
     /// How tables and messages call it.
     pub name: String,
-    /// Its log file, or files.
-    #[serde(default, skip_serializing_if = "LogEntry::is_empty")]
+    /// Its log file, or files that were logged side by side; or a pattern such as `runs/*.csv`,
+    /// for a trial of each file or folder that it matches.
     pub log: LogEntry,
-    /// Logs of trials that are alike, in place of `log`: each makes a trial, called `name` and
-    /// then as its file. A file name may hold `*` and `?`: `"zigzag_*.csv"`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub each: Option<LogEntry>,
     /// The degrees of freedom to fit one at a time; may be left out where there is a `[[plant]]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dof: Vec<Dof>,
@@ -237,17 +233,7 @@ pub enum LogEntry {
     Several(Vec<PathBuf>),
 }
 
-impl Default for LogEntry {
-    fn default() -> Self {
-        Self::Several(Vec::new())
-    }
-}
-
 impl LogEntry {
-    fn is_empty(&self) -> bool {
-        self.files().is_empty()
-    }
-
     /// All files.
     pub fn files(&self) -> &[PathBuf] {
         match self {

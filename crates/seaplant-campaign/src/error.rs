@@ -15,13 +15,13 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A pipe, a socket or a device where a file is needed.
-    #[error("{} is no regular file but a pipe or a device; save what it gives to a file and name that", path.display())]
+    #[error("{} is a pipe or a device, not a regular file; save its content to a file and name that", path.display())]
     NotAFile {
         /// What was named.
         path: PathBuf,
     },
     /// A file that is far larger than any of its kind.
-    #[error("{} is larger than {} MB, which no such file is; name another", path.display(), most >> 20)]
+    #[error("{} is larger than {} MB, too large for this kind of file; name another", path.display(), most >> 20)]
     TooLarge {
         /// The file.
         path: PathBuf,

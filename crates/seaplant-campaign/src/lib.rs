@@ -7,11 +7,11 @@ mod bench;
 mod campaign;
 mod campaign_file;
 mod clocks;
-mod each;
 mod error;
 mod excerpt;
 mod inspect;
 mod monte_carlo;
+mod pattern;
 mod plant_file;
 mod preset;
 mod profile;
@@ -37,6 +37,7 @@ pub use inspect::{
     inspect_survey,
 };
 pub use monte_carlo::{MonteCarloTable, monte_carlo};
+pub use pattern::recording_in;
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use profile::{HoldEntry, ManoeuvreEntry, ManoeuvreKind, Profile, StartEntry, input_table};
@@ -47,7 +48,7 @@ pub use toml_file::{of_json, read_bounded, read_toml};
 pub use twin_files::{TextFile, twin_files};
 pub use validate::{Simulation, Validation, validate, validate_table};
 pub use vehicle_file::{
-    AttitudeEntry, CurveEntry, DvlEntry, EstimateCurveEntry, FinEntry, LiftEntry, PositionEntry,
-    PresetCurveEntry, QuadraticEntry, SensorEntries, SourcedVehicle, TableEntry, ThrusterEntry,
-    UncertaintyEntry, VehicleFile, VoltageEntry, WindEntry, read_vehicle,
+    AttitudeEntry, CurveEntry, DvlEntry, EstimateCurveEntry, FinEntry, ImuEntry, LiftEntry,
+    PositionEntry, PresetCurveEntry, QuadraticEntry, SensorEntries, SourcedVehicle, TableEntry,
+    ThrusterEntry, UncertaintyEntry, VehicleFile, VoltageEntry, WindEntry, read_vehicle,
 };

@@ -47,6 +47,9 @@ const VERTICAL_HEAVY: [PresetThruster; 4] = [
 ];
 
 impl VehiclePreset {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::BlueRov2, Self::BlueRov2Heavy];
+
     /// What a vehicle.toml calls it.
     pub const fn key(self) -> &'static str {
         match self {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use schemars::JsonSchema;
-use seaplant::exchange::{Drive, Manoeuvre, PlantModel};
+use seaplant::exchange::{Drive, Manoeuvre, PlantModel, Scenario};
 use seaplant::quantity::Quantity;
 use seaplant::{Dof, Timed};
 use seaplant_log::{Log, ReadOptions, Unit};
@@ -187,6 +187,22 @@ impl Profile {
     pub fn time_s(&self) -> Vec<f64> {
         let rows = (self.duration_s / self.sample_s + 1e-9).floor() as usize;
         (0..=rows).map(|k| self.sample_s * k as f64).collect()
+    }
+
+    /// The profile as a scenario of a plant.
+    ///
+    /// # Errors
+    /// As [`Profile::drive`].
+    pub fn scenario(&self, model: &PlantModel) -> Result<Scenario, seaplant::Error> {
+        let StartEntry { velocity, roll_deg, pitch_deg, heading_deg } = &self.start;
+        Ok(Scenario {
+            drive: self.drive(model)?,
+            time_s: self.time_s(),
+            velocity: velocity.clone(),
+            attitude: [roll_deg, pitch_deg, heading_deg].map(|deg| deg.to_radians()),
+            current: self.current_m_per_s,
+            disturbed: false,
+        })
     }
 
     /// The inputs as series; thrusters that an entry does not name stand still.

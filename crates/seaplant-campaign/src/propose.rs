@@ -15,6 +15,7 @@ mod campaign_text;
 mod claim;
 mod mapping;
 mod pd0;
+mod px4;
 mod ros;
 mod ros_thruster;
 mod session;
@@ -27,6 +28,8 @@ use mapping::{Mapped, Mapping, map};
 pub(crate) use session::are_alike;
 use session::{Session, sessions};
 use write::relative;
+
+use crate::preset::VehiclePreset;
 
 /// Two files to finish by hand.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,8 +60,15 @@ struct ProposedTrial {
 ///
 /// `files` are the log's files as the user named them, in the log's order; the campaign
 /// names them relative to `base`, the folder that it will be written to. `options` are what
-/// they were read with, so that the campaign reads them alike.
-pub fn propose(log: &Log, files: &[PathBuf], base: &Path, options: &ReadOptions) -> Proposal {
+/// they were read with, so that the campaign reads them alike; `preset` is the vehicle, where
+/// the user says that it is a known one.
+pub fn propose(
+    log: &Log,
+    files: &[PathBuf],
+    base: &Path,
+    options: &ReadOptions,
+    preset: Option<VehiclePreset>,
+) -> Proposal {
     let sessions = sessions(log);
     let mapping = map(log, &sessions);
     let mut trials: Vec<ProposedTrial> = Vec::new();
@@ -67,7 +77,7 @@ pub fn propose(log: &Log, files: &[PathBuf], base: &Path, options: &ReadOptions)
     }
     make_names_differ(&mut trials);
     hold_out_the_last(&mut trials);
-    let (vehicle_toml, of_vehicle) = vehicle_text::write(log, &mapping);
+    let (vehicle_toml, of_vehicle) = vehicle_text::write(log, &mapping, preset);
     let (campaign_toml, of_campaign) = campaign_text::write(log, &mapping, &trials, options);
     let open_questions = [("vehicle.toml", of_vehicle), ("campaign.toml", of_campaign)]
         .into_iter()

@@ -100,7 +100,7 @@ mod tests {
         let file = read_plant_file(Path::new("published:remus-100-prestero-2001"));
         let plant = file.expect("a table").expect("a plant").model().expect("possible").plant;
         let moment = |velocity: Vector6<f64>, rudder: f64| {
-            plant.resistance(&velocity, &Vector3::z(), &[rudder, 0.0])[5]
+            plant.resistance_with(&velocity, &Vector3::z(), &[rudder, 0.0])[5]
         };
         let ahead = |v: f64, r: f64| Vector6::new(1.5, v, 0.0, 0.0, 0.0, r);
         // N_uuδ = −6.15, N_uv = −24.0; on the left of the equation signs are turned.

@@ -318,6 +318,27 @@ pub struct SensorEntries {
     /// Positioning antenna, beacon or marker.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<PositionEntry>,
+    /// Accelerometer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imu: Option<ImuEntry>,
+}
+
+/// An accelerometer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ImuEntry {
+    /// Where it sits, m, body frame.
+    #[serde(deserialize_with = "exact::numbers")]
+    pub position_m: [f64; 3],
+    /// Roll, pitch, yaw that turn the vehicle's axes into the instrument's, deg.
+    #[serde(deserialize_with = "exact::numbers")]
+    pub rotation_deg: [f64; 3],
+    /// Standard deviation of one sample, m/s².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_m_s2: Option<f64>,
+    /// Whether each logged sample is the mean since the one before; else it is what was measured at
+    /// its instant.
+    pub averages: bool,
 }
 
 /// A Doppler velocity log.
@@ -590,6 +611,7 @@ impl SensorEntries {
             ("depth.std_m", self.depth.as_ref().and_then(|depth| depth.std_m)),
             ("attitude.std_deg", self.attitude.as_ref().and_then(|attitude| attitude.std_deg)),
             ("position.std_m", self.position.as_ref().and_then(|position| position.std_m)),
+            ("imu.std_m_s2", self.imu.as_ref().and_then(|imu| imu.std_m_s2)),
         ];
         for (key, std) in stated {
             if std.is_some_and(|std| !(std > 0.0 && std.is_finite())) {
@@ -609,7 +631,7 @@ impl SensorEntries {
         let (dvl, depth) = (self.dvl.unwrap_or_default(), self.depth.unwrap_or_default());
         let (attitude, position) =
             (self.attitude.unwrap_or_default(), self.position.unwrap_or_default());
-        let level = [0.0; 3];
+        let (level, imu) = ([0.0; 3], self.imu.unwrap_or_default());
         Sensors {
             dvl: sensor(dvl.position_m, dvl.rotation_deg, dvl.std_m_s),
             depth: sensor(depth.position_m, level, depth.std_m),
@@ -619,6 +641,8 @@ impl SensorEntries {
                 attitude.std_deg.map(f64::to_radians),
             ),
             position: sensor(position.position_m, level, position.std_m),
+            imu: sensor(imu.position_m, imu.rotation_deg, imu.std_m_s2),
+            imu_averages: imu.averages,
         }
     }
 }

@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 use common::{Folder, csv, data, noise, open};
 use seaplant::{Dof, Role};
 use seaplant_campaign::{
-    Campaign, CampaignFile, Proposal, VehicleFile, propose, read_toml, read_vehicle,
+    Campaign, CampaignFile, Proposal, VehicleFile, VehiclePreset, propose, read_toml, read_vehicle,
 };
 use seaplant_log::ReadOptions;
 
 fn propose_in(folder: &Folder, files: &[PathBuf]) -> (Proposal, CampaignFile) {
-    let proposal = propose(&open(files), files, folder.path(), &ReadOptions::default());
+    let proposal = propose(&open(files), files, folder.path(), &ReadOptions::default(), None);
     folder.write("vehicle.toml", &proposal.vehicle_toml);
     let path = folder.write("campaign.toml", &proposal.campaign_toml);
     let campaign =
@@ -615,4 +615,41 @@ fn a_dive_of_ardusub_needs_nothing_but_its_log() {
     let caveats = &found.results.caveats;
     let assumed = "6 thrusters are taken to sit where the preset bluerov2 has them";
     assert!(caveats.iter().any(|caveat| caveat.message.starts_with(assumed)), "{caveats:?}");
+}
+
+/// A table of pulse widths of so many motors, which nobody named after ArduSub's.
+fn pulses(folder: &Folder, motors: usize) -> PathBuf {
+    let names: Vec<String> = (1..=motors).map(|k| format!("thruster {k} [us]")).collect();
+    let pulse = |t: f64| 1500.0 + 80.0 * (0.8 * t).sin();
+    let depth = |t: f64| 3.0 - 0.3 * (0.8 * t).sin();
+    let mut columns: Vec<(&str, &dyn Fn(f64) -> f64)> = vec![("Depth [m]", &depth)];
+    columns.extend(names.iter().map(|name| (name.as_str(), &pulse as &dyn Fn(f64) -> f64)));
+    folder.write("pulses.csv", &csv(10.0, 60.0, &columns))
+}
+
+#[test]
+fn eight_motors_bring_the_preset_that_has_as_many() {
+    let folder = Folder::new();
+    let (proposal, _) = propose_in(&folder, &[pulses(&folder, 8)]);
+    let questions = proposal.open_questions.join("\n");
+    assert!(questions.contains("8 motors: if this is a BlueROV2 Heavy"), "{questions}");
+    assert!(questions.contains("--preset bluerov2-heavy"), "{questions}");
+    let (proposal, _) = propose_in(&folder, &[pulses(&folder, 3)]);
+    assert!(!proposal.open_questions.join("\n").contains("--preset"));
+}
+
+#[test]
+fn a_preset_that_is_stated_makes_the_vehicle() {
+    let folder = Folder::new();
+    let log = pulses(&folder, 8);
+    let preset = Some(VehiclePreset::BlueRov2Heavy);
+    let options = ReadOptions::default();
+    let files = std::slice::from_ref(&log);
+    let proposal = propose(&open(files), files, folder.path(), &options, preset);
+    let path = folder.write("vehicle.toml", &proposal.vehicle_toml);
+    let (vehicle, _) = read_vehicle(&path).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(vehicle.thrusters.len(), 8);
+    // The columns have other names than the preset's motors: that is for a human to map.
+    let questions = proposal.open_questions.join("\n");
+    assert!(questions.contains("map the column of each under [channels]"), "{questions}");
 }

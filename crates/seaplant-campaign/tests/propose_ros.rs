@@ -72,7 +72,7 @@ fn proposed(topics: Topics<'_>) -> (String, CampaignFile) {
     let log = folder.path().join("dive.mcap");
     std::fs::write(&log, file.finish()).expect("a file can be written");
     let files = [log];
-    let proposal = propose(&open(&files), &files, folder.path(), &ReadOptions::default());
+    let proposal = propose(&open(&files), &files, folder.path(), &ReadOptions::default(), None);
     let path = folder.write("campaign.toml", &proposal.campaign_toml);
     let campaign =
         read_toml(&path).unwrap_or_else(|error| panic!("{error}\n{}", proposal.campaign_toml));

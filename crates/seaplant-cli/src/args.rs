@@ -7,10 +7,12 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use seaplant::twin::Disturbance;
 use seaplant::{Dof, Method, Terms};
+use seaplant_campaign::VehiclePreset;
+use seaplant_control::Law;
 use seaplant_export::EXPORTERS;
 
-/// Identifies the plant model of a marine vehicle from its logs: what it weighs in
-/// water, how it drags, how sure that is, and what makes it doubtful.
+/// Identifies the dynamic model of a marine vehicle from its logs: effective mass (rigid body
+/// plus added mass), drag, their uncertainty, and reasons for doubt.
 #[derive(Debug, Parser)]
 #[command(
     name = "seaplant",
@@ -68,23 +70,27 @@ pub enum Command {
     Init(Init),
     /// Show a log's channels: units, rates, spans, gaps and suspicious values.
     Inspect(Inspect),
+    /// Draw a log's channels, in the terminal or as a page on which trials are marked.
+    Plot(Plot),
     /// Fit every degree of freedom of a campaign and write the report.
     Identify(Identify),
-    /// Tell what a plant would do, or drive it with another log's thrust.
+    /// Predict what a plant would do, or drive it with another log's thrust.
     Simulate(Simulate),
     /// Score a fitted plant on the trials of a campaign.
     Validate(Validate),
-    /// Put fits beside each other and tell whether they differ by more than chance.
+    /// Compare fits and plant tables, and test whether they differ by more than chance.
     Compare(Compare),
     /// Write a plant for a simulator or a controller.
     Export(Export),
+    /// Make a controller for a plant: gains with their margins, and what they follow.
+    Control(Control),
     /// Identify a campaign again whenever one of its files changes.
     Watch(Watch),
     /// Fit a thrust curve to a bollard-pull table.
     Thruster(Thruster),
-    /// Make the logs of a vehicle whose truth is known.
+    /// Make the logs of a simulated vehicle whose true plant is known.
     Twin(Twin),
-    /// Tell how well methods do on a twin: errors and coverage over many seeds.
+    /// Measure how well methods do on a twin: errors and coverage over many seeds.
     MonteCarlo(MonteCarlo),
     /// Print the JSON Schema of a file, for editors and programs.
     Schema(Schema),
@@ -107,12 +113,19 @@ pub struct Demo {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// What disturbs the twin: none, all (tether, current, lag, delay, thrcoef and lever), or
-    /// names separated by commas; a name that is none is answered with the list.
+    /// names separated by commas; an unknown name is answered with the list.
     #[arg(long, value_name = "LIST", default_value = "none", value_parser = disturbances)]
     pub disturbances: String,
     /// Write over files that are not as Seaplant wrote them, too; never over what is read.
     #[arg(long)]
     pub force: bool,
+}
+
+/// A vehicle by the name that vehicle.toml has for it.
+fn preset() -> impl TypedValueParser<Value = VehiclePreset> {
+    let named = |name: String| VehiclePreset::ALL.into_iter().find(|known| known.key() == name);
+    PossibleValuesParser::new(VehiclePreset::ALL.map(VehiclePreset::key))
+        .try_map(move |name| named(name).ok_or("no such preset"))
 }
 
 /// Help, completion and the hint at a near name need the names.
@@ -189,6 +202,9 @@ pub struct Init {
     /// The folder to write to.
     #[arg(long, value_name = "DIR", default_value = ".", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
+    /// The vehicle, if it is a known one: bluerov2 or bluerov2-heavy.
+    #[arg(long, value_name = "NAME", value_parser = preset())]
+    pub preset: Option<VehiclePreset>,
     /// Write over files that are there.
     #[arg(long)]
     pub force: bool,
@@ -235,9 +251,35 @@ pub struct Inspect {
     /// The log, or the files that were logged side by side.
     #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
+    /// Show only columns whose name contains this; may be given several times.
+    #[arg(long, value_name = "TEXT")]
+    pub only: Vec<String>,
     /// Read every sample of large files, too, count gaps, and hash them.
     #[arg(long)]
     pub whole: bool,
+    /// How to read the log.
+    #[command(flatten)]
+    pub reading: Reading,
+}
+
+/// Draw a log's channels, in the terminal or as a page on which trials are marked.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant plot dive12.csv\n  seaplant plot dive12.BIN --only ATT --only RCOU --out dive12.html"
+)]
+pub struct Plot {
+    /// The log, or the files that were logged side by side.
+    #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
+    pub logs: Vec<PathBuf>,
+    /// Draw only columns whose name contains this; may be given several times.
+    #[arg(long, value_name = "TEXT")]
+    pub only: Vec<String>,
+    /// The page to write (.html): drag over a stretch to get its [[trial]] for campaign.toml.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub out: Option<PathBuf>,
+    /// Write over a file that is not such a page, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
     /// How to read the log.
     #[command(flatten)]
     pub reading: Reading,
@@ -266,7 +308,7 @@ pub struct Identify {
     pub force: bool,
 }
 
-/// Tell what a plant would do under inputs alone, or drive it with another log's thrust.
+/// Predict what a plant would do under inputs alone, or drive it with another log's thrust.
 ///
 /// Inputs alone are --step, a profile in TOML, or a table whose columns are time, wrench.AXIS,
 /// thruster.NAME.INPUT and supply.voltage, with units. Any other log is read through its campaign, and
@@ -306,6 +348,9 @@ pub struct Simulate {
     /// Where the draws' random numbers start.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// Disturb each draw as the trials were, so that the band includes that.
+    #[arg(long)]
+    pub disturbed: bool,
     /// The campaign whose vehicle and channels the log shares; the fit's own if not given.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub campaign: Option<PathBuf>,
@@ -332,8 +377,8 @@ fn formats() -> PossibleValuesParser {
 
 /// Write a plant for a simulator or a controller.
 ///
-/// Every file tells its units, frames, source, settings and uncertainty; what a format cannot hold,
-/// and what of the plant is not known, is told in the files and here.
+/// Every file states its units, frames, source, settings and uncertainty. What a format cannot hold,
+/// and what of the plant is not known, is listed in the files and here.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant export results/results.json --to gazebo --out model\n  seaplant export published:bluerov2-wu-2018 --to fmu --out model"
@@ -360,6 +405,91 @@ pub struct Export {
     pub force: bool,
 }
 
+fn law() -> impl TypedValueParser<Value = Law> {
+    PossibleValuesParser::new(Law::ALL.map(Law::name)).try_map(|name| name.parse::<Law>())
+}
+
+/// Make a controller for a plant: gains with their margins, and what they follow.
+///
+/// Gains come from a bandwidth and a damping ratio, or from the error and the force that are worth
+/// each other. Lag, delay and limits are those of the plant's thrusters, as far as they are known;
+/// margins are taken over draws of the coefficients.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant control results/results.json --bandwidth \"surge 0.05 Hz\" --out controller\n  seaplant control published:bluerov2-heavy-von-benzon-2022 --bandwidth \"yaw 0.2 Hz\" --law pid"
+)]
+pub struct Control {
+    /// The results.json of a fit, a plant file, or published:NAME.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub plant: PathBuf,
+    /// The natural frequency of an axis's closed loop, as "surge 0.05 Hz"; give it once for each
+    /// axis.
+    #[arg(long = "bandwidth", value_name = "AXIS")]
+    pub bandwidths: Vec<String>,
+    /// The error that is worth a force, as "surge 0.1 m 400 N", in place of a bandwidth: a linear
+    /// quadratic regulator.
+    #[arg(long = "lqr", value_name = "AXIS")]
+    pub regulators: Vec<String>,
+    /// The damping ratio of axes with a bandwidth.
+    #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
+    pub damping: f64,
+    /// The integral time of PID, s; 10 over the bandwidth in rad/s if not given.
+    #[arg(long = "integral", value_name = "S")]
+    pub integral_s: Option<f64>,
+    /// The law.
+    #[arg(long, value_parser = law(), default_value = "non-exact")]
+    pub law: Law,
+    /// Let the model of the law adapt.
+    #[arg(long)]
+    pub adaptive: bool,
+    /// In what time it follows, s.
+    #[arg(long = "adaptation", value_name = "S", default_value_t = 60.0)]
+    pub adaptation_s: f64,
+    /// The greatest force on an axis, as "surge 2000 N"; of thrusters with measured tables it is
+    /// known.
+    #[arg(long = "limit", value_name = "FORCE")]
+    pub limits: Vec<String>,
+    /// The lag of an axis's thrusters, as "surge 0.3 s", in place of the plant's.
+    #[arg(long = "lag", value_name = "AXIS")]
+    pub lags: Vec<String>,
+    /// The delay of an axis's thrusters, as "surge 0.2 s", in place of the plant's.
+    #[arg(long = "delay", value_name = "AXIS")]
+    pub delays: Vec<String>,
+    /// How often the controller acts, Hz.
+    #[arg(long, value_name = "HZ", default_value_t = 10.0)]
+    pub sample_hz: f64,
+    /// Velocity of the water north and east in the second run, m/s, as 0.2,-0.1.
+    #[arg(
+        long,
+        value_name = "N,E",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true,
+        default_value = "0.2,0.1"
+    )]
+    pub current: Vec<f64>,
+    /// How many draws of the coefficients the worst case is of.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(0..=10_000))]
+    pub draws: u16,
+    /// Where random numbers start.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// The method whose plants of single axes to use; the recommended one's if not given.
+    #[arg(long, value_parser = method())]
+    pub method: Option<Method>,
+    /// Make one for a plant that should not be used, or with too small a margin; the files carry
+    /// the reasons.
+    #[arg(long)]
+    pub anyway: bool,
+    /// The folder to write control.toml, control.json, the C headers and ArduSub's parameters to;
+    /// if not given, nothing is written.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
+    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
+}
+
 /// Score a fitted plant, or a published one, on the trials of a campaign.
 #[derive(Debug, Args)]
 #[command(
@@ -377,13 +507,13 @@ pub struct Validate {
     pub method: Option<Method>,
 }
 
-/// Put fits beside each other and tell whether they differ by more than chance.
+/// Compare fits and plant tables, and test whether they differ by more than chance.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant compare spring/results autumn/results\n  seaplant compare dive*/results/results.json --method filter-error"
 )]
 pub struct Compare {
-    /// The results.json of each fit, or the folder that it is in.
+    /// The results of each fit (the folder or its results.json), a plant file, or published:NAME.
     #[arg(required = true, num_args = 2.., value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
     pub results: Vec<PathBuf>,
     /// The method whose plants to compare; the recommended ones if not given.
@@ -394,7 +524,7 @@ pub struct Compare {
 /// Identify a campaign again whenever one of its files changes.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example, between dives:\n  seaplant watch campaign.toml\n\nIt ends with Ctrl-C. Each round tells which parameters moved by more than chance."
+    after_help = "Example, between dives:\n  seaplant watch campaign.toml\n\nIt ends with Ctrl-C. Each round shows which parameters changed by more than chance."
 )]
 pub struct Watch {
     /// What to identify, and how.
@@ -425,13 +555,13 @@ pub struct Thruster {
     /// forces (N, kgf, lbf).
     #[arg(value_hint = ValueHint::FilePath)]
     pub table: PathBuf,
-    /// The column of inputs; told by its unit if not given.
+    /// The column of inputs; recognised by its unit if not given.
     #[arg(long, value_name = "COLUMN")]
     pub input: Option<String>,
     /// The unit of the inputs, if the header does not state it.
     #[arg(long, value_name = "UNIT")]
     pub input_unit: Option<String>,
-    /// The column of forces; told by its unit if not given.
+    /// The column of forces; recognised by its unit if not given.
     #[arg(long, value_name = "COLUMN")]
     pub force: Option<String>,
     /// The unit of the forces, if the header does not state it.
@@ -454,7 +584,7 @@ pub struct Thruster {
     after_help = "Examples:\n  seaplant twin twin.toml --out logs\n  echo 'disturbances = [\"current\"]' > twin.toml && seaplant twin twin.toml --out logs"
 )]
 pub struct Twin {
-    /// What the twin is and does, in TOML; `seaplant schema twin` tells its keys.
+    /// What the twin is and does, in TOML; `seaplant schema twin` prints its keys.
     #[arg(value_hint = ValueHint::FilePath)]
     pub spec: PathBuf,
     /// The folder to write to.
@@ -465,7 +595,7 @@ pub struct Twin {
     pub force: bool,
 }
 
-/// Tell how well methods do on a twin: errors and coverage over many seeds.
+/// Measure how well methods do on a twin: errors and coverage over many seeds.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant monte-carlo --disturbances tether --runs 30\n  seaplant monte-carlo twin.toml --method filter-error --out table.json"

@@ -1,11 +1,12 @@
 //! The commands, one a file.
 
-use seaplant_log::{ReadOptions, Stamp, TimeColumn};
+use seaplant_log::{Channel, ReadOptions, Stamp, TimeColumn};
 
 use crate::args::{MessageStamp, Reading};
 
 pub mod compare;
 pub mod completions;
+pub mod control;
 pub mod demo;
 pub mod export;
 pub mod identify;
@@ -15,6 +16,7 @@ pub mod man;
 mod manoeuvre;
 pub mod monte_carlo;
 pub mod plant;
+pub mod plot;
 pub mod predict;
 pub mod schema;
 pub mod simulate;
@@ -22,6 +24,16 @@ pub mod thruster;
 pub mod twin;
 pub mod validate;
 pub mod watch;
+
+/// Whether a channel's column contains one of some words, whatever their case; any, without words.
+fn is_wanted(channel: &Channel, only: &[String]) -> bool {
+    contains_any(&channel.column, only)
+}
+
+fn contains_any(column: &str, only: &[String]) -> bool {
+    let column = column.to_lowercase();
+    only.is_empty() || only.iter().any(|word| column.contains(&word.to_lowercase()))
+}
 
 /// How a user wants logs read.
 fn read_options(reading: &Reading) -> ReadOptions {

@@ -41,7 +41,7 @@ impl Sketches {
 }
 
 fn sketch(figure: &ComparisonFigure, results: &Results) -> String {
-    let Comparison { dof, trial, time_s, measured, simulated, .. } = &figure.comparison;
+    let Comparison { quantity, dof, trial, time_s, measured, simulated, .. } = &figure.comparison;
     let axis = results.trials.iter().find(|t| t.name == *trial).and_then(|t| t.axes.get(dof));
     let window = window(time_s, measured, axis.and_then(|axis| axis.dominant_hz));
     if window.len() < 2 {
@@ -59,7 +59,7 @@ fn sketch(figure: &ComparisonFigure, results: &Results) -> String {
         bar(&lines[0]),
         number(low),
         number(high),
-        dof.units().velocity,
+        quantity.unit(*dof),
         bar(&lines[1]),
         significant(time_s[window.start], 3),
         significant(time_s[window.end - 1], 3),
@@ -72,6 +72,23 @@ pub fn bar(values: &[f64]) -> String {
     let low = line.iter().copied().fold(0.0, f64::min);
     let high = line.iter().copied().fold(0.0, f64::max);
     line.iter().map(|x| level(*x, low, high)).collect()
+}
+
+/// A series in one line over a span of time; columns without a sample are blank.
+pub fn over_time(time_s: &[f64], values: &[f64], from_s: f64, to_s: f64) -> String {
+    let column = |k: usize| {
+        let at = |k: usize| from_s + (to_s - from_s) * k as f64 / COLUMNS as f64;
+        let until = if k + 1 == COLUMNS { f64::INFINITY } else { at(k + 1) };
+        let first = time_s.partition_point(|t| *t < at(k));
+        let after = time_s.partition_point(|t| *t < until);
+        let part = &values[first..after];
+        (!part.is_empty()).then(|| part.iter().sum::<f64>() / part.len() as f64)
+    };
+    let means: Vec<Option<f64>> = (0..COLUMNS).map(column).collect();
+    let known = || means.iter().flatten().copied();
+    let low = known().fold(f64::INFINITY, f64::min);
+    let high = known().fold(f64::NEG_INFINITY, f64::max);
+    means.iter().map(|mean| mean.map_or(' ', |mean| level(mean, low, high))).collect()
 }
 
 /// The samples to show: some periods of the excitation around the greatest speed, or all.
@@ -144,6 +161,16 @@ mod tests {
                 assert!(shown.start < shown.end && shown.end <= 40, "{k} {excited_hz:?} {shown:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_span_without_samples_is_blank() {
+        let (time_s, values) = ([0.0, 0.1, 9.9], [0.0, 0.0, 1.0]);
+        let shown = over_time(&time_s, &values, 0.0, 20.0);
+        assert_eq!(shown.chars().count(), COLUMNS);
+        assert!(shown.starts_with('▁') && shown.trim_end().ends_with('█'), "{shown}");
+        assert_eq!(shown.chars().filter(|c| *c != ' ').count(), 2, "{shown}");
+        assert_eq!(over_time(&[], &[], 0.0, 1.0).trim(), "");
     }
 
     #[test]

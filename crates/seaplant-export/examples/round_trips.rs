@@ -7,7 +7,7 @@ use std::path::Path;
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use seaplant::exchange::{PlantFile, PlantModel};
+use seaplant::exchange::{Drive, PlantFile, PlantModel};
 use seaplant::motion::{Inputs, simulate};
 use seaplant::{Dof, Timed};
 use seaplant_export::{EXPORTERS, Permission, export};
@@ -66,6 +66,7 @@ fn reference(model: &PlantModel) -> Result<Value, Failed> {
         "states": states,
         "trajectory": trajectory(model)?,
         "thrust": thrust(model),
+        "actuated": actuated(model)?,
     }))
 }
 
@@ -82,7 +83,7 @@ fn state(model: &PlantModel, random: &mut ChaCha8Rng) -> Result<Value, Failed> {
     let moved = |k: usize, x: &Vector3<f64>| if k < 3 && own(k) { x[k] } else { 0.0 };
     let relative = Vector6::from_fn(|k, _| velocity[k] - moved(k, &water));
     let turning = Vector3::new(velocity[3], velocity[4], velocity[5]).cross(&water);
-    let rate = model.plant.acceleration(&force, &relative, &down, &[])?;
+    let rate = model.plant.acceleration(&force, &relative, &down)?;
     let rate = Vector6::from_fn(|k, _| rate[k] - moved(k, &turning));
     Ok(json!({
         "angles": angles,
@@ -123,6 +124,38 @@ fn trajectory(model: &PlantModel) -> Result<Value, Failed> {
         "turns": turns,
         "velocity": moved.velocity.iter().map(|v| v.as_slice().to_vec()).collect::<Vec<_>>(),
         "attitude": moved.attitude,
+    }))
+}
+
+/// Inputs that change every half second, and the wrench that they make through lag, delay and
+/// reverse ratio, in steps of 0.02 s.
+fn actuated(model: &PlantModel) -> Result<Value, Failed> {
+    const STEP_S: f64 = 0.02;
+    const STEPS: usize = 500;
+    if model.thrusters.is_empty() {
+        return Ok(Value::Null);
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(SEED + 3);
+    let times: Vec<f64> = (0..20).map(|k| 0.5 * f64::from(k)).collect();
+    let mut drive = Drive::default();
+    let mut inputs = Vec::new();
+    for thruster in &model.thrusters {
+        let series: Vec<f64> = times.iter().map(|_| random.random_range(1050.0..1950.0)).collect();
+        drive
+            .thrusters
+            .insert(thruster.name.clone(), Timed::new("input", times.clone(), series.clone())?);
+        inputs.push(series);
+    }
+    drive.supply_v = Some(Timed::new("supply", vec![0.0], vec![15.0])?);
+    let forces = model.forces(&drive, STEP_S * STEPS as f64)?;
+    let wrench = |k: usize| {
+        let middle = STEP_S * (k as f64 + 0.5);
+        forces.each_ref().map(|force| force.as_ref().map_or(0.0, |force| force.held_at(middle)))
+    };
+    Ok(json!({
+        "supply_v": 15.0,
+        "inputs": inputs,
+        "wrench": (0..STEPS).map(wrench).collect::<Vec<_>>(),
     }))
 }
 

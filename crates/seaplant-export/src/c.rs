@@ -1,7 +1,8 @@
 //! One header in C, with no dependency but math.h: the reference of every other format.
 
-use seaplant::exchange::PlantModel;
-use seaplant::{ThrustCurve, ThrustTable};
+use seaplant::exchange::{Actuation, PlantModel};
+use seaplant::results::Parameter;
+use seaplant::{Dof, ThrustCurve, ThrustTable};
 
 use crate::code::{Syntax, block, bracket, input_of, names, number, numbers, own};
 use crate::remarks::{Frame, Remarks, commented, harmless, without_actuation};
@@ -24,7 +25,7 @@ impl Exporter for C {
     }
 
     fn about(&self) -> &'static str {
-        "one C header: derivative, RK4 step, thrusters"
+        "one C header: derivative, RK4 step, thrusters with lag and delay"
     }
 
     fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
@@ -36,7 +37,21 @@ impl Exporter for C {
 }
 
 pub(crate) fn remarks<'a>(model: &'a PlantModel, format: &'a str) -> Remarks<'a> {
-    let limits = without_actuation(model).into_iter().collect();
+    // Without thrusters there is nothing that lags inside.
+    let limits = if model.thrusters.is_empty() { without_actuation(model) } else { None };
+    Remarks { model, format, frame: Frame::Frd, limits: limits.into_iter().collect() }
+}
+
+/// Of a format whose forces come in as a wrench; `with_thrusters` is one that has thrusters.
+pub(crate) fn remarks_of_wrench<'a>(
+    model: &'a PlantModel,
+    format: &'a str,
+    with_thrusters: &str,
+) -> Remarks<'a> {
+    let mut limits: Vec<String> = without_actuation(model).into_iter().collect();
+    limits.push(format!(
+        "forces come in as a wrench; thrusters and their curves are not part of it (see the format {with_thrusters})"
+    ));
     Remarks { model, format, frame: Frame::Frd, limits }
 }
 
@@ -96,7 +111,29 @@ fn actuators(model: &PlantModel) -> String {
     let cases: String = (0..model.thrusters.len())
         .map(|k| format!("    case {k}: return seaplant_thrust_{k}(input, supply_v);\n"))
         .collect();
-    text + &fill(WRENCH, &[("CASES", cases)])
+    let axes = |of: fn(&Actuation) -> &Option<Parameter>, otherwise: f64| {
+        numbers(by_axis(model, of, otherwise))
+    };
+    let places = [
+        ("CASES", cases),
+        ("LAG", axes(|x| &x.lag, 0.0)),
+        ("FORCE_LAG", axes(|x| &x.force_lag, 0.0)),
+        ("DELAY", axes(|x| &x.delay, 0.0)),
+        ("RATIO", axes(|x| &x.reverse_ratio, 1.0)),
+    ];
+    text + &fill(WRENCH, &places)
+}
+
+/// What was fitted of the actuators of each axis; `otherwise` where nothing was.
+pub(crate) fn by_axis(
+    model: &PlantModel,
+    of: fn(&Actuation) -> &Option<Parameter>,
+    otherwise: f64,
+) -> [f64; 6] {
+    Dof::ALL.map(|dof| {
+        let fitted = model.actuation.get(&dof).and_then(|actuation| of(actuation).as_ref());
+        fitted.map_or(otherwise, |parameter| parameter.value)
+    })
 }
 
 const INTERPOLATE: &str = "static inline double seaplant_interpolate(const double input[], const double force[], int count, double x)
@@ -138,6 +175,83 @@ static inline void seaplant_wrench(const double input[], double supply_v, double
     for (k = 0; k < SEAPLANT_THRUSTERS; ++k)
         for (i = 0; i < 6; ++i)
             tau[i] += seaplant_allocation[k][i] * seaplant_thrust(k, input[k], supply_v);
+}
+
+/* Between inputs and thrust, as it was fitted for each axis; 0, 0, 0 and 1 where nothing was found.
+   A propeller follows its delayed input by lag ds/dt = input - s; thrust in reverse is that of the
+   curve times the ratio; the force of all thrusters on an axis follows theirs by its own lag. */
+static const double seaplant_lag_s[6] = {@LAG@};
+static const double seaplant_force_lag_s[6] = {@FORCE_LAG@};
+static const double seaplant_delay_s[6] = {@DELAY@};
+static const double seaplant_reverse_ratio[6] = {@RATIO@};
+
+/* Inputs that are kept for the delay: it is cut short where it exceeds so many steps. */
+#define SEAPLANT_PAST 256
+
+typedef struct {
+    double speed[SEAPLANT_THRUSTERS][6];
+    double force[6];
+    int is_driven;
+    double past[SEAPLANT_PAST][SEAPLANT_THRUSTERS];
+    double since[SEAPLANT_PAST];
+    double now;
+    long count;
+} seaplant_actuators;
+
+/* Actuators whose inputs have always been these. */
+static inline void seaplant_actuators_begin(seaplant_actuators *of, const double input[])
+{
+    int i, k;
+    for (k = 0; k < SEAPLANT_THRUSTERS; ++k) {
+        of->past[0][k] = input[k];
+        for (i = 0; i < 6; ++i)
+            of->speed[k][i] = input[k];
+    }
+    for (i = 0; i < 6; ++i)
+        of->force[i] = 0.0;
+    of->is_driven = 0;
+    of->since[0] = 0.0;
+    of->now = 0.0;
+    of->count = 1;
+}
+
+/* The inputs that were in force at a time. */
+static inline const double *seaplant_past(const seaplant_actuators *of, double time)
+{
+    long at = of->count - 1;
+    while (at > 0 && at > of->count - SEAPLANT_PAST && of->since[at % SEAPLANT_PAST] > time)
+        --at;
+    return of->past[at % SEAPLANT_PAST];
+}
+
+/* tau for the next h seconds, over which the inputs are held; steps of 0.02 s or less follow a lag. */
+static inline void seaplant_actuate(seaplant_actuators *of, const double input[], double supply_v,
+                                    double h, double tau[6])
+{
+    int i, k;
+    of->since[of->count % SEAPLANT_PAST] = of->now;
+    for (k = 0; k < SEAPLANT_THRUSTERS; ++k)
+        of->past[of->count % SEAPLANT_PAST][k] = input[k];
+    ++of->count;
+    for (i = 0; i < 6; ++i) {
+        const double *goal = seaplant_past(of, of->now + 0.5 * h - seaplant_delay_s[i]);
+        double lag = seaplant_lag_s[i], force_lag = seaplant_force_lag_s[i];
+        double thrust, middle, force = 0.0;
+        for (k = 0; k < SEAPLANT_THRUSTERS; ++k) {
+            double behind = of->speed[k][i] - goal[k];
+            middle = goal[k] + (lag > 0.0 ? behind * exp(-0.5 * h / lag) : 0.0);
+            of->speed[k][i] = goal[k] + (lag > 0.0 ? behind * exp(-h / lag) : 0.0);
+            thrust = seaplant_thrust(k, middle, supply_v);
+            if (thrust < 0.0)
+                thrust *= seaplant_reverse_ratio[i];
+            force += seaplant_allocation[k][i] * thrust;
+        }
+        middle = of->is_driven ? of->force[i] - force : 0.0;
+        tau[i] = force + (force_lag > 0.0 ? middle * exp(-0.5 * h / force_lag) : 0.0);
+        of->force[i] = force + (force_lag > 0.0 ? middle * exp(-h / force_lag) : 0.0);
+    }
+    of->is_driven = 1;
+    of->now += h;
 }
 ";
 

@@ -28,10 +28,7 @@ impl Exporter for Casadi {
     }
 
     fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
-        let mut remarks = c::remarks(model, "casadi");
-        remarks.limits.push(
-            "forces come in as a wrench; thrusters and their curves are not part of it (see the format python)".to_owned(),
-        );
+        let remarks = c::remarks_of_wrench(model, "casadi", "python");
         let places = [
             ("REMARKS", commented(&remarks.lines(), "#").trim_end().to_owned()),
             ("NAMES", name_list(model)),

@@ -87,7 +87,7 @@ pub(crate) fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<S
 
 /// The names of all coefficients, as results have them.
 pub(crate) fn names(model: &PlantModel) -> Vec<String> {
-    model.plant.structure().terms().iter().map(ToString::to_string).collect()
+    model.plant.structure().names()
 }
 
 /// The indices of the plant's axes.

@@ -96,6 +96,18 @@ fn source(variables: &Variables, token: &str) -> String {
         ("THETA", variables.theta.to_string()),
         ("OUTPUT", variables.output.to_string()),
         ("THRUSTERS", thrusters(variables)),
+        (
+            "ACTUATORS",
+            variables
+                .thrusters
+                .map_or_else(String::new, |_| "    seaplant_actuators actuators;\n".to_owned()),
+        ),
+        (
+            "BEGIN_ACTUATORS",
+            variables.thrusters.map_or_else(String::new, |(first, _)| {
+                format!("    seaplant_actuators_begin(&fmu->actuators, &fmu->value[{first}]);\n")
+            }),
+        ),
     ];
     fill(include_str!("templates/fmu.c"), &places)
 }
@@ -105,7 +117,7 @@ fn thrusters(variables: &Variables) -> String {
     let Some((first, voltage)) = variables.thrusters else { return String::new() };
     let supply = voltage.map_or("0.0".to_owned(), |at| format!("fmu->value[{at}]"));
     format!(
-        "    {{\n        double wrench[6];\n        seaplant_wrench(&fmu->value[{first}], {supply}, wrench);\n        for (k = 0; k < 6; ++k)\n            tau[k] += wrench[k];\n    }}\n"
+        "    {{\n        double wrench[6];\n        seaplant_actuate(&fmu->actuators, &fmu->value[{first}], {supply}, h, wrench);\n        for (k = 0; k < 6; ++k)\n            tau[k] += wrench[k];\n    }}\n"
     )
 }
 

@@ -90,7 +90,9 @@ fn missing(model: &PlantModel) -> Vec<String> {
     for (term, value) in model.plant.structure().terms().iter().zip(model.plant.coefficients()) {
         let Basis::Product(on, product) = term else { continue };
         if tag(*on, product).is_none() {
-            notes.push(format!("left out, for Hydrodynamics has no such term: {term} = {value}"));
+            notes.push(format!(
+                "left out, because Hydrodynamics has no such term: {term} = {value}"
+            ));
         }
     }
     for (dof, value) in constants(model) {

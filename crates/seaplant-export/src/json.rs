@@ -59,6 +59,8 @@ fn file(model: &PlantModel, notes: Vec<String>) -> PlantFile {
         effects: model.plant.structure().effects().to_vec(),
         thrusters: model.thrusters.iter().map(thruster).collect(),
         actuation: model.actuation.clone(),
+        driven: model.driven.clone(),
+        disturbances: model.disturbances.clone(),
         derived: Some(derived(model)),
     }
 }

@@ -96,7 +96,7 @@ fn stand_in(
     };
     let half = least(&Dof::ALL[..3]).map(|least| 0.5 * least);
     let Some(kg) = model.dry_mass_kg.or(half) else {
-        let reason = "nothing tells its mass; state dry_mass_kg in vehicle.toml".to_owned();
+        let reason = "its mass is not known; state dry_mass_kg in vehicle.toml".to_owned();
         return Err(Error::Unsuitable { format, reason });
     };
     let told = least(&Dof::ALL[3..]).map(|least| 0.5 * least);

@@ -31,10 +31,7 @@ impl Exporter for Octave {
     }
 
     fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
-        let mut remarks = c::remarks(model, "octave");
-        remarks.limits.push(
-            "forces come in as a wrench; thrusters and their curves are not part of it (see the format python)".to_owned(),
-        );
+        let remarks = c::remarks_of_wrench(model, "octave", "python");
         let theta: String = model
             .plant
             .coefficients()

@@ -1,6 +1,7 @@
 //! A module for NumPy.
 
-use seaplant::exchange::PlantModel;
+use seaplant::exchange::{Actuation, PlantModel};
+use seaplant::results::Parameter;
 use seaplant::{ThrustCurve, ThrustTable};
 
 use crate::code::{Syntax, block, bracket, input_of, names, number, numbers, own};
@@ -24,7 +25,7 @@ impl Exporter for Python {
     }
 
     fn about(&self) -> &'static str {
-        "one NumPy module: derivative, step, draws of the coefficients, thrusters"
+        "one NumPy module: derivative, step, draws of the coefficients, thrusters with lag and delay"
     }
 
     fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
@@ -81,7 +82,16 @@ fn actuators(model: &PlantModel) -> String {
     for thruster in &model.thrusters {
         text += &format!("    lambda x, volts: {},\n", curve(&thruster.curve));
     }
-    text + "]\n" + WRENCH
+    let axes = |of: fn(&Actuation) -> &Option<Parameter>, otherwise: f64| {
+        numbers(c::by_axis(model, of, otherwise))
+    };
+    let places = [
+        ("LAG", axes(|x| &x.lag, 0.0)),
+        ("FORCE_LAG", axes(|x| &x.force_lag, 0.0)),
+        ("DELAY", axes(|x| &x.delay, 0.0)),
+        ("RATIO", axes(|x| &x.reverse_ratio, 1.0)),
+    ];
+    text + "]\n" + &fill(WRENCH, &places)
 }
 
 const QUADRATIC: &str = "
@@ -97,6 +107,53 @@ def wrench(inputs, supply_v=None):
     \"\"\"tau (6,) of all thrusters from their inputs, without lag and delay.\"\"\"
     thrust = np.array([curve(x, supply_v) for curve, x in zip(CURVES, inputs, strict=True)])
     return thrust @ ALLOCATION
+
+
+LAG_S = np.array([@LAG@])
+FORCE_LAG_S = np.array([@FORCE_LAG@])
+DELAY_S = np.array([@DELAY@])
+REVERSE_RATIO = np.array([@RATIO@])
+\"\"\"Between inputs and thrust, by axis, as fitted; 0, 0, 0 and 1 where nothing was found.\"\"\"
+
+
+class Actuators:
+    \"\"\"Thrusters with lag, delay and reverse ratio; `inputs` are those that have always been.
+
+    A propeller follows its delayed input by lag ds/dt = input - s; thrust in reverse is that of the
+    curve times the ratio; the force of all thrusters on an axis follows theirs by its own lag.
+    \"\"\"
+
+    def __init__(self, inputs):
+        self.now = 0.0
+        self.past = [(0.0, np.array(inputs, dtype=float))]
+        self.speed = np.tile(self.past[0][1], (6, 1))
+        self.force = None
+
+    def wrench(self, inputs, h, supply_v=None):
+        \"\"\"tau (6,) for the next h seconds, over which the inputs are held; 0.02 s or less.\"\"\"
+        self.past.append((self.now, np.array(inputs, dtype=float)))
+        tau = np.zeros(6)
+        for axis, (lag, delay, ratio) in enumerate(zip(LAG_S, DELAY_S, REVERSE_RATIO, strict=True)):
+            goal = self.before(self.now + 0.5 * h - delay)
+            behind = self.speed[axis] - goal
+            middle = goal + (behind * np.exp(-0.5 * h / lag) if lag > 0.0 else 0.0)
+            self.speed[axis] = goal + (behind * np.exp(-h / lag) if lag > 0.0 else 0.0)
+            thrust = [curve(x, supply_v) for curve, x in zip(CURVES, middle, strict=True)]
+            thrust = np.array([ratio * f if f < 0.0 else f for f in thrust])
+            tau[axis] = thrust @ ALLOCATION[:, axis]
+        before = tau if self.force is None else self.force
+        slow = FORCE_LAG_S > 0.0
+        fade = np.where(slow, np.exp(-0.5 * h / np.where(slow, FORCE_LAG_S, 1.0)), 0.0)
+        self.force = tau + (before - tau) * fade * fade
+        tau = tau + (before - tau) * fade
+        self.now += h
+        while len(self.past) > 1 and self.past[1][0] < self.now - DELAY_S.max():
+            self.past.pop(0)
+        return tau
+
+    def before(self, time):
+        \"\"\"The inputs that were in force at a time.\"\"\"
+        return next((x for since, x in reversed(self.past) if since <= time), self.past[0][1])
 ";
 
 fn curve(curve: &ThrustCurve) -> String {

@@ -198,6 +198,7 @@ pub(crate) fn actuation(model: &PlantModel) -> Vec<String> {
     for (dof, actuation) in &model.actuation {
         let all = [
             ("lag of propeller speed", &actuation.lag),
+            ("lag of force", &actuation.force_lag),
             ("delay of thrust", &actuation.delay),
             ("reverse thrust over the curve's", &actuation.reverse_ratio),
         ];
@@ -215,7 +216,10 @@ pub(crate) fn actuation(model: &PlantModel) -> Vec<String> {
 pub(crate) fn without_actuation(model: &PlantModel) -> Option<String> {
     let found = actuation(model);
     (!found.is_empty()).then(|| {
-        format!("not applied here, apply it to thrust before it comes in: {}", found.join("; "))
+        format!(
+            "not applied here: {}; the formats c, python and fmu apply it, or apply it to thrust before it comes in",
+            found.join("; ")
+        )
     })
 }
 

@@ -7,7 +7,7 @@ use seaplant::plant::Product;
 
 use crate::code::{identifiers, names, number, numbers, own};
 use crate::json::damping;
-use crate::remarks::{commented, constants, harmless, other_products};
+use crate::remarks::{commented, constants, harmless, other_products, without_actuation};
 use crate::{Error, Exported, ExportedFile, Exporter, c};
 
 pub(crate) struct Ros2;
@@ -23,6 +23,9 @@ impl Exporter for Ros2 {
 
     fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
         let mut remarks = c::remarks(model, "ros2");
+        if !model.thrusters.is_empty() {
+            remarks.limits.extend(without_actuation(model));
+        }
         remarks.limits.push(
             "matrices are flat, row by row, with zeros at axes that are not known: read axis_known first".to_owned(),
         );

@@ -27,10 +27,7 @@ impl Exporter for Rust {
     }
 
     fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
-        let mut remarks = c::remarks(model, "rust");
-        remarks.limits.push(
-            "forces come in as a wrench; thrusters and their curves are not part of it (see the format c)".to_owned(),
-        );
+        let remarks = c::remarks_of_wrench(model, "rust", "c");
         let theta: String = model
             .plant
             .coefficients()

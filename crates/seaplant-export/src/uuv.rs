@@ -62,7 +62,7 @@ fn missing(model: &PlantModel, link: &Link) -> Vec<String> {
             _ => true,
         };
         if !held {
-            notes.push(format!("left out, for the plugin has no such term: {term} = {value}"));
+            notes.push(format!("left out, because the plugin has no such term: {term} = {value}"));
         }
     }
     notes.push(

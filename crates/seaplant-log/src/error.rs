@@ -29,7 +29,7 @@ pub enum Error {
 
     /// The path is a pipe, a socket or a device.
     #[error(
-        "{} is no regular file but a pipe or a device; save what it gives to a file and name that",
+        "{} is a pipe or a device, not a regular file; save its content to a file and name that",
         path.display()
     )]
     NotAFile {
@@ -60,7 +60,7 @@ pub enum Error {
 
     /// The file is neither text nor of another format that is read.
     #[error(
-        "{} is of no format that is read but looks like {looks_like}; export it as CSV",
+        "{}: unsupported format (looks like {looks_like}); export it as CSV",
         path.display()
     )]
     Binary {
@@ -89,8 +89,8 @@ pub enum Error {
 
     /// A packed file that holds far more than a log of its size can.
     #[error(
-        "{}: {packed} bytes unpack to more than {unpacked}, which no log does; if it is one, unpack \
-         it first",
+        "{}: {packed} bytes unpack to more than {unpacked}, which is not plausible for a log; if it \
+         is one, unpack it first",
         path.display()
     )]
     TooMuch {

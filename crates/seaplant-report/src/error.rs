@@ -18,7 +18,7 @@ pub enum Error {
     )]
     NoSchema,
     /// JSON that is damaged or not of the contract.
-    #[error("line {line}, column {column}: {cause}; identify again, or mend the file there")]
+    #[error("line {line}, column {column}: {cause}; identify again, or correct the file there")]
     Json {
         /// Where, from 1; 0 on writing.
         line: usize,

@@ -12,6 +12,7 @@ mod spectrum;
 mod steady;
 mod svg_writer;
 mod thrust;
+mod thumbnail;
 
 use seaplant::results::{Results, Series};
 use seaplant::{Dof, Method, Role};
@@ -26,6 +27,7 @@ pub(crate) use spectrum::{Amplitude, view as spectrum_view};
 pub(crate) use steady::{description as steady_description, segments as steady_segments};
 pub(crate) use svg_writer::inline as inline_svg;
 pub(crate) use thrust::scene as thrust;
+pub(crate) use thumbnail::Thumbnails;
 
 /// A figure as files.
 #[derive(Clone, Debug, PartialEq)]

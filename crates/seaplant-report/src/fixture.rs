@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use seaplant::estimate::{Candidate, Decision, Filters, Innovations};
+use seaplant::exchange::Consequence;
 use seaplant::results::*;
 use seaplant::signal::amplitude_spectrum;
 use seaplant::{
     Agreement, Caveat, CaveatCode, Comparison, Dof, LowPass, LumpedParameters, Method,
-    PhysicalParameters, Role, Stability, Term,
+    PhysicalParameters, Role, ScoredMotion, Stability, Term,
 };
 
 pub(crate) const HOSTILE: &str = "<script>alert('x')</script>/..\\\"&\u{7}日本 1";
@@ -28,6 +29,7 @@ fn score(trial: &str, e: Option<f64>) -> Score {
         samples: 4800,
     };
     Score {
+        quantity: ScoredMotion::Velocity,
         mean_abs_error: e,
         null_error: 0.11,
         best_null: Some(NullScore { model: NullModel::SteadySpeed, mean_abs_error: 0.07 }),
@@ -70,6 +72,7 @@ pub(crate) fn plant() -> PlantResult {
         }],
         steady_test: None,
         thrust_part: None,
+        history: None,
         innovations: vec![Innovations {
             trial: HOSTILE.to_owned(),
             samples: 4790,
@@ -157,8 +160,8 @@ fn trial(name: &str, role: Role, dof: Dof) -> TrialResult {
         force_rms: 1300.0,
         stroke: Some(3.1),
         keulegan_carpenter: Some(1.15),
-        speed_max: 0.31,
-        speed_rms: 0.17,
+        speed_max: Some(0.31),
+        speed_rms: Some(0.17),
         gap_s: 0.0,
     };
     let files = vec!["a.csv".to_owned()];
@@ -174,8 +177,17 @@ pub(crate) fn comparison(trial: &str, method: Method, role: Role) -> ComparisonF
     let velocity = Agreement::of(&measured, &simulated, 0.0);
     let dof = Dof::Surge;
     let trial = trial.to_owned();
-    let comparison =
-        Comparison { dof, trial, time_s, force, measured, simulated, velocity, position: None };
+    let comparison = Comparison {
+        quantity: ScoredMotion::Velocity,
+        dof,
+        trial,
+        time_s,
+        force,
+        measured,
+        simulated,
+        velocity,
+        position: None,
+    };
     ComparisonFigure { method, role, comparison }
 }
 
@@ -234,6 +246,11 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
         CoupledScore { trials: BTreeMap::from([(HOSTILE.to_owned(), by_axis.clone())]), by_axis }
     };
     CoupledPlant {
+        verdict: Verdict {
+            trust: Trust::Doubtful,
+            reason: HOSTILE.to_owned(),
+            codes: vec![CaveatCode::NotDetermined],
+        },
         axes: vec![Dof::Sway, Dof::Yaw],
         method: Method::FilterError,
         symmetry: seaplant::plant::Symmetry::PortStarboard,
@@ -272,6 +289,7 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
         log_likelihood: 5432.1,
         fit: score(Some(0.01)),
         hold_out: Some(score(None)),
+        driven: BTreeMap::new(),
         single_axes: BTreeMap::from([(Dof::Sway, AxisScore::default())]),
         caveats: vec![Caveat::note(CaveatCode::UndrivenAxis, "no moment acts on yaw")],
     }
@@ -299,6 +317,7 @@ pub(crate) fn identification() -> Found {
             settings: BTreeMap::from([("paper.cutoff_hz".to_owned(), "0.125".to_owned())]),
         },
         plants: BTreeMap::from([(Dof::Surge, plant())]),
+        coupled_online: BTreeMap::new(),
         coupled: BTreeMap::from([("sway-yaw".to_owned(), coupled_plant())]),
         steering: Vec::new(),
         methods: BTreeMap::from([(Dof::Surge, surge)]),
@@ -340,6 +359,13 @@ pub(crate) fn identification() -> Found {
             Dof::Surge,
             TruePlant { mass: 12970.0, quadratic_drag: 2400.0, linear_drag: 0.0, bias_force: 0.0 },
         )])),
+        consequences: vec![Consequence {
+            name: "top speed at 1000 N".to_owned(),
+            axis: Dof::Surge,
+            value: 0.67,
+            interval95: Some([0.65, 0.69]),
+            unit: "m/s".to_owned(),
+        }],
         failures: vec![Failure {
             dof: Dof::Yaw,
             method: Method::Paper.name().to_owned(),
@@ -380,6 +406,7 @@ pub(crate) fn empty() -> Found {
         plants: BTreeMap::new(),
         coupled: BTreeMap::new(),
         steering: Vec::new(),
+        coupled_online: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
         steady: BTreeMap::new(),

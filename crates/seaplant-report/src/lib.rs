@@ -9,6 +9,7 @@ mod decimate;
 mod error;
 mod figure;
 mod json;
+mod log_page;
 pub mod number;
 mod page;
 mod paths;
@@ -28,6 +29,7 @@ use seaplant::{Comparison, Dof, PositionComparison};
 pub use error::Error;
 pub use figure::Figure;
 pub use json::{parse_results, results_schema};
+pub use log_page::{Track, is_log_page, log_page};
 pub use prediction::{is_prediction_page, prediction_page};
 
 /// A file to write.
@@ -83,6 +85,7 @@ pub fn render<E: From<Error>>(
     let mut stems = paths::Paths::default();
     let mut album = figure::Album::default();
     let mut charts = chart::Charts::default();
+    let mut thumbnails = figure::Thumbnails::default();
     for series in series {
         let stem = stem(&series, &mut stems);
         if let Series::Comparison(figure) = &series {
@@ -97,13 +100,17 @@ pub fn render<E: From<Error>>(
         }
         album.draw(&series, results, &stem)?;
         charts.add(&series, results, &stem);
+        thumbnails.add(&series, results);
     }
     let plates = album.plates(results)?;
     put(&Artifact::of_bytes("results.json", json::bytes(results)?))?;
     let charts = charts.all(results);
     put(&Artifact::of_bytes(
         "report.html",
-        page::html(results, page::Pictures { charts: &charts, plates: &plates })?,
+        page::html(
+            results,
+            page::Pictures { charts: &charts, plates: &plates, thumbnails: &thumbnails },
+        )?,
     ))?;
     drop(charts);
     for plate in plates {

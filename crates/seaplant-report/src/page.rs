@@ -1,5 +1,6 @@
 //! The report: one HTML file that needs nothing else.
 
+mod advice;
 mod axis_section;
 mod card;
 mod coupled_section;
@@ -18,7 +19,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use crate::chart::{Chart, Sheet};
-use crate::figure::{Plate, Subject, style_sheet};
+use crate::figure::{Plate, Subject, Thumbnails, style_sheet};
 use crate::{Error, words};
 
 /// Templates by the names by which they include each other.
@@ -74,6 +75,7 @@ struct ChartView {
 pub(crate) struct Pictures<'a> {
     pub(crate) charts: &'a [Chart],
     pub(crate) plates: &'a [Plate],
+    pub(crate) thumbnails: &'a Thumbnails,
 }
 
 impl Pictures<'_> {
@@ -109,6 +111,7 @@ struct Page<'a> {
     script_hashes: [String; 2],
     sheet: String,
     vehicle: &'a str,
+    headline: Vec<card::Finding>,
     line: String,
     failures: Vec<(String, &'a str)>,
     cards: Vec<card::Card>,
@@ -134,9 +137,10 @@ impl<'a> Page<'a> {
             // Within an element, nothing but its end may begin with this.
             sheet: serde_json::to_string(&Sheet::of(pictures.charts))?.replace('<', "\\u003c"),
             vehicle: &results.vehicle,
+            headline: card::headline(results),
             line: provenance::line(results),
             failures: failures(results),
-            cards: card::all(results),
+            cards: card::all(results, pictures.thumbnails),
             has_truth: results.truth.is_some(),
             doubts: doubts::of_campaign(results),
             coupled: results

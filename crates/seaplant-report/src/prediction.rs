@@ -5,6 +5,7 @@ use seaplant::exchange::{PlantModel, Prediction};
 
 use crate::Error;
 use crate::figure::{inline_svg, prediction_scene, style_sheet};
+use crate::words::escaped;
 
 /// The page of a prediction: what was driven, a chart for each axis, what to mind.
 ///
@@ -44,8 +45,4 @@ const MARK: &str = "<!DOCTYPE html><!-- seaplant simulate -->";
 /// Whether a file begins as such a page.
 pub fn is_prediction_page(bytes: &[u8]) -> bool {
     bytes.starts_with(MARK.as_bytes())
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

@@ -10,6 +10,7 @@ pub(crate) fn method(method: Method) -> String {
     match method {
         Method::Paper => "the paper’s method".to_owned(),
         Method::Sriv => "SRIV".to_owned(),
+        Method::Ekf => "joint Kalman filter".to_owned(),
         other => other.name().replace('-', " "),
     }
 }
@@ -43,15 +44,15 @@ pub(crate) const fn severity(severity: Severity) -> &'static str {
 pub(crate) fn caveat(code: CaveatCode) -> String {
     let better = match code {
         CaveatCode::BiasOneDirection => "Bias seen from one direction",
-        CaveatCode::ClockOffset => "Clock told by the data",
-        CaveatCode::Collinear => "Terms hardly told apart",
+        CaveatCode::ClockOffset => "Clock offset estimated from the data",
+        CaveatCode::Collinear => "Terms hard to separate",
         CaveatCode::LagOrDelay => "Thruster lag or delay",
-        CaveatCode::Log => "Log mended",
+        CaveatCode::Log => "Log repaired",
         CaveatCode::NoBetterThanNull => "No better than standing still",
         CaveatCode::OneSignedThrust => "Thrust never changes sign",
         CaveatCode::ScoredOnFit => "Scored on its own trial",
         CaveatCode::SteadyUnsteadyDisagree => "Steady and unsteady drag disagree",
-        CaveatCode::ThrustScale => "Scale of thrust unseen",
+        CaveatCode::ThrustScale => "Scale of thrust not observable",
         CaveatCode::PresetGeometry => "Thrusters not measured",
         CaveatCode::TwoLevelThrust => "Thrust at two levels only",
         _ => "",
@@ -66,6 +67,11 @@ pub(crate) fn caveat(code: CaveatCode) -> String {
 
 pub(crate) const fn mass(dof: Dof) -> &'static str {
     if dof.is_rotation() { "Inertia" } else { "Mass" }
+}
+
+/// I of rotations, m of translations.
+pub(crate) const fn mass_symbol(dof: Dof) -> &'static str {
+    if dof.is_rotation() { "I" } else { "m" }
 }
 
 pub(crate) const fn bias_force(dof: Dof) -> &'static str {
@@ -96,4 +102,10 @@ pub(crate) fn filters(filters: &Filters) -> String {
         .flatten()
         .collect();
     if all.is_empty() { "none".to_owned() } else { all.join("; ") }
+}
+
+/// Text as it may stand within an element or an attribute.
+pub(crate) fn escaped(text: &str) -> String {
+    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    text.replace('"', "&quot;")
 }

@@ -101,6 +101,10 @@ pub enum CaveatCode {
     Navigation,
     /// A channel whose values do not look like its unit.
     SuspiciousUnit,
+    /// An accelerometer that is at the end of its range.
+    ClippedAccelerometer,
+    /// An accelerometer that reads much at rest: it is tilted beside the attitude sensor.
+    TiltedAccelerometer,
     /// Two instruments that do not tell of the same motion.
     InstrumentsDisagree,
     /// The filter could not be as designed at this sampling rate.

@@ -7,6 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use crate::exchange::PlantModel;
+use crate::plant::{Basis, Product};
 use crate::results::{Parameter, Parameters, PlantResult, Results};
 use crate::{Caveat, CaveatCode, Dof, Method};
 
@@ -19,10 +21,32 @@ pub struct Differences {
     pub caveats: Vec<Caveat>,
 }
 
+/// One of the plants that are compared.
+#[derive(Clone, Copy, Debug)]
+pub enum Compared<'a> {
+    /// A fit.
+    Fit(&'a Results),
+    /// A plant file or published table, each axis by itself.
+    Table(&'a PlantModel),
+}
+
+/// A parameter as a fit or a table states it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Stated {
+    /// The number.
+    pub value: f64,
+    /// Its standard deviation; absent of a table that states none.
+    pub std: Option<f64>,
+    /// Its 95 % interval; likewise.
+    pub interval95: Option<[f64; 2]>,
+    /// Its unit.
+    pub unit: String,
+}
+
 /// The plants of one degree of freedom beside each other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DofDifference {
-    /// Each fit's method; absent where it has no such plant.
+    /// Each fit's method; absent where it has no such plant, and of tables.
     pub methods: Vec<Option<Method>>,
     /// All parameters together; absent if no two fits have them all.
     pub test: Option<DifferenceTest>,
@@ -34,7 +58,7 @@ pub struct DofDifference {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterDifference {
     /// Each fit's estimate.
-    pub estimates: Vec<Option<Parameter>>,
+    pub estimates: Vec<Option<Stated>>,
     /// Whether they differ; absent of fewer than two.
     pub test: Option<DifferenceTest>,
 }
@@ -69,7 +93,7 @@ const LEVEL: f64 = 0.05;
 /// S. Holm, "A simple sequentially rejective multiple test procedure", 1979.
 ///
 /// ```
-/// use seaplant::{Dof, Method, differences};
+/// use seaplant::{Compared::Fit, Dof, Method, differences};
 /// # use seaplant::results::Results;
 /// # use seaplant::twin::{TwinSpec, make};
 /// # use seaplant::{IdentifyOptions, Trial, TrialSetup, identify};
@@ -86,22 +110,97 @@ const LEVEL: f64 = 0.05;
 /// # }
 /// let (spring, summer, autumn) = (fit(1, 0.0)?, fit(2, 0.0)?, fit(3, 200.0)?); // 200 kg of payload
 /// let differs = |found: seaplant::Differences| found.dofs[&Dof::Surge].test.expect("two fits").differs;
-/// assert!(!differs(differences(&[&spring, &summer], None)));
-/// assert!(differs(differences(&[&spring, &autumn], None)));
+/// assert!(!differs(differences(&[Fit(&spring), Fit(&summer)], None)));
+/// assert!(differs(differences(&[Fit(&spring), Fit(&autumn)], None)));
 /// # Ok::<(), seaplant::Error>(())
 /// ```
-pub fn differences(fits: &[&Results], method: Option<Method>) -> Differences {
+pub fn differences(compared: &[Compared<'_>], method: Option<Method>) -> Differences {
     let mut dofs = BTreeMap::new();
     for dof in Dof::ALL {
-        let plants: Vec<Option<&PlantResult>> =
-            fits.iter().map(|fit| plant(fit, dof, method)).collect();
+        let plants: Vec<Option<Own>> =
+            compared.iter().map(|one| Own::of(*one, dof, method)).collect();
         if plants.iter().flatten().count() > 1 {
             dofs.insert(dof, of_dof(&plants));
         }
     }
     correct(&mut dofs);
-    let caveats = caveats(fits, &dofs);
+    let caveats = caveats(compared, &dofs);
     Differences { dofs, caveats }
+}
+
+/// The names of parameters, in the order of `[m, d_Q, d_L, b]`.
+const NAMES: [&str; 4] = ["mass", "quadratic_drag", "linear_drag", "bias_force"];
+
+/// The plant of one degree of freedom by itself.
+struct Own {
+    method: Option<Method>,
+    parameters: [Option<Stated>; 4],
+    /// Correlations; absent of a table that states none.
+    correlation: Option<[[f64; 4]; 4]>,
+}
+
+impl Own {
+    fn of(compared: Compared<'_>, dof: Dof, method: Option<Method>) -> Option<Self> {
+        match compared {
+            Compared::Fit(fit) => Some(Self::of_fit(plant(fit, dof, method)?)),
+            Compared::Table(model) => Self::of_table(model, dof),
+        }
+    }
+
+    fn of_fit(plant: &PlantResult) -> Self {
+        let Parameters { mass, quadratic_drag, linear_drag, bias_force } = &plant.parameters;
+        let all = [Some(mass), quadratic_drag.as_ref(), linear_drag.as_ref(), bias_force.as_ref()];
+        let stated = |parameter: &Parameter| Stated {
+            value: parameter.value,
+            std: Some(parameter.std),
+            interval95: Some([parameter.low95, parameter.high95]),
+            unit: parameter.unit.clone(),
+        };
+        Self {
+            method: Some(plant.method),
+            parameters: all.map(|parameter| parameter.map(stated)),
+            correlation: Some(plant.correlation),
+        }
+    }
+
+    fn of_table(model: &PlantModel, dof: Dof) -> Option<Self> {
+        if !model.plant.axes().contains(&dof) {
+            return None;
+        }
+        // A vehicle that is too heavy needs thrust upwards: b = −(W − B).
+        let (bias, sign) = match dof {
+            Dof::Heave => (Basis::WeightExcess, -1.0),
+            _ => (Basis::One(dof), 1.0),
+        };
+        let bases = [
+            (Basis::Mass(dof, dof), 1.0),
+            (Basis::Product(dof, Product::quadratic(dof)), 1.0),
+            (Basis::Product(dof, Product::linear(dof)), 1.0),
+            (bias, sign),
+        ];
+        let place = |basis: Basis| model.plant.structure().index_of(&basis);
+        let places = bases.map(|(basis, _)| place(basis));
+        let stated = |k: usize| {
+            let at = places[k]?;
+            let sign = bases[k].1;
+            let interval = model.interval(at).map(|ends| ends.map(|end| sign * end));
+            Some(Stated {
+                value: sign * model.plant.coefficients()[at],
+                std: model.std(at),
+                interval95: interval.map(|[a, b]| [a.min(b), a.max(b)]),
+                unit: bases[k].0.unit(),
+            })
+        };
+        let correlation = model.covariance.as_ref().map(|covariance| {
+            let of = |i: usize, j: usize| {
+                let (a, b) = (places[i]?, places[j]?);
+                let scale = (covariance[(a, a)] * covariance[(b, b)]).sqrt();
+                (scale > 0.0).then(|| bases[i].1 * bases[j].1 * covariance[(a, b)] / scale)
+            };
+            std::array::from_fn(|i| std::array::from_fn(|j| of(i, j).unwrap_or(0.0)))
+        });
+        Some(Self { method: None, parameters: std::array::from_fn(stated), correlation })
+    }
 }
 
 fn plant(fit: &Results, dof: Dof, method: Option<Method>) -> Option<&PlantResult> {
@@ -111,29 +210,19 @@ fn plant(fit: &Results, dof: Dof, method: Option<Method>) -> Option<&PlantResult
     }
 }
 
-/// Name, estimate, and place in the correlation matrix.
-type Pick = (&'static str, fn(&Parameters) -> Option<&Parameter>);
-
-const PICKS: [Pick; 4] = [
-    ("mass", |p| Some(&p.mass)),
-    ("quadratic_drag", |p| p.quadratic_drag.as_ref()),
-    ("linear_drag", |p| p.linear_drag.as_ref()),
-    ("bias_force", |p| p.bias_force.as_ref()),
-];
-
-fn of_dof(plants: &[Option<&PlantResult>]) -> DofDifference {
+fn of_dof(plants: &[Option<Own>]) -> DofDifference {
     let mut parameters = BTreeMap::new();
-    for (name, pick) in PICKS {
-        let estimates: Vec<Option<Parameter>> =
-            plants.iter().map(|plant| pick(&plant.as_ref()?.parameters).cloned()).collect();
+    for (k, name) in NAMES.into_iter().enumerate() {
+        let estimates: Vec<Option<Stated>> =
+            plants.iter().map(|plant| plant.as_ref()?.parameters[k].clone()).collect();
         if estimates.iter().any(Option::is_some) {
             let known: Vec<Gaussian> = estimates.iter().flatten().filter_map(single).collect();
             let test = homogeneity(&known);
             parameters.insert(name.to_owned(), ParameterDifference { estimates, test });
         }
     }
-    let methods = plants.iter().map(|plant| plant.map(|plant| plant.method)).collect();
-    let known: Vec<&PlantResult> = plants.iter().flatten().copied().collect();
+    let methods = plants.iter().map(|plant| plant.as_ref()?.method).collect();
+    let known: Vec<&Own> = plants.iter().flatten().collect();
     DofDifference { methods, test: jointly(&known), parameters }
 }
 
@@ -144,31 +233,30 @@ struct Gaussian {
 }
 
 /// `None` if its uncertainty is not a number above zero.
-fn single(parameter: &Parameter) -> Option<Gaussian> {
-    let variance = parameter.std * parameter.std;
+fn single(parameter: &Stated) -> Option<Gaussian> {
+    let variance = parameter.std?.powi(2);
     (variance.is_finite() && variance > 0.0).then(|| Gaussian {
         mean: DVector::from_element(1, parameter.value),
         covariance: DMatrix::from_element(1, 1, variance),
     })
 }
 
-/// All parameters that every plant has.
-fn jointly(plants: &[&PlantResult]) -> Option<DifferenceTest> {
-    let everywhere = |k: &usize| plants.iter().all(|p| PICKS[*k].1(&p.parameters).is_some());
-    let shared: Vec<usize> = (0..PICKS.len()).filter(everywhere).collect();
+/// All parameters that every plant with standard deviations has.
+fn jointly(plants: &[&Own]) -> Option<DifferenceTest> {
+    let plants: Vec<(&Own, &[[f64; 4]; 4])> =
+        plants.iter().filter_map(|plant| Some((*plant, plant.correlation.as_ref()?))).collect();
+    let everywhere = |k: &usize| plants.iter().all(|(plant, _)| plant.parameters[*k].is_some());
+    let shared: Vec<usize> = (0..NAMES.len()).filter(everywhere).collect();
     let gaussians: Vec<Gaussian> = plants
         .iter()
-        .map(|plant| {
-            let of = |k: usize| PICKS[shared[k]].1(&plant.parameters);
+        .map(|(plant, correlation)| {
+            let of = |k: usize| plant.parameters[shared[k]].as_ref();
             let mean = |k: usize| of(k).map_or(0.0, |p| p.value);
-            let std = |k: usize| of(k).map_or(0.0, |p| p.std);
+            let std = |k: usize| of(k).and_then(|p| p.std).unwrap_or(0.0);
             let n = shared.len();
             let covariance = |row: usize, column: usize| {
-                let correlation = if row == column {
-                    1.0
-                } else {
-                    plant.correlation[shared[row]][shared[column]]
-                };
+                let correlation =
+                    if row == column { 1.0 } else { correlation[shared[row]][shared[column]] };
                 correlation * std(row) * std(column)
             };
             Gaussian {
@@ -227,7 +315,14 @@ fn correct(dofs: &mut BTreeMap<Dof, DofDifference>) {
     }
 }
 
-fn caveats(fits: &[&Results], dofs: &BTreeMap<Dof, DofDifference>) -> Vec<Caveat> {
+fn caveats(compared: &[Compared<'_>], dofs: &BTreeMap<Dof, DofDifference>) -> Vec<Caveat> {
+    let fits: Vec<&Results> = compared
+        .iter()
+        .filter_map(|one| match one {
+            Compared::Fit(fit) => Some(*fit),
+            Compared::Table(_) => None,
+        })
+        .collect();
     let mut caveats = Vec::new();
     let vehicles: BTreeSet<&str> = fits.iter().map(|fit| fit.vehicle.as_str()).collect();
     if vehicles.len() > 1 {
@@ -235,7 +330,7 @@ fn caveats(fits: &[&Results], dofs: &BTreeMap<Dof, DofDifference>) -> Vec<Caveat
         let message = format!("the fits are of vehicles of different names: {}", names.join(", "));
         caveats.push(Caveat::warning(CaveatCode::NotComparable, message));
     }
-    let shared = shared_logs(fits);
+    let shared = shared_logs(&fits);
     if shared > 0 {
         let logs = if shared == 1 { "log is".to_owned() } else { format!("{shared} logs are") };
         let message = format!(
@@ -275,9 +370,11 @@ mod tests {
     use super::*;
 
     fn estimate(value: f64, std: f64) -> Gaussian {
-        let unit = String::new();
-        let (low95, high95) = (value - 1.96 * std, value + 1.96 * std);
-        single(&Parameter { value, std, low95, high95, unit }).expect("a variance")
+        single(&stated(value, Some(std))).expect("a variance")
+    }
+
+    fn stated(value: f64, std: Option<f64>) -> Stated {
+        Stated { value, std, interval95: None, unit: String::new() }
     }
 
     #[test]
@@ -316,9 +413,30 @@ mod tests {
     #[test]
     fn nothing_is_tested_without_two_uncertainties() {
         assert_eq!(homogeneity(&[estimate(1.0, 1.0)]), None);
-        let unit = String::new();
-        let exact = Parameter { value: 1.0, std: 0.0, low95: 1.0, high95: 1.0, unit };
-        assert!(single(&exact).is_none());
+        assert!(single(&stated(1.0, Some(0.0))).is_none());
+        assert!(single(&stated(1.0, None)).is_none());
+    }
+
+    #[test]
+    fn tables_stand_beside_each_other_axis_by_axis() {
+        let table = |drag: f64, std: Option<f64>| -> PlantModel {
+            let file: crate::exchange::PlantFile = serde_json::from_value(serde_json::json!({
+                "schema": "seaplant/plant/1", "name": "sled", "source": "worked by hand",
+                "axes": ["surge"],
+                "coefficients": { "mass.surge": { "value": 100.0, "std": std },
+                                  "surge: |u|u": { "value": drag, "std": std } }
+            }))
+            .expect("a table");
+            file.model().expect("possible")
+        };
+        let (one, two, bare) = (table(20.0, Some(1.0)), table(30.0, Some(1.0)), table(30.0, None));
+        let all = [&one, &two, &bare].map(Compared::Table);
+        let surge = &differences(&all, None).dofs[&Dof::Surge];
+        let drag = &surge.parameters["quadratic_drag"];
+        // (30 − 20)² / (1² + 1²): the table without errors is shown and not tested.
+        assert!((drag.test.expect("two").q - 50.0).abs() < 1e-9);
+        assert_eq!(drag.estimates[2].as_ref().expect("stated").std, None);
+        assert!(surge.test.expect("two").differs && !surge.parameters.contains_key("bias_force"));
     }
 
     #[test]

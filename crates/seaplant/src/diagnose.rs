@@ -8,17 +8,17 @@ pub(crate) use comparison::{
     steady_against_unsteady, worse_trials,
 };
 
-pub(crate) use plausible::implausible;
+pub(crate) use plausible::{implausible, impossible_mass};
 
 use crate::caveat::spoken;
 use crate::estimate::{
     DelayedFit, EquationErrorOptions, Fit, Method, fit_best_delay, fit_equation_error,
 };
 use crate::signal::{LowPass, Spectrum, amplitude_spectrum};
-use crate::trial::ReadyAxis;
+use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{
-    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, Term, Terms, ThrustUncertainty, Trial,
-    Vehicle,
+    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, State, Term, Terms, ThrustUncertainty,
+    Trial, Vehicle,
 };
 
 /// A filter that passes less than this of the excited motion is worth a word.
@@ -100,7 +100,7 @@ fn signs(fit: &Fit) -> Vec<Caveat> {
         .filter_map(|(name, estimate, cause)| {
             let estimate = estimate.filter(|estimate| estimate.value <= 0.0)?;
             let message = format!(
-                "the {name} in {} comes out as {}, and no vehicle has that below zero: {cause}",
+                "the {name} in {} is not positive ({}), which is unphysical: {cause}",
                 fit.dof,
                 spoken(estimate.value)
             );
@@ -133,7 +133,7 @@ fn below_dry_mass(fit: &Fit, vehicle: &Vehicle) -> Option<Caveat> {
     let mass = fit.estimates().mass;
     (mass.value < dry).then(|| {
         let message = format!(
-            "the {} mass of {} kg is below the {} kg that the vehicle weighs in air, while water can only add to it: check the thrust curve and units",
+            "the {} mass of {} kg is below the {} kg of the vehicle in air, and water can only add to that: check the thrust curve and units",
             fit.dof,
             spoken(mass.value),
             spoken(dry)
@@ -150,7 +150,7 @@ fn conditioning(fit: &Fit) -> Vec<Caveat> {
     let mut caveats = Vec::new();
     if let Some((term, inflation)) = fit.inflation.iter().find(|(_, vif)| *vif > HIGH_INFLATION) {
         let message = format!(
-            "in {} the {} term can hardly be told from the others (variance inflation {inflation:.0}): add a trial with another speed or frequency, or drop a term",
+            "in {} the {} term can hardly be separated from the others (variance inflation {inflation:.0}): add a trial with another speed or frequency, or drop a term",
             fit.dof,
             term.name()
         );
@@ -199,8 +199,8 @@ fn drive(evidence: &Evidence<'_>) -> Result<Drive, Error> {
     let mut all = Drive::default();
     for axis in evidence.axes {
         for ready in axis.ready(0)?.stretches {
-            let stretch = ready.on(ready.grid)?;
-            for (&tau, &v) in stretch.tau.iter().zip(&stretch.v) {
+            let (tau, v) = (ready.force(ready.grid), speeds(evidence, axis, &ready)?);
+            for (&tau, &v) in tau.iter().zip(&v) {
                 all.rows += 1;
                 all.positive += usize::from(tau > 0.0);
                 all.negative += usize::from(tau < 0.0);
@@ -210,13 +210,26 @@ fn drive(evidence: &Evidence<'_>) -> Result<Drive, Error> {
                 all.drag += ((plant.beta * v.abs() + plant.mu) * v).abs();
             }
             if all.forces.is_empty() {
-                all.forces = stretch.tau;
+                all.forces = tau;
             } else {
-                all.forces.extend(stretch.tau);
+                all.forces.extend(tau);
             }
         }
     }
     Ok(all)
+}
+
+/// Velocity as measured, else as the plant moves from rest.
+fn speeds(
+    evidence: &Evidence<'_>,
+    axis: &AxisRecord,
+    ready: &ReadyStretch,
+) -> Result<Vec<f64>, Error> {
+    if axis.knows_velocity() {
+        return ready.velocity(ready.grid);
+    }
+    let times_s: Vec<f64> = ready.grid.times().collect();
+    Ok(evidence.fit.model().respond(axis, State::default(), &times_s)?.velocity)
 }
 
 fn excitation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {

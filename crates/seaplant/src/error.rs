@@ -5,13 +5,13 @@ use crate::Dof;
 #[non_exhaustive]
 pub enum Error {
     /// A name that is none of the six degrees of freedom.
-    #[error("`{found}` is no degree of freedom; use surge, sway, heave, roll, pitch or yaw")]
+    #[error("unknown degree of freedom `{found}`; expected surge, sway, heave, roll, pitch or yaw")]
     UnknownDof {
         /// What was written.
         found: String,
     },
     /// A name that is none of the terms of the model.
-    #[error("`{found}` is no term of the model; use force, quadratic, linear or bias")]
+    #[error("unknown term `{found}`; expected force, quadratic, linear or bias")]
     UnknownTerm {
         /// What was written.
         found: String,
@@ -50,14 +50,14 @@ pub enum Error {
     },
     /// A choice of terms that is no plant model.
     #[error(
-        "the terms [{found}] make no plant model; keep `force` and at least one of quadratic and linear"
+        "the terms [{found}] do not make a plant model; keep `force` and at least one of quadratic and linear"
     )]
     Terms {
         /// The chosen terms.
         found: String,
     },
     /// A name that is none of the methods.
-    #[error("`{found}` is no method; use {known}")]
+    #[error("unknown method `{found}`; expected {known}")]
     UnknownMethod {
         /// What was written.
         found: String,
@@ -65,7 +65,7 @@ pub enum Error {
         known: String,
     },
     /// A name that is no quantity.
-    #[error("`{found}` is no quantity that Seaplant knows; {advice}")]
+    #[error("unknown quantity `{found}`; {advice}")]
     UnknownQuantity {
         /// What was written.
         found: String,
@@ -140,7 +140,7 @@ pub enum Error {
     },
     /// A limit of Huber's loss that is none.
     #[error(
-        "Huber's loss cannot turn at {found} standard deviations; use a number above 0, such as 1.345"
+        "the threshold of Huber's loss is {found} standard deviations; use a number above 0, such as 1.345"
     )]
     HuberLimit {
         /// What was asked for.
@@ -148,7 +148,7 @@ pub enum Error {
     },
     /// A bootstrap that says nothing.
     #[error(
-        "a bootstrap of {resamples} resamples in blocks of {block_s} s tells no interval; use 100 to 1000000 resamples and blocks of 1 s or longer"
+        "a bootstrap of {resamples} resamples in blocks of {block_s} s gives no interval; use 100 to 1000000 resamples and blocks of 1 s or longer"
     )]
     Bootstrap {
         /// How many were asked for.
@@ -158,7 +158,7 @@ pub enum Error {
     },
     /// Too few draws for a covariance.
     #[error(
-        "{found} draws of a bootstrap came to an optimum, and a covariance needs {needed}; draw more often, or use the sandwich"
+        "{found} draws of a bootstrap converged, and a covariance needs {needed}; draw more often, or use the sandwich"
     )]
     FewDraws {
         /// How many there are.
@@ -222,7 +222,7 @@ pub enum Error {
     },
     /// Records of one trial that do not tell how far their clocks are apart.
     #[error(
-        "the data do not tell the offset of the clocks ({found}); state it in seconds, or log a stretch in which the vehicle turns to and fro by irregular steps"
+        "cannot estimate the clock offset ({found}); set it in seconds, or log irregular yaw manoeuvres"
     )]
     ClockOffset {
         /// What was compared, and what came of it.
@@ -232,7 +232,7 @@ pub enum Error {
     },
     /// A fit that did not reach an optimum.
     #[error(
-        "the {dof} fit did not converge and was given up after {iterations} steps; drop a term or a nuisance, or use a trial with more variation of thrust and speed"
+        "the {dof} fit did not converge after {iterations} steps; drop a term or a nuisance, or use a trial with more variation of thrust and speed"
     )]
     NotConverged {
         /// Which degree of freedom.
@@ -258,6 +258,19 @@ pub enum Error {
         /// How many were requested.
         needed: usize,
     },
+    /// An accelerometer whose readings are not specific force in m/s² along the body's axes.
+    #[error("trial `{trial}`: {reason}")]
+    Accelerometer {
+        /// Which trial.
+        trial: String,
+        /// What it reads, what was expected, and what to do.
+        reason: String,
+    },
+    /// A method that needs velocity, of a log that has acceleration only.
+    #[error(
+        "neither velocity nor position was measured, only acceleration; use the filter error method, which takes acceleration by itself"
+    )]
+    NoVelocity,
     /// Numbers whose products a double cannot hold.
     #[error(
         "the {dof} trial holds numbers so large that their squares are not finite; check the units of thrust and motion, and drop faulty samples"
@@ -268,7 +281,7 @@ pub enum Error {
     },
     /// A simulation that left all bounds.
     #[error(
-        "the simulated {dof} velocity runs away after {after_s:.1} s; the plant is unstable at this thrust"
+        "the simulated {dof} velocity diverges after {after_s:.1} s; the plant is unstable at this thrust"
     )]
     Diverged {
         /// Which degree of freedom.

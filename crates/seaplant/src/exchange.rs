@@ -8,11 +8,13 @@
 mod actuate;
 mod cancel;
 mod draws;
+mod driven;
 mod file;
 mod follows;
 mod manoeuvre;
 mod of_results;
 mod predict;
+mod scenario;
 
 use std::collections::BTreeMap;
 
@@ -22,6 +24,7 @@ use serde::{Deserialize, Serialize};
 
 pub use actuate::Drive;
 pub use draws::Draws;
+pub use driven::{Disturbance, Driven};
 pub use file::{
     Coriolis, Derived, Entries, FileCoefficient, FileRigidBody, FileThruster, PLANT_SCHEMA,
     PlantFile,
@@ -29,6 +32,7 @@ pub use file::{
 pub use follows::Consequence;
 pub use manoeuvre::{Approach, Manoeuvre, ManoeuvreNumber};
 pub use predict::Prediction;
+pub use scenario::{Outcome, Scenario};
 
 use crate::plant::{Basis, Buoyancy, GRAVITY, Plant, RigidBody};
 use crate::results::{Parameter, Verdict};
@@ -73,6 +77,10 @@ pub struct PlantModel {
     pub thrusters: Vec<Thruster>,
     /// What stands between thrust and the water, by axis.
     pub actuation: BTreeMap<Dof, Actuation>,
+    /// How far each axis was driven in the trials; empty of published tables.
+    pub driven: BTreeMap<Dof, Driven>,
+    /// What disturbed each axis there, where the filter error method estimated it.
+    pub disturbances: BTreeMap<Dof, Disturbance>,
     /// Where the numbers come from.
     pub origin: Origin,
     /// What to make of each part of the plant; empty of published tables.
@@ -87,6 +95,9 @@ pub struct Actuation {
     /// First-order lag of propeller speed, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lag: Option<Parameter>,
+    /// First-order lag of the force itself, s: what plants of several axes find.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_lag: Option<Parameter>,
     /// Delay, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay: Option<Parameter>,

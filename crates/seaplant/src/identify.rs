@@ -17,6 +17,7 @@ use crate::diagnose::{
     Strokes, implausible, lateness, lateness_caveat, reverse_elsewhere, steady_against_unsteady,
     thrust_scale,
 };
+use crate::estimate::online::{OnlineOptions, fit_online};
 use crate::estimate::steady::{SteadyOptions, fit_steady};
 use crate::estimate::{
     EquationErrorOptions, EquationErrorStatistics, FilterErrorOptions, Fit, Method,
@@ -24,6 +25,7 @@ use crate::estimate::{
     fit_filter_error, fit_output_error, fit_paper, fit_sriv, fit_total_least_squares,
     fit_weighted_least_squares,
 };
+use crate::exchange::{Consequence, Draws, PlantModel};
 use crate::judge::{score_plant, verdict};
 use crate::results::{
     AccumulatedPlant, Failure, Identification, Results, SteadyResult, SubsetResult,
@@ -58,6 +60,8 @@ pub struct IdentifyOptions {
     pub output_error: OutputErrorOptions,
     /// Settings of filter error.
     pub filter_error: FilterErrorOptions,
+    /// Settings of the methods that work sample by sample.
+    pub online: OnlineOptions,
     /// What counts as steady.
     pub steady: SteadyOptions,
     /// Plants of several axes, beside those of each by itself.
@@ -76,6 +80,7 @@ impl Default for IdentifyOptions {
             equation_error: EquationErrorOptions::default(),
             output_error: OutputErrorOptions::default(),
             filter_error: FilterErrorOptions::default(),
+            online: OnlineOptions::default(),
             steady: SteadyOptions::default(),
             coupled: Vec::new(),
         }
@@ -137,7 +142,20 @@ pub fn identify_watched(
     coupled::identify(vehicle, trials, options, &mut found.results);
     nomoto::identify(vehicle, trials, options, &mut found.results);
     found.results.caveats.push(thrust_scale(vehicle));
+    found.results.consequences = consequences(&found.results);
     found
+}
+
+/// What follows from the recommended plants at the greatest force of the trials.
+fn consequences(results: &Results) -> Vec<Consequence> {
+    // Without a plant, or with one that no vehicle can have, nothing follows; its caveats say so.
+    let Ok(model) = PlantModel::of_results(results, "results.json", None) else {
+        return Vec::new();
+    };
+    let forces = model.driven.iter().map(|(&dof, driven)| (dof, driven.force_max));
+    let forces = forces.filter(|(_, force)| *force > 0.0).collect();
+    let known = model.consequences(&forces, Draws::default());
+    known.or_else(|_| model.consequences(&forces, Draws { count: 0, seed: 1 })).unwrap_or_default()
 }
 
 /// Gives every plant its verdict, and each recommended one's doubts to its method.
@@ -229,6 +247,9 @@ impl Work<'_> {
         };
         let source = options.velocity.unwrap_or(usual);
         let axes = self.axes(&trials.fit, source)?;
+        if method != Method::FilterError && axes.iter().any(|axis| !axis.knows_velocity()) {
+            return Err(Error::NoVelocity);
+        }
         let fit = if method == Method::FilterError {
             let hold_out = self.axes(&trials.hold_out, source)?;
             let steady = self.steady_axes(source)?;
@@ -267,6 +288,9 @@ impl Work<'_> {
             Method::OutputError => {
                 let start = fit_equation_error(dof, axes, chosen, first)?.lumped;
                 fit_output_error(dof, axes, chosen, &start, &options.output_error)
+            }
+            Method::Adaptive | Method::Recursive | Method::Ekf => {
+                fit_online(dof, method, axes, chosen, &options.online)
             }
             Method::FilterError => {
                 let dry_mass_kg = self.vehicle.dry_mass_kg;

@@ -93,18 +93,20 @@ mod vehicle;
 pub use bollard::{BollardFit, fit_bollard_pull};
 pub use caveat::{Caveat, CaveatCode, Severity};
 pub use clock::{ClockOffset, OffsetPair, estimate_offset};
-pub use compare::{DifferenceTest, Differences, DofDifference, ParameterDifference, differences};
+pub use compare::{
+    Compared, DifferenceTest, Differences, DofDifference, ParameterDifference, Stated, differences,
+};
 pub use dof::{Dof, Units};
 pub use error::Error;
 pub use estimate::{Estimate, Fit, Method};
-pub use evaluate::{Agreement, Comparison, PositionComparison, evaluate};
+pub use evaluate::{Agreement, Comparison, PositionComparison, ScoredMotion, evaluate};
 pub use identify::{
     CoupledPlan, IdentifyOptions, Stage, accumulated_plant, identify, identify_watched,
     plant_of_result, steady_drag,
 };
 pub use judge::{box_pierce, robust_covariance, score_plant};
 pub use model::{Model, ThrustModel, VelocitySensor};
-pub use navigation::{Motion, Navigated, Recording};
+pub use navigation::{MeanAcceleration, Motion, Navigated, Recording};
 pub use plant::{LumpedParameters, PhysicalParameters, Stability};
 pub use quantity::{Quantity, Surface};
 pub use series::{Gap, Grid, Timed};

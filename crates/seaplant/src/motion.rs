@@ -6,6 +6,7 @@ mod products;
 mod rate;
 mod simulate;
 mod smooth;
+mod state_space;
 
 use nalgebra::{Vector3, Vector6};
 
@@ -17,6 +18,7 @@ pub(crate) use rate::Prepared;
 use rate::Whole;
 pub use simulate::{Inputs, Simulated, simulate};
 pub(crate) use smooth::smoothed_attitude;
+pub use state_space::{STATE_NAMES, State, StateSpace};
 
 use crate::Error;
 use crate::plant::Plant;
@@ -53,8 +55,7 @@ impl Plant {
     ///
     /// `force` and `velocity` (relative to the water) have shape (6,); what they hold of axes
     /// that the plant does not have counts as known: a force there does nothing, a velocity
-    /// turns the frame. `signals` are the values of the structure's
-    /// [`crate::plant::Structure::signals`], empty if it has none.
+    /// turns the frame. Effects read zeros.
     ///
     /// # Errors
     /// [`Error::Plant`] if M cannot be inverted.
@@ -68,7 +69,7 @@ impl Plant {
     /// let plant = Plant::new(surge, vec![100.0, 5.0, 20.0])?;
     /// let (mut force, mut velocity) = (Vector6::zeros(), Vector6::zeros());
     /// (force[0], velocity[0]) = (50.0, 1.0);
-    /// let rate = plant.acceleration(&force, &velocity, &Vector3::z(), &[])?;
+    /// let rate = plant.acceleration(&force, &velocity, &Vector3::z())?;
     /// assert!((rate[0] - 0.25).abs() < 1e-12);
     /// # Ok::<(), seaplant::Error>(())
     /// ```
@@ -77,8 +78,7 @@ impl Plant {
         force: &Vector6<f64>,
         velocity: &Vector6<f64>,
         down_body: &Vector3<f64>,
-        signals: &[f64],
     ) -> Result<Vector6<f64>, Error> {
-        Ok(Whole::new(self)?.rate(velocity, down_body, force, signals))
+        Ok(Whole::new(self)?.rate(velocity, down_body, force, &[]))
     }
 }

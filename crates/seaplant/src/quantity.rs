@@ -43,6 +43,8 @@ pub enum Quantity {
     Attitude(Attitude),
     /// `rate.roll|pitch|yaw`: body angular velocity.
     Rate(Axis),
+    /// `acceleration.x|y|z`: specific force of an accelerometer, in its own frame.
+    Acceleration(Axis),
     /// `supply.voltage`.
     SupplyVoltage,
     /// `rudder.NAME.angle`, `fin.NAME.angle`: positive as its axis turns.
@@ -150,6 +152,7 @@ pub enum Kind {
     Length,
     Angle,
     Voltage,
+    Acceleration,
 }
 
 impl Kind {
@@ -165,6 +168,7 @@ impl Kind {
             Self::Length => "m",
             Self::Angle => "rad",
             Self::Voltage => "V",
+            Self::Acceleration => "m/s^2",
         }
     }
 }
@@ -193,6 +197,7 @@ impl Quantity {
         all.extend(Dof::ALL.map(Self::Velocity));
         all.extend([X::X, X::Y, X::Z].map(Self::DvlVelocity));
         all.extend([X::X, X::Y, X::Z].map(Self::Rate));
+        all.extend([X::X, X::Y, X::Z].map(Self::Acceleration));
         all.extend([W::North, W::East, W::Down].map(Self::Position));
         all.extend([A::Roll, A::Pitch, A::Heading].map(Self::Attitude));
         all.extend([W::North, W::East, W::Down].map(Self::WorldVelocity));
@@ -222,6 +227,7 @@ impl Quantity {
             Self::Latitude | Self::Longitude | Self::GroundCourse => Kind::Angle,
             Self::Wind(_, WindPart::Direction) => Kind::Angle,
             Self::SupplyVoltage => Kind::Voltage,
+            Self::Acceleration(_) => Kind::Acceleration,
         }
     }
 
@@ -268,6 +274,7 @@ impl fmt::Display for Quantity {
             Self::Attitude(Attitude::Pitch) => write!(f, "attitude.pitch"),
             Self::Attitude(Attitude::Heading) => write!(f, "attitude.heading"),
             Self::Rate(axis) => write!(f, "rate.{}", pick(*axis, ["roll", "pitch", "yaw"])),
+            Self::Acceleration(axis) => write!(f, "acceleration.{}", pick(*axis, ["x", "y", "z"])),
             Self::SupplyVoltage => write!(f, "supply.voltage"),
             Self::SurfaceAngle { kind, name } => write!(f, "{}.{name}.angle", kind.name()),
             Self::Azimuth(name) => write!(f, "thruster.{name}.azimuth"),

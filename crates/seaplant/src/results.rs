@@ -3,6 +3,7 @@
 //! Every number that a report shows stands here, or in the series beside it.
 
 mod coupled;
+mod online;
 mod steering;
 mod vehicle;
 
@@ -12,14 +13,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::{Decision, Filters, Innovations};
+use crate::exchange::Consequence;
 pub use crate::judge::{NullModel, NullScore, Part, PlantChange, Trust, Verdict};
 use crate::signal::Spectrum;
 use crate::terms::Term;
 use crate::{
     Caveat, ClockOffset, Comparison, Dof, Error, Estimate, LumpedParameters, Method, Model, Role,
-    Stability,
+    ScoredMotion, Stability,
 };
 
+pub use online::{CoupledOnline, OnlineHistory, PlantChanged};
 pub use steering::{NomotoResult, SecondOrder};
 pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
@@ -61,6 +64,9 @@ pub struct Results {
     /// Nomoto's models of steering, where a plant has yaw among its axes and a rudder is logged.
     #[serde(default)]
     pub steering: Vec<NomotoResult>,
+    /// The same by methods that work sample by sample.
+    #[serde(default)]
+    pub coupled_online: BTreeMap<String, BTreeMap<Method, CoupledOnline>>,
     /// Every method's plant of each degree of freedom.
     pub methods: BTreeMap<Dof, BTreeMap<Method, PlantResult>>,
     /// The recommended method with every choice of terms.
@@ -77,6 +83,10 @@ pub struct Results {
     pub trials: Vec<TrialResult>,
     /// True values, where the logs are a twin's.
     pub truth: Option<BTreeMap<Dof, TruePlant>>,
+    /// What follows from the recommended plants at the greatest force of the trials: top speeds,
+    /// time constants, stopping distances, natural periods.
+    #[serde(default)]
+    pub consequences: Vec<Consequence>,
     /// What could not be done, and why.
     pub failures: Vec<Failure>,
     /// Doubts about the campaign as a whole.
@@ -214,6 +224,9 @@ pub struct PlantResult {
     /// that make none.
     #[serde(default)]
     pub innovations: Vec<Innovations>,
+    /// How the parameters went there; absent of methods that do not work sample by sample.
+    #[serde(default)]
+    pub history: Option<OnlineHistory>,
     /// How the fit went.
     pub regression: RegressionResult,
     /// Its error on the trials that it was fitted to.
@@ -300,9 +313,13 @@ pub struct RegressionResult {
 /// The error of a plant on some trials; what a diverging simulation has none of is absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Score {
+    /// What was compared: where no velocity was measured, e and R² are of acceleration, in means
+    /// over half a second without the accelerometer's offset.
+    #[serde(default)]
+    pub quantity: ScoredMotion,
     /// e = mean |v_model − v| on raw velocity.
     pub mean_abs_error: Option<f64>,
-    /// e of a model that never moves.
+    /// e of a model that never moves, or of one that never accelerates.
     pub null_error: f64,
     /// The best model without a plant; absent if a simulation diverged.
     #[serde(default)]
@@ -509,7 +526,7 @@ pub struct AxisResult {
     pub sample_hz: f64,
     /// Rate at which motion was measured, Hz.
     pub source_hz: f64,
-    /// Whether motion was measured as velocity or as position.
+    /// Whether motion was measured as velocity, as position or as acceleration.
     pub motion: String,
     /// Frequency at which force is greatest, Hz.
     pub dominant_hz: Option<f64>,
@@ -519,10 +536,10 @@ pub struct AxisResult {
     pub force_max: f64,
     /// Root mean square force, N or N m.
     pub force_rms: f64,
-    /// Greatest speed, m/s or rad/s.
-    pub speed_max: f64,
-    /// Root mean square velocity, m/s or rad/s.
-    pub speed_rms: f64,
+    /// Greatest speed, m/s or rad/s; absent where neither velocity nor position was measured.
+    pub speed_max: Option<f64>,
+    /// Root mean square velocity, m/s or rad/s; absent likewise.
+    pub speed_rms: Option<f64>,
     /// How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
     /// run, all its way.
     #[serde(default)]

@@ -144,6 +144,11 @@ pub struct Sensors {
     pub attitude: Sensor,
     /// Positioning antenna, beacon or marker: std in m.
     pub position: Sensor,
+    /// Accelerometer: std in m/s².
+    pub imu: Sensor,
+    /// Whether each logged sample of the accelerometer is the mean since the one before; else it
+    /// is what was measured at its instant.
+    pub imu_averages: bool,
 }
 
 /// A marine vehicle with known thrusters.

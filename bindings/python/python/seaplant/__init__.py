@@ -1,4 +1,4 @@
-"""Identifies plant models of marine vehicles: what they weigh, how they drag, how sure that is.
+"""Identifies plant models of marine vehicles: mass, drag and their uncertainty.
 
 A vehicle with known thrusters is driven and logged; for each degree of freedom Seaplant finds
 ``v' = α τ + β v|v| + μ v + bias``, or in physical terms mass, quadratic and linear drag and a
@@ -13,7 +13,7 @@ Examples
 'filter-error'
 """
 
-from seaplant import errors, fleet, plots, thruster
+from seaplant import errors, fleet, plants, plots, thruster
 from seaplant._native import version as _version
 from seaplant._results import (
     AccumulatedPlant,
@@ -30,6 +30,7 @@ from seaplant.estimator import PlantEstimator
 from seaplant.fits import Fit, Simulation
 from seaplant.identification import identify, identify_campaign, steady_drag
 from seaplant.logs import Channel, Log
+from seaplant.plants import Linear, Motion, Plant
 from seaplant.shards import ShardClock, Shards, accumulate
 from seaplant.trials import Axis, Trial
 from seaplant.twins import Twin, monte_carlo, monte_carlo_frame, twin
@@ -59,9 +60,12 @@ __all__ = [
     "FileError",
     "Fit",
     "InputError",
+    "Linear",
     "Log",
     "MissingFileError",
+    "Motion",
     "Parameter",
+    "Plant",
     "PlantEstimator",
     "PlantResult",
     "PositionSensor",
@@ -88,6 +92,7 @@ __all__ = [
     "identify_campaign",
     "monte_carlo",
     "monte_carlo_frame",
+    "plants",
     "plots",
     "steady_drag",
     "thruster",

@@ -1,6 +1,6 @@
 """Handles to logs, vehicles, trials and results, and the library's functions on them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import final
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 __all__ = [
     "Campaign",
     "Log",
+    "Plant",
     "Results",
     "Shards",
     "Trial",
@@ -26,6 +27,7 @@ __all__ = [
     "schema",
     "shard_clock",
     "shard_margin_s",
+    "state_names",
     "steady_drag",
     "time_column",
     "version",
@@ -116,6 +118,36 @@ class Results:
     def render(self, trials: Sequence[Trial]) -> dict[str, bytes]: ...
 
 @final
+class Plant:
+    @staticmethod
+    def of_results(results: Results, source: str, method: str | None) -> Plant: ...
+    @staticmethod
+    def open(path: Path | str) -> Plant | None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def axes(self) -> list[str]: ...
+    @property
+    def thrusters(self) -> list[str]: ...
+    @property
+    def notes(self) -> list[str]: ...
+    def coefficients(
+        self,
+    ) -> list[tuple[str, float, float | None, tuple[float, float] | None, str]]: ...
+    def rate(self, x: _Floats, u: _Floats, current: _Floats) -> _Floats: ...
+    def linear(
+        self, x: _Floats, current: _Floats
+    ) -> tuple[_Floats, _Floats, _Floats, list[int]]: ...
+    def wrench(self, inputs: Sequence[tuple[str, float]]) -> _Floats: ...
+    def simulate(
+        self,
+        time_s: Sequence[float],
+        inputs: Sequence[tuple[str, Sequence[float], Sequence[float]]],
+        setting: Mapping[str, object],
+    ) -> tuple[_Floats, _Floats, _Floats | None, str, list[str]]: ...
+    def export(self, to: str, anyway: bool) -> tuple[list[tuple[str, bytes]], list[str]]: ...
+
+@final
 class Shards:
     @staticmethod
     def of(
@@ -171,6 +203,7 @@ def time_column(
     headers: Sequence[tuple[str, str | None]], time: str | None, time_unit: str | None
 ) -> tuple[int, float | None] | None: ...
 def is_quantity(name: str) -> bool: ...
+def state_names() -> list[str]: ...
 def method_names(names: Sequence[str]) -> list[str]: ...
 def read_twin_spec(path: Path | str) -> str: ...
 def shard_clock(trial: Trial, dof: str) -> str: ...

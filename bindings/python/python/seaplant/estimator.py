@@ -147,7 +147,8 @@ class PlantEstimator:
         InputError
             If the plant runs away.
         """
-        return [self.fit_.simulate(trial, self.dof).simulated for trial in trials]
+        fitted = self._fitted()
+        return [fitted.simulate(trial, self.dof).simulated for trial in trials]
 
     def score(self, trials: Sequence[Trial], y: object = None) -> float:
         """Gives R² of simulated against raw velocity, over all trials together.
@@ -167,9 +168,14 @@ class PlantEstimator:
         """
         del y
         held_out = [trial._as_role("hold-out") for trial in trials]
-        (validation,) = (of for of in self.fit_.validate(held_out) if of.dof == self.dof)
+        (validation,) = (of for of in self._fitted().validate(held_out) if of.dof == self.dof)
         r_squared = validation.score.r_squared
         return -np.inf if r_squared is None else r_squared
+
+    def _fitted(self) -> Fit:
+        if not self.__sklearn_is_fitted__():
+            raise InputError("the estimator is not fitted; call fit with trials first")
+        return self.fit_
 
     def __repr__(self) -> str:
         params = ", ".join(f"{name}={value!r}" for name, value in self.get_params().items())

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import html
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
+
+from numpy.typing import ArrayLike
 
 from seaplant import _native
 from seaplant._files import write_files
@@ -23,6 +25,7 @@ from seaplant._results import (
     Validation,
 )
 from seaplant.errors import InputError
+from seaplant.plants import Linear, Motion, Plant, State
 from seaplant.trials import Trial, only
 
 if TYPE_CHECKING:
@@ -191,32 +194,104 @@ class Fit:
         return [*self.results.caveats, *of_plants]
 
     def __getitem__(self, dof: str) -> PlantResult:
-        return self.plants[dof]
+        try:
+            return self.plants[dof]
+        except KeyError:
+            known = ", ".join(self.plants) or "none"
+            raise _NoPlantError(f"the fit has no plant of {dof!r}; it has {known}") from None
 
+    def plant(self, method: str | None = None) -> Plant:
+        """Gives the plant of the whole vehicle: to simulate, linearise and export.
+
+        Parameters
+        ----------
+        method
+            The method whose plants of single axes to use; the recommended one's if not given.
+
+        Returns
+        -------
+        Plant
+            The coupled plants, and beside these each axis that was identified by itself.
+
+        Raises
+        ------
+        InputError
+            If there is no such plant.
+        """
+        return Plant(_native.Plant.of_results(self._native, "results.json", method))
+
+    def linearise(self, at: State = None, *, current: Sequence[float] = (0, 0, 0)) -> Linear:
+        """Linearises the plant about a state, as `Plant.linearise` does.
+
+        Parameters
+        ----------
+        at
+            The state, as ``{"u": 0.5}``; at rest and level if not given.
+        current
+            Velocity of the water north, east and down, m/s.
+
+        Returns
+        -------
+        Linear
+            State space of what the plant moves; ``to_control()`` gives it to python-control.
+
+        Raises
+        ------
+        InputError
+            If there is no plant, or the state is none.
+        """
+        return self.plant().linearise(at, current=current)
+
+    @overload
     def simulate(
         self, trial: Trial, dof: str | None = None, *, method: str | None = None
-    ) -> Simulation:
-        """Drives a fitted plant with the thrust of a trial, as ``seaplant simulate`` does.
+    ) -> Simulation: ...
+
+    @overload
+    def simulate(
+        self, trial: ArrayLike, dof: Mapping[str, ArrayLike], *, method: str | None = None
+    ) -> Motion: ...
+
+    def simulate(
+        self,
+        trial: Trial | ArrayLike,
+        dof: str | Mapping[str, ArrayLike] | None = None,
+        *,
+        method: str | None = None,
+    ) -> Simulation | Motion:
+        """Drives a fitted plant with the thrust of a trial, or with inputs alone.
+
+        ``fit.simulate(trial)`` compares with the trial's velocity, as the command line does
+        with a log. ``fit.simulate(t, inputs)`` says what the vehicle would do, from rest;
+        ``fit.plant().simulate`` takes a state, a current and draws, too.
 
         Parameters
         ----------
         trial
-            The trial; its velocity is what the simulation is compared with.
+            The trial; its velocity is what the simulation is compared with. Or instants, s.
         dof
-            The degree of freedom, if the fit holds several.
+            The degree of freedom, if the fit holds several. Or inputs by name, as
+            ``{"force.surge": 40.0}`` or ``{"thruster.port": speeds}``.
         method
             The method whose plant to use; the recommended one's if not given.
 
         Returns
         -------
-        Simulation
-            Measured and simulated velocity, and how well they agree.
+        Simulation or Motion
+            Measured and simulated velocity, and how well they agree; or pose and velocity with
+            their band.
 
         Raises
         ------
         InputError
-            If there is no such plant, or it runs away.
+            If there is no such plant, or it diverges.
         """
+        if not isinstance(trial, Trial):
+            if not isinstance(dof, Mapping):
+                raise InputError('give a trial, or times and inputs: {"force.surge": 40.0}')
+            return self.plant(method).simulate(trial, dof)
+        if isinstance(dof, Mapping):
+            raise InputError("a trial has inputs of its own; give times to simulate others")
         dof = only(list(self.plants), dof, "the fit")
         error, null_error, r_squared, series = self._native.simulate(trial._native, dof, method)
         used = method or self.plants[dof].method
@@ -341,7 +416,7 @@ class Fit:
     def __repr__(self) -> str:
         lines = [f"<Fit of {self.results.vehicle!r}"]
         for dof, plant in self.plants.items():
-            lines.append(f"  {dof} by {plant.method}{'' if plant.stable else ', unstable'}")
+            lines.append(f"  {dof} by {plant.method}: {_judged(plant)}")
             lines += [f"    {name}: {of}" for name, of in _own(plant).items()]
         lines += [f"  steady {dof}: {of.quadratic_drag}" for dof, of in self.steady.items()]
         lines += [f"  {of.dof} by {of.method} failed: {of.message}" for of in self.failures]
@@ -350,12 +425,13 @@ class Fit:
     def _repr_html_(self) -> str:
         rows = "".join(_html_rows(dof, plant) for dof, plant in self.plants.items())
         doubts = "".join(f"<li>{html.escape(of.message)}</li>" for of in self.caveats)
+        judged = "".join(_html_verdict(dof, plant) for dof, plant in self.plants.items())
         head = "".join(f"<th>{of}</th>" for of in ("", "", "value", "95 % interval", "unit"))
         name = html.escape(self.results.vehicle)
         table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
         count = f"<summary>{len(self.caveats)} caveats</summary>"
         folded = f"<details>{count}<ul>{doubts}</ul></details>"
-        return f"<h4>{name}</h4>{table}{folded}{self._figure_html()}"
+        return f"<h4>{name}</h4><ul>{judged}</ul>{table}{folded}{self._figure_html()}"
 
     def _figure_html(self) -> str:
         """The figure, where there are trials to draw and something to draw with."""
@@ -370,6 +446,33 @@ class Fit:
         # Trials that came from a campaign stay behind, as with a fit that was read from a file.
         kept = self.trials if all(of._recipe is not None for of in self.trials) else ()
         return _remade, (self._text, kept)
+
+
+class _NoPlantError(InputError, KeyError):
+    """A fit has no such plant."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+def _judged(plant: PlantResult) -> str:
+    """The verdict, how unseen trials were predicted, and how many caveats there are."""
+    verdict = plant.verdict
+    said = verdict.trust.replace("-", " ")
+    if said != "usable":
+        said += f" ({verdict.reason})"
+    for what, score in (("held out", plant.hold_out), ("left out", plant.left_out)):
+        if score is not None and score.r_squared is not None:
+            said += f"; R² {what} {score.r_squared:.3f}"
+            break
+    if not plant.stable:
+        said += "; unstable"
+    count = len(plant.caveats)
+    return f"{said}; {count} caveat{'' if count == 1 else 's'}"
+
+
+def _html_verdict(dof: str, plant: PlantResult) -> str:
+    return f"<li><b>{dof}</b> by {plant.method}: {html.escape(_judged(plant))}</li>"
 
 
 def _remade(text: str, trials: tuple[Trial, ...]) -> Fit:

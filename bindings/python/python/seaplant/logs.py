@@ -18,6 +18,7 @@ from seaplant.errors import InputError
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from matplotlib.figure import Figure
 
 __all__ = ["Channel", "Log"]
 
@@ -101,7 +102,7 @@ class Log:
         ----------
         *paths
             The files: CSV, Excel, Parquet, Arrow, MATLAB, ROS bags, ArduPilot, PD0, NMEA and
-            whatever else the command line reads, told by content.
+            whatever else the command line reads; the format is detected from content.
         time
             The time column, if its name does not say so.
         time_unit
@@ -277,6 +278,33 @@ class Log:
         ]
         return pd.DataFrame(rows)
 
+    def plot(self, *only: str) -> Figure:
+        """Draws the channels above each other, over time since the log's first sample.
+
+        Parameters
+        ----------
+        *only
+            Parts of the names of those to draw, whatever the case; without any, all that vary.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            A panel for each channel; ``from_s`` and ``to_s`` of a trial can be read off it.
+
+        Raises
+        ------
+        InputError
+            If there is no such channel.
+        """
+        from seaplant import plots
+
+        words = [word.lower() for word in only]
+        drawn = [channel for channel in self if _is_wanted(channel, words)]
+        if not drawn:
+            found = ", ".join(channel.column for channel in self)
+            raise InputError(f"no channel to draw; the log has {found}")
+        return plots.channels(drawn, min(float(of.time_s[0]) for of in self))
+
     def to_pandas(self) -> pd.DataFrame:
         """Gives the channels side by side.
 
@@ -320,6 +348,14 @@ class _NoChannelError(InputError, KeyError):
 
     def __str__(self) -> str:
         return str(self.args[0])
+
+
+def _is_wanted(channel: Channel, words: Iterable[str]) -> bool:
+    """Whether a column holds one of some words; of no words, whether the channel varies."""
+    wanted = list(words)
+    if not wanted:
+        return bool(channel.values.min() != channel.values.max())
+    return any(word in channel.column.lower() for word in wanted)
 
 
 def _remade(channels: Iterable[Channel]) -> Log:

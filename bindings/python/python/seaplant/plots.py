@@ -17,10 +17,37 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from seaplant.fits import Simulation
+    from seaplant.logs import Channel
 
-__all__ = ["as_html", "comparisons", "thrust"]
+__all__ = ["as_html", "channels", "comparisons", "thrust"]
 
 _ROTATIONS = ("roll", "pitch", "yaw")
+
+
+def channels(drawn: Sequence[Channel], start_s: float) -> Figure:
+    """Draws channels above each other over one time axis.
+
+    Parameters
+    ----------
+    drawn
+        The channels.
+    start_s
+        What time counts from, s.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A panel for each channel.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 0.6 + 1.2 * len(drawn)), layout="constrained")
+    panels = figure.subplots(len(drawn), 1, squeeze=False, sharex=True)[:, 0]
+    for panel, channel in zip(panels, drawn, strict=True):
+        panel.plot(channel.time_s - start_s, channel.values, lw=0.8)
+        panel.set_title(f"{channel.name} [{channel.unit or 'no unit'}]", fontsize=8, loc="left")
+    panels[-1].set_xlabel("time since the first sample [s]")
+    return figure
 
 
 def comparisons(rows: Sequence[Sequence[Simulation]]) -> Figure:

@@ -154,7 +154,11 @@ const FOREIGN: &[(&[&str], &str)] = &[
         "a state, not a measurement",
     ),
 ];
-pub(super) const ACCELERATION: &str = "an acceleration, which Seaplant derives from velocity";
+pub(super) const ACCELERATION: &str =
+    "an acceleration, but not along x, y or z of an accelerometer";
+/// Why an accelerometer is not mapped.
+pub(super) const VELOCITY_SAYS_MORE: &str =
+    "an acceleration, and velocity is logged, which says more";
 pub(super) const COMMANDED: &str = "a command, not a measurement";
 pub(super) const WORLD_VELOCITY: &str =
     "a velocity along the world's axes; Seaplant reads the body's, or derives it from position";
@@ -167,6 +171,9 @@ const WORLD: &[&str] = &["ned", "enu", "world", "global", "north", "east", "loca
 pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
     let own = words(&channel.name);
     let has = |word: &str| own.iter().any(|own| own == word);
+    if let Some(claim) = felt(channel, &own) {
+        return Ok(claim);
+    }
     if let Some((_, why)) = FOREIGN.iter().find(|(words, _)| words.iter().any(|word| has(word))) {
         return Err((*why).to_owned());
     }
@@ -205,10 +212,34 @@ pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
     Ok(of_rule(channel, rule, named))
 }
 
+/// What an accelerometer feels along one of its axes, by its name.
+fn felt(channel: &Channel, own: &[String]) -> Option<Claim> {
+    let has = |words: &[&str]| own.iter().any(|word| words.contains(&word.as_str()));
+    let axes = [(Axis::X, ["x", "ax"]), (Axis::Y, ["y", "ay"]), (Axis::Z, ["z", "az"])];
+    let of_axis = |(axis, words): &(Axis, [&str; 2])| has(words).then_some(*axis);
+    let axis = axes.iter().find_map(of_axis)?;
+    let named = unit_by_name(&channel.name);
+    let stated = channel.unit.clone().or_else(|| Unit::parse(named?).ok());
+    let fits = stated.as_ref().is_none_or(|unit| unit.resolve(Dimension::Acceleration).is_ok());
+    if !has(&["acc", "accel", "acceleration", "accelerometer"]) || !fits {
+        return None;
+    }
+    let unit = named.filter(|_| channel.unit.is_none());
+    let missing = channel.unit.is_none() && unit.is_none();
+    Some(Claim {
+        quantity: Quantity::Acceleration(axis),
+        strength: 3,
+        unit,
+        negate: false,
+        why: why(channel, unit).to_owned(),
+        doubt: missing.then(|| "no unit is stated; add unit = \"m/s2\" or \"g\"".to_owned()),
+    })
+}
+
 fn unknown(unit: Option<&Unit>) -> String {
     match unit {
-        Some(_) => "its name and unit tell no quantity that Seaplant reads".to_owned(),
-        None => "its name tells no quantity that Seaplant reads, and it has no unit".to_owned(),
+        Some(_) => "its name and unit are not recognised as a quantity".to_owned(),
+        None => "its name is not recognised as a quantity, and it has no unit".to_owned(),
     }
 }
 

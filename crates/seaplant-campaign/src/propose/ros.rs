@@ -14,7 +14,7 @@ const NORTH_IS_X: &str = "by its message and REP 103, with north for the x of it
 const QUATERNION: &str = "of a quaternion, whose angles have channels of their own";
 const PRESSURE: &str =
     "a pressure; log the depth in metres, or work it out and log it in a table beside";
-const NOTHING: &str = "its message and field tell no quantity that Seaplant reads";
+const NOTHING: &str = "its message and field are not recognised as a quantity";
 const SMOOTHED: &str = "of a filter, which smooths and lags; the DVL's own velocity is mapped";
 const THROTTLE: &str = "of all thrusters together";
 const PILOT: &str = "of the pilot, not of a thruster";
@@ -157,6 +157,9 @@ fn vector(log: &Log, channel: &Channel, field: &Field<'_>, axis: Axis) -> Result
             return Err(WORLD_VELOCITY.to_owned());
         }
         Some(Dimension::AngularVelocity) => claim_of(Quantity::Rate(axis), 4, BY_REP_103),
+        Some(Dimension::Acceleration) if ends("linear_acceleration") => {
+            claim_of(Quantity::Acceleration(axis), 6 - u8::from(field.has("raw")), BY_REP_103)
+        }
         Some(Dimension::Acceleration) => return Err(ACCELERATION.to_owned()),
         Some(Dimension::Velocity) => return velocity(log, field, axis),
         Some(Dimension::Length) => return position(channel, field, axis),

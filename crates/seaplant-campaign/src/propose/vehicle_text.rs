@@ -10,9 +10,17 @@ use crate::inspect::short;
 use crate::preset::VehiclePreset;
 
 /// The file's text, and what is left to decide.
-pub(super) fn write(log: &Log, mapping: &Mapping) -> (String, Vec<String>) {
-    let preset = autopilot::vehicle(log, mapping);
-    let questions = questions(mapping, preset);
+pub(super) fn write(
+    log: &Log,
+    mapping: &Mapping,
+    stated: Option<VehiclePreset>,
+) -> (String, Vec<String>) {
+    let preset = stated.or_else(|| autopilot::vehicle(log, mapping));
+    let mut questions = questions(mapping, preset);
+    questions.extend(preset.and_then(|preset| unmapped(mapping, preset)));
+    if preset.is_none() {
+        questions.extend(likely_preset(mapping));
+    }
     let mut page = Page::default();
     page.comment("The vehicle, begun from its log. Lines with `measure:` or `decide:` need you.");
     page.list("Still open:", &questions);
@@ -94,6 +102,44 @@ fn reversed_thrusters(page: &mut Page, log: &Log, preset: VehiclePreset) {
     }
 }
 
+/// Thrusters of the preset that no column is named for.
+fn unmapped(mapping: &Mapping, preset: VehiclePreset) -> Option<String> {
+    let mapped: Vec<&str> = mapping.thrusters().into_iter().map(|(name, _)| name).collect();
+    let known = preset.thrusters();
+    let missing: Vec<&str> =
+        known.iter().map(|of| of.name).filter(|name| !mapped.contains(name)).collect();
+    let others: Vec<String> = mapped
+        .iter()
+        .filter(|name| known.iter().all(|of| of.name != **name))
+        .map(|name| quoted(name))
+        .collect();
+    let renamed = if others.is_empty() {
+        String::new()
+    } else {
+        format!("; columns were mapped to {}, which the preset does not have", others.join(", "))
+    };
+    (!missing.is_empty()).then(|| {
+        format!(
+            "the preset's thrusters are called {}: map the column of each under [channels] of campaign.toml, as \"thruster.{}.pwm\"{renamed}",
+            missing.join(", "),
+            missing[0]
+        )
+    })
+}
+
+/// A preset with as many motors as the log has.
+fn likely_preset(mapping: &Mapping) -> Option<String> {
+    let pulses =
+        mapping.thrusters().into_iter().filter(|(_, of)| input_of(of) == ThrusterInput::Pwm);
+    let count = pulses.count();
+    let same = VehiclePreset::ALL.into_iter().find(|preset| preset.thrusters().len() == count)?;
+    Some(format!(
+        "{count} motors: if this is a {}, run `seaplant init` again with --preset {}",
+        same.title(),
+        same.key()
+    ))
+}
+
 fn questions(mapping: &Mapping, preset: Option<VehiclePreset>) -> Vec<String> {
     let names: Vec<String> = mapping.thrusters().iter().map(|(name, _)| quoted(name)).collect();
     let mut found = vec!["give name, and dry_mass_kg if it is known".to_owned()];
@@ -120,6 +166,7 @@ fn questions(mapping: &Mapping, preset: Option<VehiclePreset>) -> Vec<String> {
                 | Quantity::Depth
                 | Quantity::Position(_)
                 | Quantity::Attitude(_)
+                | Quantity::Acceleration(_)
         )
     };
     if mapping.has(placed) {
@@ -242,11 +289,12 @@ fn sensors(page: &mut Page, mapping: &Mapping) {
     let depth = has(|quantity| matches!(quantity, Quantity::Depth));
     let attitude = has(|quantity| matches!(quantity, Quantity::Attitude(_)));
     let position = has(|quantity| matches!(quantity, Quantity::Position(_)));
+    let imu = has(|quantity| matches!(quantity, Quantity::Acceleration(_)));
     let place = "# position_m = [0.0, 0.0, 0.0]";
     let turned = "# rotation_deg = [0.0, 0.0, 0.0]";
     let turned_why = "measure: roll, pitch, yaw from the vehicle's axes to its own";
     let origin = "measure: m from the origin; at the origin if left out";
-    if dvl || depth || attitude || position {
+    if dvl || depth || attitude || position || imu {
         page.line("");
         page.comment("Sensors. What is left out is 0: at the origin, aligned.");
     }
@@ -266,5 +314,11 @@ fn sensors(page: &mut Page, mapping: &Mapping) {
     if position {
         page.line("\n[sensor.position]");
         page.explained(place, origin);
+    }
+    if imu {
+        page.line("\n[sensor.imu]");
+        page.explained(place, origin);
+        page.explained(turned, turned_why);
+        page.explained("# averages = true", "if each sample is the mean since the one before");
     }
 }

@@ -3,13 +3,15 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use schemars::JsonSchema;
+use seaplant::exchange::PlantModel;
 use seaplant::results::{Parameter, Results};
-use seaplant::{DifferenceTest, Differences, Dof, DofDifference, differences};
+use seaplant::{Compared, DifferenceTest, Differences, Dof, DofDifference, Stated, differences};
 use seaplant_report::number::{ABSENT, Rounded, significant};
 use serde::Serialize;
 
+use super::plant::{file_of, read_table};
+use super::validate::read_results;
 use crate::args::Compare;
-use crate::commands::validate::read_results;
 use crate::output::{FAINT, Output, STRONG, WARNING};
 use crate::summary::{align, plain_table, push_caveats};
 
@@ -23,12 +25,13 @@ struct Comparison {
 }
 
 pub fn run(arguments: &Compare, output: Output) -> Result<ExitCode> {
-    let paths: Vec<PathBuf> = arguments.results.iter().map(|path| results_file(path)).collect();
-    let fits: Vec<Results> = paths.iter().map(|path| read_results(path)).collect::<Result<_>>()?;
-    let found = differences(&fits.iter().collect::<Vec<_>>(), arguments.method);
+    let paths: Vec<PathBuf> = arguments.results.iter().map(|path| file_of(path)).collect();
+    let read: Vec<Read> = paths.iter().map(|path| Read::of(path)).collect::<Result<_>>()?;
+    let compared: Vec<Compared<'_>> = read.iter().map(Read::compared).collect();
+    let found = differences(&compared, arguments.method);
     if found.dofs.is_empty() {
         let by = arguments.method.map_or(String::new(), |method| format!(" by {method}"));
-        bail!("no two of the results hold a plant{by} of the same degree of freedom");
+        bail!("no degree of freedom has a plant{by} in two of the results");
     }
     let results = paths.iter().map(|path| path.display().to_string()).collect();
     let comparison = Comparison { results, differences: found };
@@ -36,9 +39,26 @@ pub fn run(arguments: &Compare, output: Output) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The file itself, or that in a folder.
-fn results_file(path: &Path) -> PathBuf {
-    if path.is_dir() { path.join("results.json") } else { path.to_owned() }
+/// A fit, or a plant file.
+enum Read {
+    Fit(Box<Results>),
+    Table(Box<PlantModel>),
+}
+
+impl Read {
+    fn of(path: &Path) -> Result<Self> {
+        match read_table(path)? {
+            Some(model) => Ok(Self::Table(Box::new(model))),
+            None => Ok(Self::Fit(Box::new(read_results(path)?))),
+        }
+    }
+
+    fn compared(&self) -> Compared<'_> {
+        match self {
+            Self::Fit(results) => Compared::Fit(results),
+            Self::Table(model) => Compared::Table(model),
+        }
+    }
 }
 
 fn words(comparison: &Comparison) -> String {
@@ -64,7 +84,7 @@ pub fn verdict(difference: &DofDifference) -> String {
     if test.differs {
         format!("{WARNING}the plants differ{WARNING:#} by more than chance ({chance})")
     } else {
-        format!("the plants agree, as far as their intervals can tell ({chance})")
+        format!("the plants agree within their intervals ({chance})")
     }
 }
 
@@ -98,12 +118,17 @@ fn table(dof: Dof, difference: &DofDifference) -> String {
     format!("{}\n", table.to_string().trim_end())
 }
 
-fn with_std(estimate: Option<&Parameter>) -> String {
-    estimate.map_or_else(
-        || ABSENT.to_owned(),
-        |parameter| {
-            let Rounded { value, std, .. } = Rounded::of(parameter);
+fn with_std(estimate: Option<&Stated>) -> String {
+    let Some(Stated { value, std, interval95, unit }) = estimate else {
+        return ABSENT.to_owned();
+    };
+    match (std, interval95) {
+        (Some(std), Some([low95, high95])) => {
+            let (std, low95, high95, unit) = (*std, *low95, *high95, unit.clone());
+            let parameter = Parameter { value: *value, std, low95, high95, unit };
+            let Rounded { value, std, .. } = Rounded::of(&parameter);
             format!("{value} ± {std}")
-        },
-    )
+        }
+        _ => significant(*value, 4),
+    }
 }

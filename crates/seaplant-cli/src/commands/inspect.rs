@@ -1,29 +1,43 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use seaplant_campaign::{
-    ChannelSummary, InspectedFile, InspectedOffset, Inspection, in_words, inspect, inspect_survey,
+    ChannelSummary, InspectedEpoch, InspectedFile, InspectedOffset, Inspection, in_words, inspect,
+    inspect_survey, recording_in,
 };
 use seaplant_log::{Log, Survey};
 use seaplant_report::number::{or_absent, significant};
 
 use crate::args::Inspect;
-use crate::commands::read_options;
+use crate::commands::{contains_any, read_options};
 use crate::output::{FAINT, Output, STRONG, WARNING};
 use crate::progress::watched;
 use crate::summary::{align, plain_table};
 
 pub fn run(arguments: &Inspect, output: Output) -> Result<ExitCode> {
     let options = read_options(&arguments.reading);
-    let files: Vec<_> = arguments.logs.iter().map(|path| (path.clone(), options.clone())).collect();
+    let logs = arguments.logs.iter().map(|path| recording_in(path));
+    let files: Vec<_> = logs.map(|path| (path, options.clone())).collect();
     let inspection = if arguments.whole {
         watched(output, || Log::open(&files).map(|log| inspect(&log)))?
     } else {
         watched(output, || Survey::open(&files).map(inspect_survey))?
     };
+    let inspection = narrowed(inspection, &arguments.only)?;
     output.give(&inspection, || words(&inspection))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Only the channels that were asked for.
+fn narrowed(inspection: Inspection, only: &[String]) -> Result<Inspection> {
+    let Inspection { channels, .. } = &inspection;
+    let wanted = channels.iter().filter(|channel| contains_any(&channel.column, only));
+    let channels: Vec<ChannelSummary> = wanted.cloned().collect();
+    if channels.is_empty() && !inspection.channels.is_empty() {
+        bail!("no column's name contains {}; leave --only out to see all", only.join(" or "));
+    }
+    Ok(Inspection { channels, ..inspection })
 }
 
 /// The last part of a path: what tells files apart in a table.
@@ -50,6 +64,23 @@ fn figure(channel: &ChannelSummary, field: &str, number: String) -> String {
     if is_estimate { format!("≈ {number}") } else { number }
 }
 
+/// Logs with more columns than this are shown topic by topic.
+const PLAIN: usize = 24;
+
+/// A column without its topic, and the topic: `ATT` of `ATT.Roll`, `/dvl` of `/dvl.velocity.x`.
+fn topic(channel: &ChannelSummary) -> (&str, &str) {
+    channel.column.split_once('.').unwrap_or(("", &channel.column))
+}
+
+/// Where the topic of a column begins to differ from that of the one before.
+fn is_new_topic(before: Option<&ChannelSummary>, channel: &ChannelSummary) -> bool {
+    before.is_none_or(|before| (topic(before).0, &before.file) != (topic(channel).0, &channel.file))
+}
+
+fn is_constant(channel: &ChannelSummary) -> bool {
+    channel.count > 1 && channel.min == channel.max
+}
+
 fn words(inspection: &Inspection) -> String {
     let mut text = String::new();
     let several = inspection.files.len() > 1;
@@ -57,31 +88,13 @@ fn words(inspection: &Inspection) -> String {
         text +=
             &format!("{STRONG}{}{STRONG:#}: {}, {} bytes\n", file.path, file.format, file.bytes);
         text += &surveyed(file);
+        text += &span(file);
     }
-    let mut table = plain_table();
-    let header = ["column", "unit", "samples", "Hz", "first s", "last s", "gaps", "min", "max"];
-    table.set_header(header);
-    for channel in &inspection.channels {
-        let name = if several {
-            format!("{}: {}", file_name(&channel.file), channel.column)
-        } else {
-            channel.column.clone()
-        };
-        table.add_row([
-            name,
-            channel.unit.clone().unwrap_or_else(|| "?".to_owned()),
-            figure(channel, "count", channel.count.to_string()),
-            figure(channel, "rate_hz", or_absent(channel.rate_hz, 3)),
-            figure(channel, "first_s", significant(channel.first_s, 6)),
-            figure(channel, "last_s", significant(channel.last_s, 6)),
-            channel.gaps.map_or("–".to_owned(), |gaps| gaps.to_string()),
-            significant(channel.min, 4),
-            significant(channel.max, 4),
-        ]);
-    }
-    align(&mut table, 2..9);
-    text += &format!("{table}\n");
-    for channel in &inspection.channels {
+    let (constant, varying): (Vec<&ChannelSummary>, Vec<&ChannelSummary>) =
+        inspection.channels.iter().partition(|channel| is_constant(channel));
+    text += &table(&varying, several, inspection);
+    text += &folded(&constant);
+    for channel in varying {
         for remark in &channel.remarks {
             text += &format!("{WARNING}{}:{WARNING:#} {remark}\n", channel.column);
         }
@@ -100,6 +113,96 @@ fn words(inspection: &Inspection) -> String {
     text
 }
 
+/// Every channel that varies; of many, under the name of its topic.
+fn table(channels: &[&ChannelSummary], several: bool, inspection: &Inspection) -> String {
+    let by_topic = channels.len() > PLAIN;
+    let mut table = plain_table();
+    let header = ["column", "unit", "samples", "Hz", "from s", "to s", "gaps", "min", "max"];
+    table.set_header(header);
+    let mut before = None;
+    for &channel in channels {
+        let file = if several { format!("{}: ", file_name(&channel.file)) } else { String::new() };
+        let (of, column) = topic(channel);
+        let is_within = by_topic && !of.is_empty();
+        if is_within && is_new_topic(before, channel) {
+            table.add_row([format!("{file}{of}")]);
+        }
+        before = Some(channel);
+        let name =
+            if is_within { format!("  {column}") } else { format!("{file}{}", channel.column) };
+        let since = start_s(inspection, &channel.file);
+        table.add_row([
+            name,
+            channel.unit.clone().unwrap_or_else(|| "?".to_owned()),
+            figure(channel, "count", channel.count.to_string()),
+            figure(channel, "rate_hz", or_absent(channel.rate_hz, 3)),
+            figure(channel, "first_s", significant(channel.first_s - since, 6)),
+            figure(channel, "last_s", significant(channel.last_s - since, 6)),
+            channel.gaps.map_or("–".to_owned(), |gaps| gaps.to_string()),
+            significant(channel.min, 4),
+            significant(channel.max, 4),
+        ]);
+    }
+    align(&mut table, 2..9);
+    format!("{table}\n")
+}
+
+/// Channels that never change, in one line.
+fn folded(channels: &[&ChannelSummary]) -> String {
+    if channels.is_empty() {
+        return String::new();
+    }
+    let of = |channel: &&ChannelSummary| {
+        let unit = channel.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+        format!("{} = {}{unit}", channel.column, significant(channel.min, 4))
+    };
+    let all: Vec<String> = channels.iter().map(of).collect();
+    format!("{FAINT}constant:{FAINT:#} {}\n", all.join(", "))
+}
+
+/// Later than this a clock counts from 1970 or another day, not from the start of the log, s.
+const LATE_S: f64 = 1e6;
+
+/// What the times of a file are shown from: its first sample, where its clock counts from long
+/// before.
+fn start_s(inspection: &Inspection, path: &str) -> f64 {
+    let file = inspection.files.iter().find(|file| file.path == path);
+    let first = file.and_then(|file| file.span_s).map_or(0.0, |[first, _]| first);
+    if first > LATE_S { first } else { 0.0 }
+}
+
+/// When a file whose clock counts from 1970 starts, and how long it lasts.
+fn span(file: &InspectedFile) -> String {
+    let Some([first, last]) = file.span_s.filter(|[first, _]| *first > LATE_S) else {
+        return String::new();
+    };
+    let start = match (file.epoch, instant(first)) {
+        (InspectedEpoch::Unix, Some(instant)) => format!("starts {instant} UTC"),
+        _ => format!("starts at {first:.3} s"),
+    };
+    format!("{start}, lasts {}; times below count from there\n", lasting(last - first))
+}
+
+/// Year, month, day, hour, minute and second of a time since 1970.
+fn instant(unix_s: f64) -> Option<String> {
+    let instant = jiff::Timestamp::from_second(unix_s.floor() as i64).ok()?;
+    Some(instant.strftime("%Y-%m-%d %H:%M:%S").to_string())
+}
+
+fn lasting(seconds: f64) -> String {
+    if seconds < 120.0 {
+        return format!("{} s", significant(seconds, 3));
+    }
+    let minutes = (seconds / 60.0).floor();
+    match minutes < 120.0 {
+        true => format!("{minutes:.0} min {:.0} s", (seconds - 60.0 * minutes).floor()),
+        false => {
+            let hours = (minutes / 60.0).floor();
+            format!("{hours:.0} h {:.0} min", minutes - 60.0 * hours)
+        }
+    }
+}
+
 /// What the times of a file count from, and their span.
 fn clock(file: &InspectedFile) -> String {
     let Some([first_s, last_s]) = file.span_s else { return String::new() };
@@ -114,19 +217,19 @@ fn apart(offset: &InspectedOffset) -> String {
     let [name, against] = [&offset.file, &offset.against].map(|path| file_name(path));
     let mut text = format!("{STRONG}{name} and {against}:{STRONG:#} ");
     text += &match offset.overlap_s {
-        overlap if overlap >= 0.0 => format!("share {overlap:.1} s as their clocks stand"),
-        _ => "share no time as their clocks stand".to_owned(),
+        overlap if overlap >= 0.0 => format!("overlap by {overlap:.1} s with the recorded clocks"),
+        _ => "do not overlap with the recorded clocks".to_owned(),
     };
     if !offset.same_epoch {
-        text += ", and do not count from the same instant";
+        text += ", which do not count from the same instant";
     }
     text += "\n";
     if let Some(clock) = &offset.clock {
-        text += &format!("  by what they measured, {name} is to be moved by {}\n", in_words(clock));
+        text += &format!("  their measurements ask to move {name} by {}\n", in_words(clock));
     }
     if let Some(offset_s) = offset.by_satellite_s {
         text += &format!(
-            "  by satellite time, {name} is to be moved by {offset_s:+.1} s, good to a second\n"
+            "  satellite time asks to move {name} by {offset_s:+.1} s, to within a second\n"
         );
     }
     if let Some(refused) = &offset.refused {
@@ -134,22 +237,31 @@ fn apart(offset: &InspectedOffset) -> String {
     }
     let doubtful = !offset.same_epoch || offset.overlap_s < 0.0;
     if doubtful && offset.clock.is_none() && offset.refused.is_none() {
-        text += "  nothing that both measured tells how far they are apart; thrust may: write \
+        text += "  both files measured nothing from which the offset follows; thrust may give it: write \
                  \"estimate\" for the seconds in campaign.toml\n";
     }
     if let Some(line) = &offset.campaign_line {
         text += &format!("  in campaign.toml, under [[trial]]: {STRONG}{line}{STRONG:#}\n");
     } else if offset.clock.is_some() {
-        text += "  which is no more than the data can tell: the clocks agree\n";
+        text += "  which is within its uncertainty: the clocks agree\n";
     }
     text
 }
 
 #[cfg(test)]
 mod tests {
-    use seaplant_campaign::InspectedEpoch;
-
     use super::*;
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        assert_eq!(instant(0.0).as_deref(), Some("1970-01-01 00:00:00"));
+        // By `date -u -d @1700000000` and `date -u -d @1709251199`, the last second of a leap day.
+        assert_eq!(instant(1_700_000_000.9).as_deref(), Some("2023-11-14 22:13:20"));
+        assert_eq!(instant(1_709_251_199.0).as_deref(), Some("2024-02-29 23:59:59"));
+        assert_eq!(lasting(90.04), "90 s");
+        assert_eq!(lasting(754.9), "12 min 34 s");
+        assert_eq!(lasting(7_260.0), "2 h 1 min");
+    }
 
     #[test]
     fn estimates_are_marked() {

@@ -17,16 +17,25 @@ pub fn file_of(path: &Path) -> PathBuf {
 /// The plant that a file of results, a plant file or a published table holds.
 pub fn read_plant(path: &Path, method: Option<Method>) -> Result<PlantModel> {
     let path = file_of(path);
-    let named = || path.display().to_string();
-    // A file that is not there is for the reader of results to tell: it says what to give.
-    let is_there = path.exists() || path.to_string_lossy().starts_with("published:");
-    let file = if is_there { read_plant_file(&path)? } else { None };
-    let Some(file) = file else {
-        let results = read_results(&path)?;
-        return PlantModel::of_results(&results, &named(), method).with_context(named);
-    };
-    if let Some(method) = method {
-        bail!("{} is a table, and no plant by {method}; leave --method out", path.display());
+    match read_table(&path)? {
+        None => {
+            let named = || path.display().to_string();
+            let results = read_results(&path)?;
+            PlantModel::of_results(&results, &named(), method).with_context(named)
+        }
+        Some(_) if method.is_some() => {
+            bail!("{} is a table, not a fit by a method; leave --method out", path.display())
+        }
+        Some(model) => Ok(model),
     }
-    file.model().with_context(named)
+}
+
+/// The plant of a plant file or published table; none of results.
+pub fn read_table(path: &Path) -> Result<Option<PlantModel>> {
+    // A file that does not exist is for the reader of results to report: it says what to give.
+    if !path.exists() && !path.to_string_lossy().starts_with("published:") {
+        return Ok(None);
+    }
+    let Some(file) = read_plant_file(path)? else { return Ok(None) };
+    file.model().map(Some).with_context(|| path.display().to_string())
 }

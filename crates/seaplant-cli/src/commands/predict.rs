@@ -6,10 +6,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, bail};
-use nalgebra::Vector6;
-use seaplant::exchange::{Consequence, Draws, Drive, PlantModel, Prediction};
-use seaplant::motion::Inputs;
-use seaplant::{Dof, Timed};
+use seaplant::Dof;
+use seaplant::exchange::{Consequence, Draws, Drive, Outcome, PlantModel, Prediction, Scenario};
 use seaplant_campaign::{HoldEntry, Profile, StartEntry, input_table};
 use seaplant_export::doubts;
 use seaplant_report::number::significant;
@@ -78,7 +76,11 @@ fn stepped(arguments: &Simulate) -> Result<Profile> {
 }
 
 /// `surge 200 N`: an axis, a number, and the axis's unit.
-fn quantity(text: &str, flag: &str, unit: impl Fn(Dof) -> &'static str) -> Result<(Dof, f64)> {
+pub(super) fn quantity(
+    text: &str,
+    flag: &str,
+    unit: impl Fn(Dof) -> &'static str,
+) -> Result<(Dof, f64)> {
     let refuse = |reason: String| anyhow!("{flag} \"{text}\" {reason}");
     let mut words = text.split_whitespace();
     let dof: Dof = words.next().unwrap_or_default().parse().map_err(|_| {
@@ -116,11 +118,10 @@ pub fn run(arguments: &Simulate, inputs: InputsAlone, output: Output) -> Result<
     if let Some(path) = &arguments.out {
         check_single(path, permit, is_ours).with_context(|| path.display().to_string())?;
     }
-    let case = Case::of(arguments, inputs, &model)?;
+    let scenario = scenario(arguments, inputs, &model)?;
     let draws = Draws { count: usize::from(arguments.draws), seed: arguments.seed };
-    let prediction = model.predict(&case.inputs, &case.start, &case.time_s, draws)?;
-    let follows = model.consequences(&case.forces(), draws)?;
-    let notes = notes(&model, &case, &prediction, draws);
+    let Outcome { prediction, consequences: follows, mut notes } = model.run(&scenario, draws)?;
+    notes.extend(doubts(&model));
     if let Some(path) = &arguments.out {
         let bytes = match page {
             true => prediction_page(&model, &prediction, &lines(&follows, &notes))?,
@@ -145,98 +146,22 @@ pub fn run(arguments: &Simulate, inputs: InputsAlone, output: Output) -> Result<
 }
 
 /// What is simulated.
-struct Case {
-    inputs: Inputs,
-    start: Vector6<f64>,
-    time_s: Vec<f64>,
-}
-
-impl Case {
-    fn of(arguments: &Simulate, given: InputsAlone, model: &PlantModel) -> Result<Self> {
-        let (drive, time_s, entry, mut current) = match given {
-            InputsAlone::Profile(profile) => {
-                let drive = profile.drive(model)?;
-                (drive, profile.time_s(), profile.start.clone(), profile.current_m_per_s)
-            }
-            InputsAlone::Table(drive, time_s) => (drive, time_s, StartEntry::default(), [0.0; 2]),
-        };
-        match arguments.current.as_slice() {
-            [] => {}
-            [north, east] => current = [*north, *east],
-            other => {
-                bail!("--current has {} numbers and needs two, north,east in m/s", other.len())
-            }
-        }
-        let mut start = Vector6::zeros();
-        entry.velocity.iter().for_each(|(dof, v)| start[dof.index()] = *v);
-        for text in &arguments.start {
-            let (dof, v) = quantity(text, "--from", |dof| dof.units().velocity)?;
-            start[dof.index()] = v;
-        }
-        let until = time_s.last().copied().unwrap_or(0.0);
-        let angle = |deg: f64| Timed::new("attitude", vec![0.0], vec![deg.to_radians()]);
-        let attitude = [
-            Some(angle(entry.roll_deg)?),
-            Some(angle(entry.pitch_deg)?),
-            Some(angle(entry.heading_deg)?),
-        ];
-        let force = model.forces(&drive, until)?;
-        // Velocities of axes that the plant does not have are held.
-        let mut velocity: [Option<Timed>; 6] = std::array::from_fn(|_| None);
-        for dof in model.unknown_axes() {
-            let held = start[dof.index()];
-            start[dof.index()] = 0.0;
-            if held != 0.0 {
-                velocity[dof.index()] = Some(Timed::new("held", vec![0.0], vec![held])?);
-            }
-        }
-        let signals = model.signals(&drive)?;
-        let inputs = Inputs { force, velocity, attitude, current, signals };
-        Ok(Self { inputs, start, time_s })
+fn scenario(arguments: &Simulate, given: InputsAlone, model: &PlantModel) -> Result<Scenario> {
+    let mut scenario = match given {
+        InputsAlone::Profile(profile) => profile.scenario(model)?,
+        InputsAlone::Table(drive, time_s) => Scenario { drive, time_s, ..Scenario::default() },
+    };
+    match arguments.current.as_slice() {
+        [] => {}
+        [north, east] => scenario.current = [*north, *east],
+        other => bail!("--current has {} numbers and needs two, north,east in m/s", other.len()),
     }
-
-    /// The greatest force on each axis, with its sign.
-    fn forces(&self) -> BTreeMap<Dof, f64> {
-        let greatest = |dof: Dof| {
-            let force = self.inputs.force[dof.index()].as_ref()?;
-            let most = force.values().iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-            (most != 0.0).then_some((dof, most))
-        };
-        Dof::ALL.into_iter().filter_map(greatest).collect()
+    for text in &arguments.start {
+        let (dof, v) = quantity(text, "--from", |dof| dof.units().velocity)?;
+        scenario.velocity.insert(dof, v);
     }
-}
-
-fn notes(model: &PlantModel, case: &Case, prediction: &Prediction, draws: Draws) -> Vec<String> {
-    let mut notes = Vec::new();
-    let lost: Vec<&str> = model
-        .unknown_axes()
-        .into_iter()
-        .filter(|dof| {
-            let force = case.inputs.force[dof.index()].as_ref();
-            force.is_some_and(|force| force.values().iter().any(|x| *x != 0.0))
-        })
-        .map(Dof::name)
-        .collect();
-    if !lost.is_empty() {
-        notes.push(format!(
-            "the inputs push in {}, of which nothing is known: it does not move there",
-            lost.join(", ")
-        ));
-    }
-    if model.covariance.is_none() {
-        notes.push("the plant states no errors, so that there is no band".to_owned());
-    } else if draws.count > 0 {
-        notes.push(format!(
-            "the band is of {} draws of the coefficients, seed {}; it holds no disturbance and no fault of the model",
-            draws.count, draws.seed
-        ));
-    }
-    if prediction.lost > 0 {
-        notes.push(format!("{} draws ran away and are not in the band", prediction.lost));
-    }
-    notes.extend(model.notes.iter().cloned());
-    notes.extend(doubts(model));
-    notes
+    scenario.disturbed = arguments.disturbed;
+    Ok(scenario)
 }
 
 /// What every CSV file of a prediction starts with.

@@ -4,13 +4,11 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, anyhow, bail};
 use seaplant::exchange::PlantModel;
 use seaplant::results::Results;
-use seaplant_campaign::{
-    Campaign, Error, Validation, read_bounded, read_plant_file, validate, validate_table,
-};
+use seaplant_campaign::{Campaign, Error, Validation, read_bounded, validate, validate_table};
 use seaplant_report::number::{or_absent, significant};
 use seaplant_report::parse_results;
 
-use super::plant::{file_of, read_plant};
+use super::plant::{file_of, read_plant, read_table};
 use crate::args::Validate;
 use crate::output::{Output, WARNING};
 use crate::progress::watched;
@@ -48,13 +46,10 @@ pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
 /// The plant of a plant file or published table; none of results.
 fn table(arguments: &Validate) -> Result<Option<PlantModel>> {
     let path = file_of(&arguments.results);
-    if !path.exists() && !path.to_string_lossy().starts_with("published:") {
-        return Ok(None);
+    match read_table(&path)? {
+        Some(_) => read_plant(&path, arguments.method).map(Some),
+        None => Ok(None),
     }
-    if read_plant_file(&path)?.is_none() {
-        return Ok(None);
-    }
-    read_plant(&path, arguments.method).map(Some)
 }
 
 /// Reads a results.json.
@@ -90,7 +85,7 @@ fn words(validations: &[Validation]) -> String {
             table.add_row([
                 validation.dof.to_string(),
                 trial.trial.clone(),
-                trial.mean_abs_error.map_or("runs away".to_owned(), |e| significant(e, 3)),
+                trial.mean_abs_error.map_or("diverges".to_owned(), |e| significant(e, 3)),
                 significant(trial.null_error, 3),
                 or_absent(trial.r_squared, 3),
                 or_absent(trial.position_r_squared, 3),

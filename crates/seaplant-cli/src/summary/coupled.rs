@@ -8,7 +8,7 @@ use seaplant::results::{
 };
 use seaplant_report::number::{Rounded, or_absent};
 
-use super::{align, plain_table, push_caveats};
+use super::{align, plain_table, push_caveats, spoken_verdict};
 use crate::output::{FAINT, STRONG};
 
 /// A block for each plant: what each axis has by itself, how axes couple, how it predicts.
@@ -17,10 +17,10 @@ pub(super) fn block(plant: &CoupledPlant) -> String {
     let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
     let _ = writeln!(
         text,
-        "{STRONG}{}{STRONG:#} together, by {}: {} coefficients",
+        "{STRONG}{}{STRONG:#} together, by {}: {}",
         names.join(", "),
         plant.method,
-        plant.parameters.len()
+        spoken_verdict(&plant.verdict)
     );
     let _ = writeln!(text, "{}", coefficients(plant));
     let where_ = if plant.hold_out.is_some() { "held out" } else { "on its own trials" };
@@ -95,7 +95,7 @@ fn row(name: &str, x: &Coefficient) -> Vec<String> {
         ToldBy::Data => String::new(),
         ToldBy::Limit => format!("{FAINT}not above zero{FAINT:#}"),
         ToldBy::Stated => format!("{FAINT}stated, not fitted{FAINT:#}"),
-        ToldBy::Nothing => format!("{FAINT}hardly told by these trials{FAINT:#}"),
+        ToldBy::Nothing => format!("{FAINT}hardly determined by these trials{FAINT:#}"),
     };
     vec![
         format!("  {name}"),
@@ -113,7 +113,7 @@ fn scores(plant: &CoupledPlant) -> String {
     for (dof, AxisScore { mean_abs_error, null_error, r2, .. }) in &score.by_axis {
         let alone = plant.single_axes.get(dof).map(|score| match score.r2 {
             Some(r2) => format!("by itself {r2:.3}"),
-            None => "by itself it runs away".to_owned(),
+            None => "by itself it diverges".to_owned(),
         });
         let unit = dof.units().velocity;
         table.add_row(vec![

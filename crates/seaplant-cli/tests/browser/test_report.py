@@ -239,3 +239,47 @@ def test_a_day_at_ten_hertz_is_thinned_and_zoomed(browser: Browser, tmp_path: Pa
         low, high = span(chart)
         assert high - low == pytest.approx(86_400 / 256, rel=0.01)
         assert picture(chart) != whole
+
+
+SIZES = {"laptop": (1366, 768), "desk": (1920, 1080), "phone": (390, 844)}
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_first_look(browser: Browser, report: Path, size: str) -> None:
+    width, height = SIZES[size]
+    with Reader(browser, report, viewport={"width": width, "height": height}) as page:
+        page.screenshot(path=SHOTS / f"first-{size}.png")
+        # No column is cut off, and nothing scrolls sideways but what is meant to.
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        cards = page.locator(".card")
+        assert cards.count() == 4
+        for card in cards.all():
+            assert card.locator("svg path.simulated").count() == 1
+            inside = card.evaluate("card => card.scrollWidth <= card.clientWidth")
+            assert inside, card.inner_text()
+        if size != "phone":
+            boxes = [card.locator(".thumbnail").bounding_box() for card in cards.all()]
+            assert all(box and box["y"] + box["height"] <= height for box in boxes), boxes
+        # The contents stay in view.
+        page.locator("#provenance").scroll_into_view_if_needed()
+        nav = page.locator("nav").bounding_box()
+        assert nav is not None and nav["y"] == 0.0
+
+
+def test_paper_shows_motion_on_its_first_page(browser: Browser, report: Path) -> None:
+    # A4 at 96 points to the inch, less margins of 15 mm.
+    with Reader(browser, report, viewport={"width": 680, "height": 1009}) as page:
+        page.emulate_media(media="print")
+        page.screenshot(path=SHOTS / "print.png")
+        boxes = [of.bounding_box() for of in page.locator(".thumbnail svg").all()]
+        assert boxes and all(box and box["y"] + box["height"] < 1009 for box in boxes)
+        pdf = page.pdf(path=SHOTS / "report.pdf", format="A4", prefer_css_page_size=True)
+        assert pdf
+
+
+def test_each_doubt_says_what_to_do(browser: Browser, report: Path) -> None:
+    with Reader(browser, report) as page:
+        doubts = page.locator("#summary .doubts > li")
+        assert doubts.count() > 0
+        for doubt in doubts.all():
+            assert "What to do:" in (doubt.text_content() or "")

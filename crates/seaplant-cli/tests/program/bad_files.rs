@@ -113,7 +113,7 @@ fn an_unknown_quantity_brings_the_near_one() {
     workshop.change("campaign.toml", "velocity.surge", "velcity.surge");
     assert_eq!(
         workshop.refusal(),
-        "campaign.toml: channels.\"velcity.surge\": is no quantity that Seaplant knows; did you \
+        "campaign.toml: channels.\"velcity.surge\": is not a known quantity; did you \
          mean `velocity.surge`?\n  |\n9 | \"velcity.surge\" = { column = \"speed\" }\n  | ^^^^^^^^^^^^^^^"
     );
 }
@@ -124,7 +124,7 @@ fn an_unknown_quantity_of_a_thruster_brings_the_near_one() {
     workshop.change("campaign.toml", "thruster.prop.speed", "thruster.prop.sped");
     assert_eq!(
         workshop.refusal(),
-        "campaign.toml: channels.\"thruster.prop.sped\": is no quantity that Seaplant knows; did \
+        "campaign.toml: channels.\"thruster.prop.sped\": is not a known quantity; did \
          you mean `thruster.prop.speed`?\n  |\n8 | \"thruster.prop.sped\" = { column = \"prop\" }\n  | ^^^^^^^^^^^^^^^^^^^^"
     );
 }
@@ -134,7 +134,8 @@ fn an_unknown_quantity_like_no_other_brings_all() {
     let workshop = Workshop::new();
     workshop.change("campaign.toml", "velocity.surge", "zzz");
     let message = workshop.refusal();
-    let start = "campaign.toml: channels.\"zzz\": `zzz` is no quantity that Seaplant knows; it may be thruster.NAME.speed, ";
+    let start =
+        "campaign.toml: channels.\"zzz\": unknown quantity `zzz`; it may be thruster.NAME.speed, ";
     assert!(message.starts_with(start), "{message}");
     assert!(message.contains("dvl.velocity.x"), "{message}");
 }
@@ -231,7 +232,7 @@ fn random_bytes_are_no_log() {
     workshop.write("log.csv", bytes);
     assert_eq!(
         workshop.refusal(),
-        "trial `run 1`: log.csv is of no format that is read but looks like binary data; export it as CSV"
+        "trial `run 1`: log.csv: unsupported format (looks like binary data); export it as CSV"
     );
 }
 
@@ -241,7 +242,7 @@ fn a_packed_log_is_to_be_unpacked() {
     workshop.write("log.csv", b"BZh91AY&SY");
     assert_eq!(
         workshop.refusal(),
-        "trial `run 1`: log.csv is of no format that is read but looks like a bzip2 archive (unpack it \
+        "trial `run 1`: log.csv: unsupported format (looks like a bzip2 archive (unpack it \
          first); export it as CSV"
     );
 }

@@ -16,7 +16,7 @@ fn garbage_is_refused_with_its_place() {
     workshop.write("garbage.json", "garbage");
     let message = both(&workshop, "garbage.json");
     assert!(message.starts_with("garbage.json: line 1, column 1: "), "{message}");
-    assert!(message.ends_with("; identify again, or mend the file there"), "{message}");
+    assert!(message.ends_with("; identify again, or correct the file there"), "{message}");
 }
 
 #[test]

@@ -34,8 +34,8 @@ fn inspect_tells_how_far_clocks_are_apart_and_what_to_write() {
     let words = workshop.success(&["inspect", "autopilot.csv", "dvl.csv"]);
     for says in [
         "clock of autopilot.csv: seconds since a start that is not stated, 0.000 to 199.950",
-        "dvl.csv and autopilot.csv: share 158.7 s as their clocks stand",
-        "by what they measured, dvl.csv is to be moved by +41.25",
+        "dvl.csv and autopilot.csv: overlap by 158.7 s with the recorded clocks",
+        "their measurements ask to move dvl.csv by +41.25",
         "the rate of attitude.heading",
         "in campaign.toml, under [[trial]]: offset_s = { \"dvl.csv\" = 41.25",
     ] {

@@ -67,3 +67,18 @@ fn one_fit_is_misuse() {
     let says = predicate::str::contains("2 values required");
     Workshop::empty().seaplant(&["compare", "one"]).assert().code(2).stderr(says);
 }
+
+#[test]
+fn a_fit_stands_beside_a_published_table() {
+    let workshop = Workshop::quick();
+    workshop.success(&["identify", "campaign.toml", "--quiet"]);
+    let words = workshop.success(&["compare", "results", "published:wam-v-vrx"]);
+    assert!(words.contains("[2] published:wam-v-vrx") && words.contains("surge: "), "{words}");
+    let found = workshop.json(&["compare", "results", "published:wam-v-vrx", "--json"]);
+    let drag = &found["dofs"]["surge"]["parameters"]["quadratic_drag"];
+    assert!(drag["estimates"][0]["std"].is_number() && drag["estimates"][1]["std"].is_null());
+    // A number without an uncertainty is shown, and not tested.
+    assert!(drag["estimates"][1]["value"].is_number() && drag["test"].is_null(), "{drag}");
+    let refused = workshop.failure(&["compare", "results", "published:wam"]);
+    assert!(refused.contains("did you mean `wam-v-vrx`"), "{refused}");
+}

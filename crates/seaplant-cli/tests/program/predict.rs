@@ -34,7 +34,7 @@ fn a_step_ends_at_top_speed_within_its_band() {
     let value = |name: &str| follows(&said, name)["value"].as_f64().expect("a number");
     assert_within("top speed", value("top speed"), top, PART);
     assert_within("time constant", value("time constant"), mass / (2.0 * drag * top), PART);
-    assert_within("way", value("way"), mass / drag * 10.0_f64.ln(), PART);
+    assert_within("way", value("stopping distance"), mass / drag * 10.0_f64.ln(), PART);
     // The same draws for the same seed, others for another.
     assert_eq!(workshop.json(&step)["band95"], said["band95"]);
     let other = [&step[..], &["--seed", "2"]].concat();
@@ -116,4 +116,53 @@ fn a_published_table_is_held_against_a_log() {
     assert!(error("truth.toml") < 0.01, "{}", error("truth.toml"));
     assert!(error("wrong.toml") > 10.0 * error("truth.toml"));
     assert!(error("results") < 0.01);
+}
+
+#[test]
+fn speeds_and_forces_beyond_the_trials_are_said() {
+    let workshop = identified();
+    let notes = |force: &str| {
+        let said = workshop.json(&[
+            "simulate", "results", "--step", force, "--for", "60", "--draws", "10", "--json",
+        ]);
+        said["notes"].to_string()
+    };
+    let far = notes("surge 20000 N");
+    assert_eq!(far.matches("the plant is extrapolated").count(), 2, "{far}");
+    assert!(!notes("surge 300 N").contains("extrapolated"));
+}
+
+#[test]
+fn disturbances_are_drawn_where_the_plant_states_them() {
+    let workshop = Workshop::empty();
+    let plant = "schema = \"seaplant/plant/1\"\nname = \"sled\"\nsource = \"worked by hand\"\naxes = [\"surge\"]\n[coefficients.\"mass.surge\"]\nvalue = 100.0\nstd = 1.0\n[coefficients.\"surge: |u|u\"]\nvalue = 20.0\nstd = 0.1\n";
+    workshop.write("calm.toml", plant);
+    workshop.write(
+        "rough.toml",
+        format!("{plant}[disturbance.surge]\nstd = 30.0\ncorrelation_s = 5.0\n"),
+    );
+    let width = |plant: &str, more: &[&str]| {
+        let step = ["simulate", plant, "--step", "surge 50 N", "--for", "60", "--json"];
+        let said = workshop.json(&[&step[..], more].concat());
+        let band = said["band95"].as_array().expect("rows").last().expect("rows")[0].clone();
+        (
+            band[1].as_f64().expect("high") - band[0].as_f64().expect("low"),
+            said["notes"].to_string(),
+        )
+    };
+    let (calm, _) = width("rough.toml", &[]);
+    let (rough, notes) = width("rough.toml", &["--disturbed"]);
+    assert!(
+        rough > 5.0 * calm && notes.contains("each with a disturbance"),
+        "{calm} {rough} {notes}"
+    );
+    let (_, notes) = width("calm.toml", &["--disturbed"]);
+    assert!(notes.contains("states no disturbance"), "{notes}");
+    workshop.write(
+        "bad.toml",
+        format!("{plant}[disturbance.surge]\nstd = -1.0\ncorrelation_s = 5.0\n"),
+    );
+    let refused =
+        workshop.failure(&["simulate", "bad.toml", "--step", "surge 50 N", "--for", "60"]);
+    assert!(refused.contains("disturbance of surge"), "{refused}");
 }

@@ -117,7 +117,7 @@ fn what_cannot_be_steady_is_refused_in_its_line() {
 fn no_setting_is_nan_or_infinite() {
     for line in ["window_s = nan", "slope_m_s2 = inf", "thrust_part = -inf"] {
         let value = line.rsplit(' ').next().expect("a value");
-        let words = format!("holds `{value}`, which is no number of any setting");
+        let words = format!("holds `{value}`, which no setting takes");
         assert_refused_settings("steady", &[(line, &words, value)]);
     }
     let nested = "bootstrap = { resamples = 500, block_s = nan }";

@@ -84,7 +84,7 @@ fn a_method_that_is_none_is_misuse() {
 fn a_term_that_is_none_is_misuse() {
     misuse(
         &["identify", "campaign.toml", "--terms", "force,cubic"],
-        "`cubic` is no term of the model; use force, quadratic, linear or bias",
+        "unknown term `cubic`; expected force, quadratic, linear or bias",
     );
 }
 

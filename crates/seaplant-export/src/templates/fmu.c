@@ -36,7 +36,7 @@ static const char kind[] = "@KINDS@";
 typedef struct {
     double value[COUNT];
     double x[13];
-    int is_running;
+@ACTUATORS@    int is_running;
     LogMessage log;
     void *environment;
 } Fmu;
@@ -54,7 +54,7 @@ static void begin(Fmu *fmu)
     memcpy(fmu->x, from, 3 * sizeof(double));
     seaplant_quaternion(from[3], from[4], from[5], &fmu->x[3]);
     memcpy(&fmu->x[7], from + 6, 6 * sizeof(double));
-}
+@BEGIN_ACTUATORS@}
 
 static void reset(Fmu *fmu)
 {
@@ -63,9 +63,11 @@ static void reset(Fmu *fmu)
     begin(fmu);
 }
 
-static void wrench_of(const Fmu *fmu, double tau[6])
+/* tau for the next h seconds. */
+static void wrench_of(Fmu *fmu, double h, double tau[6])
 {
     int k;
+    (void)h;
     for (k = 0; k < 6; ++k)
         tau[k] = 0.0;
 @TAU@@THRUSTERS@}
@@ -206,8 +208,8 @@ EXPORT fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 from, fmi3Float6
         return fail(fmu, "a step must be above zero and at most 1e6 s");
     if (steps < 1)
         steps = 1;
-    wrench_of(fmu, tau);
     for (k = 0; k < steps; ++k) {
+        wrench_of(fmu, length / steps, tau);
         if (seaplant_step_of(&fmu->value[THETA], fmu->x, tau, &fmu->value[CURRENT], length / steps))
             return fail(fmu, "the mass matrix is not positive definite");
         if (!(fabs(fmu->x[7]) + fabs(fmu->x[8]) + fabs(fmu->x[9]) + fabs(fmu->x[10])

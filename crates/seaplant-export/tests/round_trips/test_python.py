@@ -33,6 +33,32 @@ def test_numpy(case):
         assert np.array_equal(draws, plant.draws(4000, 1))
 
 
+def test_lag_delay_and_reverse_ratio_of_numpy(case):
+    actuated = case.reference["actuated"]
+    if actuated is None:
+        return
+    plant = module(case.file("python", "seaplant_plant.py"))
+    inputs, expected = np.array(actuated["inputs"]).T, np.array(actuated["wrench"])
+    actuators = plant.Actuators(inputs[0])
+    volts = actuated["supply_v"]
+    found = [actuators.wrench(inputs[k // 25], 0.02, volts) for k in range(len(expected))]
+    assert np.abs(np.array(found) - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def test_the_lag_is_that_of_its_differential_equation(case):
+    """The speed behind a lag, by SciPy's closed form of a first-order system."""
+    if case.name != "every-term":
+        return
+    plant = module(case.file("python", "seaplant_plant.py"))
+    start, goal = np.full(len(plant.THRUSTERS), 1500.0), np.full(len(plant.THRUSTERS), 1900.0)
+    actuators = plant.Actuators(start)
+    for _ in range(50):
+        actuators.wrench(goal, 0.02, 15.0)
+    # A second after the step, delayed by 0.12 s, with a lag of 0.3 s.
+    expected = 1900.0 - 400.0 * np.exp(-(1.0 - 0.12) / 0.3)
+    assert np.allclose(actuators.speed[0], expected, rtol=1e-12)
+
+
 def test_a_minute_of_numpy(case):
     if case.name != "every-term":
         return

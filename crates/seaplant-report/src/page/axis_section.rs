@@ -1,7 +1,7 @@
 //! Everything about one degree of freedom.
 
 use seaplant::results::{Parameter, Parameters, PlantResult, Results};
-use seaplant::{Caveat, Dof, Method, Role};
+use seaplant::{Caveat, Dof, Method, Role, ScoredMotion};
 use serde::Serialize;
 
 use super::card::stability;
@@ -132,12 +132,17 @@ fn parameters(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method)
 
 fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> Table {
     let units = dof.units();
+    let quantity = methods.first().map(|(_, plant)| plant.fit.quantity).unwrap_or_default();
+    let still = match quantity {
+        ScoredMotion::Velocity => "Never moving",
+        ScoredMotion::Acceleration => "Never accelerating",
+    };
     let head = [
         "Method".to_owned(),
         "Trial".to_owned(),
         "Use".to_owned(),
-        format!("e, {}", units.velocity),
-        format!("Never moving, {}", units.velocity),
+        format!("e, {}", quantity.unit(dof)),
+        format!("{still}, {}", quantity.unit(dof)),
         "R²".to_owned(),
         format!("Position e, {}", units.position),
         "Position R²".to_owned(),
@@ -153,7 +158,7 @@ fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> 
                 words::capitalised(&words::method(*method)),
                 trial.trial.clone(),
                 role.to_owned(),
-                e.map_or_else(|| "runs away".to_owned(), |e| significant(e, 3)),
+                e.map_or_else(|| "diverges".to_owned(), |e| significant(e, 3)),
                 significant(trial.null_error, 3),
                 or_absent(trial.r_squared, 4),
                 or_absent(trial.position_mean_abs_error, 3),
@@ -163,7 +168,13 @@ fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> 
             rows.push(row.strong_if(*method == recommended));
         }
     }
-    Table::new("Error e of each plant on each trial, on raw velocity", head, rows).left(3)
+    let title = match quantity {
+        ScoredMotion::Velocity => "Error e of each plant on each trial, on raw velocity",
+        ScoredMotion::Acceleration => {
+            "Error e of each plant on each trial, on mean acceleration over half a second"
+        }
+    };
+    Table::new(title, head, rows).left(3)
 }
 
 fn regression(methods: &[(Method, &PlantResult)], recommended: Method) -> Table {
@@ -316,11 +327,11 @@ fn steady_test(dof: Dof, plant: &PlantResult) -> Option<Table> {
         format!("Linear drag, {}", units.linear_drag),
         format!("Bias force, {}", units.force),
     ];
-    let rows = vec![row("to and fro", &test.unsteady), row("steady runs", &test.steady)];
+    let rows = vec![row("unsteady trials", &test.unsteady), row("steady runs", &test.steady)];
     let outcome = if test.agrees {
         "they agree, and the plant is fitted to both"
     } else {
-        "they differ, and the plant is fitted to the trials to and fro alone"
+        "they differ, and the plant is fitted to the unsteady trials alone"
     };
     let note = format!(
         "One mass for both. Twice the gain in log-likelihood if the rest may differ: {} for {} numbers, which chance alone makes with probability {}: {outcome}.",

@@ -15,6 +15,9 @@ use crate::words;
 pub(crate) struct CoupledSection {
     name: String,
     title: String,
+    trust: &'static str,
+    trust_class: String,
+    reason: String,
     lead: String,
     tables: Vec<Table>,
     details: Vec<Table>,
@@ -41,6 +44,9 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant) -> CoupledSection {
     CoupledSection {
         name: name.to_owned(),
         title: place.clone(),
+        trust: plant.verdict.trust.name(),
+        trust_class: plant.verdict.trust.name().replace(' ', "-"),
+        reason: plant.verdict.reason.clone(),
         lead: lead(plant),
         tables,
         details,
@@ -56,7 +62,7 @@ fn axes(plant: &CoupledPlant) -> String {
 fn lead(plant: &CoupledPlant) -> String {
     let told = &plant.identifiability;
     format!(
-        "One plant of {} axes by {}, {} coefficients of which the motion tells {}; symmetry: {}. Velocities are relative to the water; forces that damp are positive.",
+        "One plant of {} axes by {}, {} coefficients, of which the motion determines {}; symmetry: {}. Velocities are relative to the water; forces that damp are positive.",
         plant.axes.len(),
         words::method(plant.method),
         told.coefficients,
@@ -178,7 +184,7 @@ fn coefficients(plant: &CoupledPlant) -> Table {
     };
     let head = COEFFICIENT_HEAD.into_iter().chain(["variance inflation"]);
     Table::new("Every coefficient", head, plant.parameters.iter().map(row).collect()).noted(
-        "Variance inflation is what a coefficient’s variance is multiplied with because others look like it in these trials; above 100 they are hardly told apart.",
+        "Variance inflation is what a coefficient’s variance is multiplied with because others look like it in these trials; above 100 they are hardly separable.",
     )
 }
 

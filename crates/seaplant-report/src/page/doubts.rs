@@ -4,6 +4,7 @@ use seaplant::results::Results;
 use seaplant::{Caveat, Severity};
 use serde::Serialize;
 
+use super::advice::{self, Advice};
 use crate::words;
 
 /// What matters, and what is only worth knowing.
@@ -19,6 +20,7 @@ struct Doubt {
     what: String,
     places: String,
     message: String,
+    advice: Advice,
 }
 
 /// The doubts about the campaign, its recommended plants, steady stretches and thrust curve.
@@ -55,6 +57,7 @@ pub(crate) fn collected(found: Vec<(String, &Caveat)>) -> Doubts {
             what: words::caveat(caveat.code),
             places: places.join(", "),
             message: words::capitalised(&caveat.message),
+            advice: advice::of(caveat.code),
         };
         let list =
             if caveat.severity == Severity::Note { &mut doubts.notes } else { &mut doubts.main };

@@ -69,7 +69,7 @@ pub(crate) fn disputed(one: &Judged, other: &Judged, speed: f64) -> Option<Cavea
         return None;
     };
     let message = format!(
-        "{} predicts trials that it has not seen as well as {}, and finds another {what} in {}: {} ± {} against {} ± {} {unit}; the trials do not tell which",
+        "{} predicts trials that it has not seen as well as {}, and finds another {what} in {}: {} ± {} against {} ± {} {unit}; the trials do not show which is right",
         other.fit.method,
         one.fit.method,
         one.fit.dof,
@@ -124,7 +124,7 @@ pub(crate) fn scoring(dof: Dof, fit: &Score, hold_out: Option<&Score>) -> Vec<Ca
     match score.mean_abs_error {
         None => caveats.push(Caveat::severe(
             CaveatCode::NoBetterThanNull,
-            format!("the simulated {dof} velocity runs away on a {which} trial"),
+            format!("the simulated {dof} velocity diverges on a {which} trial"),
         )),
         Some(_) if vouched => {}
         Some(error) if error >= null && free_error(score) >= null => caveats.push(Caveat::severe(
@@ -201,14 +201,14 @@ pub(crate) fn reverse_elsewhere(
     let Some((seen_in, ratio)) = off else { return };
     for (dof, steady) in steady {
         let message = format!(
-            "in {seen_in} reverse thrust is {} times what its curve says; steady {dof} drag takes the curve as it is, so its drag and bias force are off: mend the reverse curve and identify again",
+            "in {seen_in} reverse thrust is {} times what its curve says; steady {dof} drag takes the curve as it is, so its drag and bias force are off: correct the reverse curve and identify again",
             spoken(ratio)
         );
         steady.caveats.push(Caveat::warning(CaveatCode::ReverseThrust, message));
     }
     for (dof, plant) in plants.iter_mut().filter(|(_, plant)| !plant.nuisances.contains_key(NAME)) {
         let message = format!(
-            "in {seen_in} reverse thrust is {} times what its curve says; {dof} does not show it, as where one thruster pushes ahead while another pushes astern, so its mass and drag may be off by up to {:.0} %: mend the reverse curve and identify again",
+            "in {seen_in} reverse thrust is {} times what its curve says; {dof} does not show it, as where one thruster pushes ahead while another pushes astern, so its mass and drag may be off by up to {:.0} %: correct the reverse curve and identify again",
             spoken(ratio),
             100.0 * (ratio - 1.0).abs()
         );
@@ -285,7 +285,7 @@ pub(crate) fn steady_against_unsteady(
         let unit = fit.dof.units().position;
         if let Some((to_and_fro, along)) = strokes.unsteady.zip(strokes.steady) {
             message += &format!(
-                "; it goes to and fro over {}, through the water that it stirred up, and over {} in the longest run",
+                "; it oscillates over {}, through the water that it stirred up, and goes {} in the longest run",
                 to_and_fro.spoken(unit),
                 along.spoken(unit)
             );

@@ -417,7 +417,7 @@ fn caveats(
     let one_sided = segments.iter().all(|s| s.tau > 0.0) || segments.iter().all(|s| s.tau < 0.0);
     if one_sided {
         let message = format!(
-            "all steady {dof} runs go one way: a bias force (buoyancy, ballast) cannot be told from drag; add a run the other way at the same thrust"
+            "all steady {dof} runs go one way: a bias force (buoyancy, ballast) cannot be separated from drag; add a run the other way at the same thrust"
         );
         caveats.push(Caveat::warning(CaveatCode::BiasOneDirection, message));
     }

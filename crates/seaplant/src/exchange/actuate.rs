@@ -19,14 +19,16 @@ pub struct Drive {
     pub angles: BTreeMap<String, Timed>,
 }
 
-/// How finely a propeller that lags is followed, s.
-const GRID_S: f64 = 0.05;
+/// How finely a propeller that lags is followed, s: as long as a step of the simulation.
+const GRID_S: f64 = 0.02;
 
 impl PlantModel {
     /// The force on each axis, held between its times; none where nothing pushes.
     ///
-    /// A propeller follows its input `s` by `lag ṡ = input − s`, delayed, and thrust astern is
-    /// what the curve says times the reverse ratio, all as they were fitted for the axis.
+    /// A propeller follows its input `s` by `lag ṡ = input − s`, delayed, thrust in reverse is
+    /// what the curve says times the reverse ratio, and the force of all thrusters on the axis
+    /// follows theirs by its own lag, all as they were fitted for the axis. Forces beside the
+    /// thrusters act at once.
     ///
     /// # Errors
     /// [`Error::Thruster`] for an input of a thruster that the plant does not have, or a curve of
@@ -104,6 +106,11 @@ impl PlantModel {
     }
 }
 
+/// What follows a goal by a first-order lag, after some time.
+fn after(x: f64, goal: f64, h: f64, lag_s: f64) -> f64 {
+    if lag_s > 0.0 { goal + (x - goal) * (-h / lag_s).exp() } else { goal }
+}
+
 /// One axis.
 struct Run<'a> {
     dof: Dof,
@@ -117,27 +124,29 @@ impl Run<'_> {
     fn force(&self, until_s: f64) -> Result<Timed, Error> {
         let value = |x: &Option<crate::results::Parameter>| x.as_ref().map(|x| x.value);
         let lag_s = value(&self.actuation.lag).unwrap_or(0.0).max(0.0);
+        let force_lag_s = value(&self.actuation.force_lag).unwrap_or(0.0).max(0.0);
         let delay_s = value(&self.actuation.delay).unwrap_or(0.0);
         let ratio = value(&self.actuation.reverse_ratio).unwrap_or(1.0);
-        let times = self.times(lag_s, delay_s, until_s);
+        let times = self.times(lag_s.max(force_lag_s), delay_s, until_s);
         let mut speeds: Vec<f64> =
             self.pushing.iter().map(|(_, input)| input.held_at(times[0] - delay_s)).collect();
         let mut forces = Vec::with_capacity(times.len());
+        let mut lagging = None;
         for (k, &t) in times.iter().enumerate() {
             let h = times.get(k + 1).map_or(0.0, |next| next - t);
-            let mut force = self.known.map_or(0.0, |known| known.held_at(t));
+            let mut force = 0.0;
             for ((thruster, input), speed) in self.pushing.iter().zip(&mut speeds) {
                 let goal = input.held_at(t - delay_s);
-                let after = |s: f64, h: f64| match lag_s > 0.0 {
-                    true => goal + (s - goal) * (-h / lag_s).exp(),
-                    false => goal,
-                };
-                let thrust = self.thrust(thruster, after(*speed, 0.5 * h), t)?;
-                *speed = after(*speed, h);
+                let thrust = self.thrust(thruster, after(*speed, goal, 0.5 * h, lag_s), t)?;
+                *speed = after(*speed, goal, h, lag_s);
                 let thrust = if thrust < 0.0 { ratio * thrust } else { thrust };
                 force += thruster.unit_wrench()[self.dof.index()] * thrust;
             }
-            forces.push(force);
+            // What has always been pushed is there at the start.
+            let before = lagging.unwrap_or(force);
+            lagging = Some(after(before, force, h, force_lag_s));
+            let known = self.known.map_or(0.0, |known| known.held_at(t));
+            forces.push(known + after(before, force, 0.5 * h, force_lag_s));
         }
         Timed::new("force", times, forces)
     }
@@ -221,6 +230,24 @@ mod tests {
         // 0.5 s after the step, of a lag of 0.5 s: 63 % of the speed, 40 % of the force.
         let expected = 0.5 * 400.0 * (1.0 - (-1.0_f64).exp()).powi(2);
         assert!((yaw.at(1.475) / expected - 1.0).abs() < 0.03, "{}", yaw.at(1.475));
+    }
+
+    #[test]
+    fn a_force_that_lags_follows_its_thrusters() {
+        let mut model = boat();
+        let mut yaw = model.actuation.remove(&Dof::Yaw).expect("stated");
+        yaw.force_lag = yaw.lag.take();
+        model.actuation.insert(Dof::Yaw, yaw);
+        let mut drive = drive(0.0, 0.0);
+        let port = Timed::new("input", vec![0.0, 1.0], vec![0.0, 100.0]).expect("two");
+        drive.thrusters.insert("port".to_owned(), port);
+        drive.wrench.insert(Dof::Yaw, held(7.0));
+        let forces = model.forces(&drive, 3.0).expect("known");
+        let yaw = forces[5].as_ref().expect("turned");
+        // 0.5 s after the step, of a lag of 0.5 s: 63 % of the force; what is beside acts at once.
+        let expected = 7.0 + 0.5 * 400.0 * (1.0 - (-1.0_f64).exp());
+        assert!((yaw.at(1.49) / expected - 1.0).abs() < 0.02, "{}", yaw.at(1.49));
+        assert!((yaw.held_at(0.5) - 7.0).abs() < 1e-9);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cancel::coriolis_of;
 use super::of_results::plant_of_terms;
-use super::{Actuation, Origin, PlantModel};
+use super::{Actuation, Disturbance, Driven, Origin, PlantModel};
 use crate::plant::{Basis, Effect, Product};
 use crate::results::{BuoyancyResult, Correlation, CurveResult, RigidBodyResult};
 use crate::{Dof, Error, Thruster};
@@ -91,6 +91,12 @@ pub struct PlantFile {
     /// What stands between thrust and the water, by axis.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub actuation: BTreeMap<Dof, Actuation>,
+    /// How far each axis was driven in the trials that the numbers come from.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub driven: BTreeMap<Dof, Driven>,
+    /// What disturbed each axis there.
+    #[serde(default, rename = "disturbance", skip_serializing_if = "BTreeMap::is_empty")]
+    pub disturbances: BTreeMap<Dof, Disturbance>,
     /// The same numbers once more, for readers; not read back.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub derived: Option<Derived>,
@@ -212,6 +218,8 @@ impl PlantFile {
             buoyancy: self.buoyancy.as_ref().map(BuoyancyResult::buoyancy).transpose()?,
             thrusters: self.thrusters.iter().map(thruster).collect::<Result<_, _>>()?,
             actuation: self.actuation.clone(),
+            driven: self.driven.clone(),
+            disturbances: self.possible_disturbances()?,
             origin: Origin {
                 source: self.source.clone(),
                 url: self.url.clone(),
@@ -221,6 +229,18 @@ impl PlantFile {
             judgements: Vec::new(),
             notes: self.notes.clone(),
         })
+    }
+
+    fn possible_disturbances(&self) -> Result<BTreeMap<Dof, Disturbance>, Error> {
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        match self.disturbances.iter().find(|(_, x)| !positive(x.std) || !positive(x.correlation_s))
+        {
+            None => Ok(self.disturbances.clone()),
+            Some((dof, _)) => {
+                let reason = format!("of {dof} needs std and correlation_s above zero");
+                Err(refuse("disturbance", reason))
+            }
+        }
     }
 
     fn named_terms(&self) -> Result<Vec<(Basis, f64)>, Error> {
@@ -503,7 +523,7 @@ mod tests {
             value["coriolis"] = coriolis.into();
             let plant = table(value).model().expect("possible").plant;
             let velocity = Vector6::new(1.5, 0.1, 0.0, 0.0, 0.0, 0.0);
-            plant.resistance(&velocity, &Vector3::z(), &[])[5]
+            plant.resistance(&velocity, &Vector3::z())[5]
         };
         // N_uv of the table stands alone: the rigid body has no moment of its own in u v.
         assert!((yaw("in-derivatives") - 24.0 * 0.15).abs() < 1e-12);

@@ -27,7 +27,7 @@ pub struct Consequence {
 }
 
 impl PlantModel {
-    /// Top speed, time constant there and distance to a tenth of it for a force on each axis, the
+    /// Top speed, time constant there and stopping distance for a force on each axis, the
     /// speed of rising or sinking freely, and the periods of free roll and pitch.
     ///
     /// Every axis is taken by itself: `τ = d_Q v|v| + d_L v + b` at rest of all others. The period
@@ -147,15 +147,19 @@ fn driven(axis: &Axis, tau: f64, all: &mut Vec<Number>) {
         all.push(Number { name, axis: axis.dof, value, unit });
     };
     push(format!("top speed at {at}"), speed, units.velocity);
-    push(format!("time constant at the top speed of {at}"), constant, "s");
+    push(format!("time constant at {at}"), constant, "s");
     if let Some(way) = axis.distance(speed) {
-        push(format!("way from the top speed of {at} to a tenth of it"), way, units.position);
+        push(
+            format!("stopping distance from the top speed at {at} (to a tenth)"),
+            way,
+            units.position,
+        );
     }
 }
 
 fn free(axis: &Axis, all: &mut Vec<Number>) {
     if let Some(speed) = axis.speed(-axis.bias) {
-        let name = "speed without thrust, down".to_owned();
+        let name = "speed without thrust (down positive)".to_owned();
         all.push(Number { name, axis: axis.dof, value: speed, unit: axis.dof.units().velocity });
     }
 }
@@ -208,7 +212,7 @@ mod tests {
         let of = |name: &str| all.iter().find(|x| x.name.starts_with(name)).expect(name);
         assert!((of("top speed").value - 2.0).abs() < 1e-12);
         assert!((of("time constant").value - 1.25).abs() < 1e-12);
-        assert!((of("way").value - 5.0 * 10.0_f64.ln()).abs() < 1e-12);
+        assert!((of("stopping").value - 5.0 * 10.0_f64.ln()).abs() < 1e-12);
         // It rises.
         assert!((of("speed without thrust").value + 0.5).abs() < 1e-12);
         assert!((of("natural period").value - std::f64::consts::PI).abs() < 1e-12);

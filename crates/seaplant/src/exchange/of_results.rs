@@ -4,13 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DMatrix;
 
+use super::driven::{
+    driven, of_axis as disturbance_of_axis, of_coupled as disturbances_of_coupled,
+};
 use super::{Actuation, Judgement, Origin, PlantModel};
 use crate::identify::plant_of_result;
 use crate::plant::{Basis, Effect, Plant, Product, Structure, Symmetry};
-use crate::results::{
-    CoupledPlant, CurveResult, PlantResult, Results, RigidBodyResult, Trust, Verdict,
-};
-use crate::{Dof, Error, Method, Severity, Thruster};
+use crate::results::{CoupledPlant, CurveResult, PlantResult, Results, RigidBodyResult};
+use crate::{Dof, Error, Method, Thruster};
 
 /// Terms with their numbers, and how those vary together.
 struct Part {
@@ -43,18 +44,20 @@ impl PlantModel {
         let coupled: BTreeSet<Dof> =
             results.coupled.values().flat_map(|plant| plant.axes.clone()).collect();
         let mut parts = Vec::new();
-        let mut judgements = Vec::new();
         let mut notes = Vec::new();
         let mut actuation = BTreeMap::new();
+        let mut disturbances = BTreeMap::new();
         for plant in results.coupled.values() {
             parts.push(of_coupled(plant)?);
-            judgements.push(judgement_of_coupled(plant));
+            disturbances.extend(disturbances_of_coupled(plant));
+            let of_all = actuation_of_coupled(plant);
+            actuation.extend(plant.axes.iter().map(|dof| (*dof, of_all.clone())));
         }
         for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
             let plant = results.plant_of(*dof, method)?;
             parts.push(of_axis(*dof, plant));
-            judgements.push(judgement(*dof, plant));
             actuation.insert(*dof, actuation_of(plant));
+            disturbances.extend(disturbance_of_axis(plant).map(|found| (*dof, found)));
             left_out(*dof, plant, &mut notes);
         }
         let (plant, covariance, intervals) = joined(parts)?;
@@ -74,6 +77,8 @@ impl PlantModel {
             buoyancy: results.buoyancy.as_ref().map(|b| b.buoyancy()).transpose()?,
             thrusters,
             actuation,
+            driven: driven(results),
+            disturbances,
             origin: Origin {
                 source: source.to_owned(),
                 command: Some(results.provenance.command.clone()),
@@ -81,9 +86,26 @@ impl PlantModel {
                 settings: results.provenance.settings.clone(),
                 ..Origin::default()
             },
-            judgements,
+            judgements: Judgement::of_results(results, method)?,
             notes,
         })
+    }
+}
+
+impl Judgement {
+    /// What to make of the plants that [`PlantModel::of_results`] takes: those of several axes,
+    /// and beside these each axis that was identified by itself only.
+    ///
+    /// # Errors
+    /// [`Error::NoPlant`] if `method` has no plant of an axis.
+    pub fn of_results(results: &Results, method: Option<Method>) -> Result<Vec<Self>, Error> {
+        let coupled = results.coupled.values().flat_map(|plant| &plant.axes);
+        let coupled: BTreeSet<&Dof> = coupled.collect();
+        let mut all: Vec<Self> = results.coupled.values().map(judgement_of_coupled).collect();
+        for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
+            all.push(judgement(*dof, results.plant_of(*dof, method)?));
+        }
+        Ok(all)
     }
 }
 
@@ -219,30 +241,29 @@ fn judgement(dof: Dof, plant: &PlantResult) -> Judgement {
     }
 }
 
-/// The verdict of a plant of several axes by its caveats alone.
 fn judgement_of_coupled(plant: &CoupledPlant) -> Judgement {
-    let worst = plant.caveats.iter().max_by_key(|caveat| caveat.severity);
-    let (trust, reason) = match worst {
-        Some(caveat) if caveat.severity == Severity::Severe => {
-            (Trust::DoNotUse, caveat.message.clone())
-        }
-        Some(caveat) if caveat.severity == Severity::Warning => {
-            (Trust::UsableWithCare, caveat.message.clone())
-        }
-        _ => (Trust::Usable, "nothing speaks against it".to_owned()),
-    };
-    let codes = worst.map(|caveat| caveat.code).into_iter().collect();
     Judgement {
         axes: plant.axes.clone(),
         method: plant.method.to_string(),
-        verdict: Verdict { trust, reason, codes },
+        verdict: plant.verdict.clone(),
         caveats: plant.caveats.clone(),
     }
 }
 
 fn actuation_of(plant: &PlantResult) -> Actuation {
     let fitted = |name: &str| plant.nuisances.get(name).cloned();
-    Actuation { lag: fitted("lag"), delay: fitted("delay"), reverse_ratio: fitted("reverse_ratio") }
+    Actuation {
+        lag: fitted("lag"),
+        force_lag: None,
+        delay: fitted("delay"),
+        reverse_ratio: fitted("reverse_ratio"),
+    }
+}
+
+/// Of a plant of several axes: its lag is one of the force.
+fn actuation_of_coupled(plant: &CoupledPlant) -> Actuation {
+    let fitted = |name: &str| plant.nuisances.get(name).cloned();
+    Actuation { force_lag: fitted("lag"), delay: fitted("delay"), ..Actuation::default() }
 }
 
 /// Nuisances of thrust that no format has a place for.
@@ -292,6 +313,7 @@ mod tests {
             "nuisances": {}, "samples": 10, "log_likelihood": 0.0,
             "identifiability": { "coefficients": 3, "rank": 3, "variance_inflation": {}, "not_told": [] },
             "fit": { "by_axis": {}, "trials": {} },
+            "verdict": { "trust": "do-not-use", "reason": "it drives itself", "codes": ["wrong-sign"] },
             "caveats": [{ "code": "wrong-sign", "severity": "severe", "message": "it drives itself" }]
         });
         let p = |value: f64| json!({ "value": value, "std": 1.0, "low95": value - 2.0, "high95": value + 2.0, "unit": "" });

@@ -59,9 +59,46 @@ impl PlantModel {
         time_s: &[f64],
         draws: Draws,
     ) -> Result<Prediction, Error> {
-        let moved = simulate(&self.plant, inputs, start, time_s)?;
         let plants = self.draws(draws)?;
-        let runs = parallel::map(&plants, |plant: &Plant| {
+        let runs: Vec<(Plant, Inputs)> =
+            plants.into_iter().map(|plant| (plant, inputs.clone())).collect();
+        self.with_band(inputs, start, time_s, &runs)
+    }
+
+    /// [`PlantModel::predict`], each draw disturbed as the trials were; without covariance the
+    /// estimate itself is, so often.
+    ///
+    /// # Errors
+    /// As [`PlantModel::predict`].
+    pub fn predict_disturbed(
+        &self,
+        inputs: &Inputs,
+        start: &Vector6<f64>,
+        time_s: &[f64],
+        draws: Draws,
+    ) -> Result<Prediction, Error> {
+        let mut plants = self.draws(draws)?;
+        if plants.is_empty() && !self.disturbances.is_empty() {
+            plants = vec![self.plant.clone(); draws.count];
+        }
+        let until = time_s.last().copied().unwrap_or(0.0);
+        let mut runs = Vec::with_capacity(plants.len());
+        for (k, plant) in plants.into_iter().enumerate() {
+            runs.push((plant, self.disturbed(inputs, until, draws.seed, k)?));
+        }
+        self.with_band(inputs, start, time_s, &runs)
+    }
+
+    /// The estimate's motion, with the band of other runs around it.
+    fn with_band(
+        &self,
+        inputs: &Inputs,
+        start: &Vector6<f64>,
+        time_s: &[f64],
+        others: &[(Plant, Inputs)],
+    ) -> Result<Prediction, Error> {
+        let moved = simulate(&self.plant, inputs, start, time_s)?;
+        let runs = parallel::map(others, |(plant, inputs)| {
             simulate(plant, inputs, start, time_s).ok().map(|moved| moved.velocity)
         });
         let kept: Vec<Vec<Vector6<f64>>> = runs.into_iter().flatten().collect();
@@ -75,7 +112,7 @@ impl PlantModel {
             pose: poses(&moved),
             velocity: moved.velocity.iter().map(|v| (*v).into()).collect(),
             band,
-            lost: plants.len() - kept.len(),
+            lost: others.len() - kept.len(),
         })
     }
 }

@@ -1,7 +1,10 @@
 //! Plants of several axes: fitted, scored and doubted.
 
 mod doubts;
+mod known;
+mod online;
 mod score;
+mod verdict;
 
 use std::collections::BTreeMap;
 
@@ -9,13 +12,14 @@ use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
 use crate::estimate::{CoupledFit, Tried, fit_coupled};
+use crate::exchange::Driven;
 use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
 use crate::results::{
-    AxisScore, Coefficient, Correlation, CoupledPlant, Failure, Identifiability, MatrixResult,
-    Parameter, Results, TermDecision, ToldBy,
+    AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, Failure, Identifiability,
+    MatrixResult, Parameter, Results, TermDecision, ToldBy, Verdict,
 };
 use crate::{
-    Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Trial, Vehicle,
+    Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Timed, Trial, Vehicle,
     VehicleEffect,
 };
 
@@ -100,15 +104,30 @@ pub(super) fn identify(
     results: &mut Results,
 ) {
     for plan in &options.coupled {
-        match plant(plan, vehicle, trials) {
-            Ok((name, plant)) => {
-                results.coupled.insert(name, plant);
+        match plant(plan, vehicle, trials, options) {
+            Ok((name, plant, online)) => {
+                results.coupled.insert(name.clone(), plant);
+                if !online.is_empty() {
+                    results.coupled_online.insert(name, online);
+                }
             }
             Err(error) => results.failures.push(Failure {
                 dof: plan.axes.first().copied().unwrap_or(Dof::Surge),
-                method: format!("{} of a coupled plant", Method::FilterError),
+                method: format!("{} of {} together", Method::FilterError, names(&plan.axes)),
                 message: error.to_string(),
             }),
+        }
+    }
+}
+
+/// `surge, sway and yaw`.
+fn names(axes: &[Dof]) -> String {
+    match axes {
+        [] => String::new(),
+        [one] => one.to_string(),
+        [first @ .., last] => {
+            let first: Vec<&str> = first.iter().map(|dof| dof.name()).collect();
+            format!("{} and {last}", first.join(", "))
         }
     }
 }
@@ -155,7 +174,8 @@ fn plant(
     plan: &CoupledPlan,
     vehicle: &Vehicle,
     trials: &[Trial],
-) -> Result<(String, CoupledPlant), Error> {
+    options: &IdentifyOptions,
+) -> Result<(String, CoupledPlant, BTreeMap<Method, CoupledOnline>), Error> {
     let records = Records::of(trials, &plan.axes)?;
     let all = || records.fit.iter().chain(&records.hold_out);
     let is_logged = |signal: &Signal| all().all(|record| record.signals.contains_key(signal));
@@ -167,19 +187,22 @@ fn plant(
     check_scale(&structure, &records.fit)?;
     let fit = fit_coupled(&structure, &records.fit, vehicle.rigid_body.as_ref(), plan.search)?;
     let own = |record: &CoupledRecord| fit.current_of(&record.trial);
-    let score = score::score(&fit, &records.fit, own)?;
+    let score = score::score(&fit.plant, fit.actuator, &records.fit, own)?;
     let hold_out = match records.hold_out.as_slice() {
         [] => None,
         // A trial that was not fitted has no current of its own.
-        held => Some(score::score(&fit, held, |_| fit.mean_current())?),
+        held => Some(score::score(&fit.plant, fit.actuator, held, |_| fit.mean_current())?),
     };
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = score;
     plant.hold_out = hold_out;
+    plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records.fit, vehicle);
+    let online = online::plants(&fit, &records, vehicle, options)?;
     plant.caveats.splice(0..0, records.left_out);
-    Ok((structure.name(), plant))
+    plant.verdict = verdict::verdict(&plant);
+    Ok((structure.name(), plant, online))
 }
 
 /// The score of each driven axis by itself, on held-out trials if there are any.
@@ -195,13 +218,33 @@ fn single_axes(
         let body = vehicle.rigid_body.as_ref();
         // An axis that cannot be fitted by itself has no score by itself.
         let fit = fit_coupled(&alone, &records.fit, body, false).ok()?;
-        let score = score::score(&fit, scored, |_| fit.mean_current()).ok()?;
+        let score = score::score(&fit.plant, fit.actuator, scored, |_| fit.mean_current()).ok()?;
         Some((dof, *score.by_axis.get(&dof)?))
     };
     if structure.axes().len() == 1 {
         return BTreeMap::new();
     }
     structure.axes().iter().filter_map(of).collect()
+}
+
+/// How far each axis was driven in all trials.
+fn driven(records: &Records<'_>) -> BTreeMap<Dof, Driven> {
+    let greatest = |series: Option<&Timed>| {
+        series.map_or(0.0, |x| x.values().iter().fold(0.0_f64, |most, x| most.max(x.abs())))
+    };
+    let mut driven: BTreeMap<Dof, Driven> = BTreeMap::new();
+    for record in records.fit.iter().chain(&records.hold_out) {
+        for dof in Dof::ALL {
+            let (velocity, force) =
+                (record.velocity[dof.index()].as_ref(), record.force[dof.index()].as_ref());
+            if velocity.is_some() {
+                let known = driven.entry(dof).or_default();
+                *known =
+                    known.or(Driven { speed_max: greatest(velocity), force_max: greatest(force) });
+            }
+        }
+    }
+    driven
 }
 
 /// An axis that stands still tells none of its coefficients.
@@ -302,6 +345,8 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
         fit: crate::results::CoupledScore::default(),
         hold_out: None,
         single_axes: BTreeMap::new(),
+        verdict: Verdict::default(),
+        driven: BTreeMap::new(),
         caveats: Vec::new(),
         parameters,
     }
@@ -313,16 +358,20 @@ fn decision(tried: &Tried) -> TermDecision {
 }
 
 fn coefficient(fit: &CoupledFit, k: usize) -> Coefficient {
-    let term = fit.plant.structure().terms()[k];
-    let (value, std) = (fit.plant.coefficients()[k], fit.covariance[(k, k)].sqrt());
-    let Estimate { low95, high95, .. } = Estimate::new(value, std, fit.samples as f64);
+    coefficient_of(&fit.plant, k, fit.covariance[(k, k)].sqrt(), fit.samples as f64)
+}
+
+/// A coefficient of a plant with its standard deviation.
+fn coefficient_of(plant: &Plant, k: usize, std: f64, freedom: f64) -> Coefficient {
+    let (term, value) = (plant.structure().terms()[k], plant.coefficients()[k]);
+    let Estimate { low95, high95, .. } = Estimate::new(value, std, freedom);
     let is_own_damping = matches!(term, Basis::Product(on, product)
         if [Product::linear(on), Product::quadratic(on)].contains(&product));
     let is_positive = is_own_damping || matches!(term, Basis::Mass(i, j) if i == j);
     let is_of_fin = matches!(term, Basis::Effect(k)
-        if fit.plant.structure().effects()[k].is_positive());
+        if plant.structure().effects()[k].is_positive());
     let (is_own_damping, is_positive) = (is_own_damping || is_of_fin, is_positive || is_of_fin);
-    let told_by = if fit.plant.structure().held(&term).is_some() {
+    let told_by = if plant.structure().held(&term).is_some() {
         ToldBy::Stated
     } else if is_own_damping && value <= 0.0 {
         ToldBy::Limit
@@ -336,8 +385,8 @@ fn coefficient(fit: &CoupledFit, k: usize) -> Coefficient {
         std,
         low95: if is_positive { low95.max(0.0) } else { low95 },
         high95,
-        unit: fit.plant.structure().unit_of(&term),
-        on: fit.plant.structure().axes_of(&term),
+        unit: plant.structure().unit_of(&term),
+        on: plant.structure().axes_of(&term),
         told_by,
     }
 }

@@ -145,7 +145,7 @@ pub(crate) fn impossible(
         return Some(format!("its drag at {} {} is {value} {unit}", spoken(speed), units.velocity));
     }
     let has_run_away = tested.score.mean_abs_error.is_none();
-    has_run_away.then(|| "its simulation runs away".to_owned())
+    has_run_away.then(|| "its simulation diverges".to_owned())
 }
 
 #[cfg(test)]

@@ -88,7 +88,7 @@ pub(crate) fn feedback(dof: Dof, axes: &[AxisRecord]) -> Option<Caveat> {
     let told = 1.0 - by_both / by_thrust;
     (by_thrust > OPEN_PART * variation && told > FEEDBACK_PART).then(|| {
         let message = format!(
-            "thrust in {dof} answers velocity, as under a controller: past velocity tells {:.0} % of what past thrust leaves open; a disturbance is then in the thrust, too, and methods that take thrust as given are off; log some minutes with the controller off",
+            "thrust in {dof} answers velocity, as under a controller: past velocity explains {:.0} % of what past thrust leaves open; a disturbance is then in the thrust, too, and methods that take thrust as given are off; log some minutes with the controller off",
             100.0 * told
         );
         Caveat::note(CaveatCode::ThrustFollowsVelocity, message)

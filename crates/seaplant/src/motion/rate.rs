@@ -21,7 +21,7 @@ struct Forces {
 impl Forces {
     fn of(plant: &Plant) -> Self {
         let mut forces = Self {
-            mass: plant.mass_matrix_of_six(),
+            mass: Matrix6::zeros(),
             products: Vec::new(),
             weight_excess: 0.0,
             lever: Vector3::zeros(),
@@ -29,17 +29,27 @@ impl Forces {
             effects: Vec::new(),
             structure: plant.structure().clone(),
         };
-        for (term, &value) in plant.structure().terms().iter().zip(plant.coefficients()) {
+        forces.set(plant.structure().terms(), plant.coefficients());
+        forces
+    }
+
+    /// Takes other coefficients of the same terms; nothing is allocated the second time.
+    fn set(&mut self, terms: &[Basis], coefficients: &[f64]) {
+        self.products.clear();
+        self.effects.clear();
+        for (term, &value) in terms.iter().zip(coefficients) {
             match *term {
-                Basis::Mass(..) => {}
-                Basis::Product(on, product) => forces.products.push((on, product, value)),
-                Basis::WeightExcess => forces.weight_excess = value,
-                Basis::Lever(axis) => forces.lever[axis] = value,
-                Basis::One(on) => forces.constant[on.index()] = value,
-                Basis::Effect(k) => forces.effects.push((k, value)),
+                Basis::Mass(i, j) => {
+                    self.mass[(i.index(), j.index())] = value;
+                    self.mass[(j.index(), i.index())] = value;
+                }
+                Basis::Product(on, product) => self.products.push((on, product, value)),
+                Basis::WeightExcess => self.weight_excess = value,
+                Basis::Lever(axis) => self.lever[axis] = value,
+                Basis::One(on) => self.constant[on.index()] = value,
+                Basis::Effect(k) => self.effects.push((k, value)),
             }
         }
-        forces
     }
 
     /// n(ν_r, η) less what effects push with, N and N m.
@@ -125,6 +135,27 @@ impl Whole {
     ) -> Vector6<f64> {
         self.inverse * (force - self.forces.at(velocity, down_body, signals))
     }
+
+    /// ∂ν̇/∂ν, shape (6, 6).
+    pub(crate) fn slope(&self, velocity: &Vector6<f64>) -> Matrix6<f64> {
+        -self.inverse * self.forces.slope(velocity, &[])
+    }
+
+    /// The change of ν̇ with a small change of the world's down in body axes, shape (6,).
+    pub(crate) fn slope_by_down(&self, change: &Vector3<f64>) -> Vector6<f64> {
+        let (force, moment) = (self.forces.weight_excess * change, self.forces.lever.cross(change));
+        self.inverse * Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+    }
+
+    /// M, zero on axes that the plant does not have.
+    pub(crate) fn mass(&self) -> &Matrix6<f64> {
+        &self.forces.mass
+    }
+
+    /// M⁻¹, zero on axes that the plant does not have.
+    pub(crate) fn inverse(&self) -> &Matrix6<f64> {
+        &self.inverse
+    }
 }
 
 fn singular(plant: &Plant) -> Error {
@@ -155,6 +186,25 @@ impl<const N: usize> Prepared<N> {
         let inverse = SMatrix::from_fn(|i, j| if i < n && j < n { of_axes[(i, j)] } else { 0.0 });
         let terms = plant.structure().terms().to_vec();
         Ok(Self { axes, inverse, terms, forces: Forces::of(plant) })
+    }
+
+    /// Takes other coefficients of the same terms, without allocating; false, and nothing
+    /// changed but the forces, if M cannot be inverted.
+    pub(crate) fn renumber(&mut self, coefficients: &[f64]) -> bool
+    where
+        nalgebra::Const<N>: nalgebra::DimMin<nalgebra::Const<N>, Output = nalgebra::Const<N>>,
+    {
+        self.forces.set(&self.terms, coefficients);
+        let mass = SMatrix::<f64, N, N>::from_fn(|i, j| match (self.axes[i], self.axes[j]) {
+            (Some(i), Some(j)) => self.forces.mass[(i, j)],
+            _ => f64::from(u8::from(i == j)),
+        });
+        let Some(mut inverse) = mass.try_inverse() else { return false };
+        for place in (0..N).filter(|place| self.axes[*place].is_none()) {
+            inverse[(place, place)] = 0.0;
+        }
+        self.inverse = inverse;
+        true
     }
 
     /// The plant's axes of a vector of six.
@@ -221,7 +271,6 @@ impl<const N: usize> Prepared<N> {
     ) {
         let wrenches = &self.forces.structure.wrenches(velocity, signals);
         let at = Instant {
-            wrenches,
             acceleration: self.to_six(rate, &Vector6::zeros()),
             velocity: *velocity,
             down_body: *down_body,
@@ -233,7 +282,10 @@ impl<const N: usize> Prepared<N> {
                     Some(place) => self.inverse.column(place) * -product.value(velocity),
                     None => SVector::zeros(),
                 },
-                _ => apply(&self.inverse, &-self.on_axes(&term.regressor(&at))),
+                _ => {
+                    let y = self.forces.structure.regressor(term, &at, wrenches);
+                    apply(&self.inverse, &-self.on_axes(&y))
+                }
             };
         }
     }
@@ -244,7 +296,7 @@ impl<const N: usize> Prepared<N> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use nalgebra::Vector3;
 
     use super::*;
@@ -330,13 +382,13 @@ mod tests {
         let rate = prepared.rate(&velocity, &down, &force, &SIGNALS);
         let wrenches = &plant.structure().wrenches(&velocity, &SIGNALS);
         let at = Instant {
-            wrenches,
             acceleration: prepared.to_six(&rate, &Vector6::zeros()),
             velocity,
             down_body: down,
         };
         let terms = plant.structure().terms().iter().zip(plant.coefficients());
-        let sum: Vector6<f64> = terms.map(|(term, value)| *value * term.regressor(&at)).sum();
+        let regressor = |term| plant.structure().regressor(term, &at, wrenches);
+        let sum: Vector6<f64> = terms.map(|(term, value)| *value * regressor(term)).sum();
         assert!((sum - Vector6::from(force)).amax() < 1e-9);
     }
 }

@@ -6,16 +6,13 @@ use crate::Dof;
 
 /// An instant of motion, as regressors read it; body frame, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Instant<'a> {
+pub struct Instant {
     /// ν̇_r, relative to the water; m/s² and rad/s².
     pub acceleration: Vector6<f64>,
     /// ν_r, relative to the water; m/s and rad/s.
     pub velocity: Vector6<f64>,
     /// k = Rᵀ e₃: the world's down in body axes, a unit vector.
     pub down_body: Vector3<f64>,
-    /// What a coefficient of one makes each effect of the structure push with, N and N m:
-    /// [`super::Structure::wrenches`].
-    pub wrenches: &'a [Vector6<f64>],
 }
 
 /// A velocity that a term multiplies, or its modulus.
@@ -73,6 +70,18 @@ impl Product {
         self.factors().map(|factor| factor.value(velocity)).product()
     }
 
+    /// The product with its last factor without a modulus of another velocity.
+    fn value_with_last(&self, velocity: &Vector6<f64>, reference: &Vector6<f64>) -> f64 {
+        // Moduli come first.
+        let last = self.factors().filter(|factor| !factor.modulus).count();
+        let moduli = self.factors().count() - last;
+        let at = |(k, factor): (usize, Factor)| match k + 1 == moduli + last && last > 0 {
+            true => factor.value(reference),
+            false => factor.value(velocity),
+        };
+        self.factors().enumerate().map(at).product()
+    }
+
     /// Adds `weight · ∂product/∂ν` to a row.
     pub fn add_slope(&self, velocity: &Vector6<f64>, weight: f64, row: &mut [f64; 6]) {
         for (k, factor) in self.factors().enumerate() {
@@ -110,7 +119,8 @@ pub enum Basis {
     Lever(usize),
     /// A constant force on one axis.
     One(Dof),
-    /// The structure's effect of this number: `−` what it pushes with.
+    /// The structure's effect of this number: `−` what it pushes with, which
+    /// [`super::Structure::regressor`] knows.
     Effect(usize),
 }
 
@@ -120,8 +130,8 @@ impl Basis {
     ///
     /// # Source
     /// [Fossen2021, ch. 6]; C from M by Kirchhoff's equations.
-    pub fn regressor(&self, at: &Instant<'_>) -> Vector6<f64> {
-        let Instant { acceleration, velocity, down_body, wrenches } = at;
+    pub fn regressor(&self, at: &Instant) -> Vector6<f64> {
+        let Instant { acceleration, velocity, down_body } = at;
         match *self {
             Self::Mass(i, j) => {
                 let (i, j) = (i.index(), j.index());
@@ -140,7 +150,46 @@ impl Basis {
                 Vector6::new(0.0, 0.0, 0.0, moment.x, moment.y, moment.z)
             }
             Self::One(on) => on_axis(on, 1.0),
-            Self::Effect(k) => wrenches.get(k).map_or_else(Vector6::zeros, |wrench| -wrench),
+            Self::Effect(_) => Vector6::zeros(),
+        }
+    }
+
+    /// What it multiplies of the acceleration alone; zero of all but M.
+    pub(crate) fn inertial(&self, acceleration: &Vector6<f64>) -> Vector6<f64> {
+        match *self {
+            Self::Mass(i, j) => times_unit(i.index(), j.index(), acceleration),
+            _ => Vector6::zeros(),
+        }
+    }
+
+    /// The regressor of a reference motion: `Y_k` of `M ν̇_s + C(M, ν) ν_s + D(ν) ν_s + g(η)`.
+    ///
+    /// `at.acceleration` is ν̇_s, `reference` is ν_s; of a product of velocities the last factor
+    /// without a modulus is that of the reference. With ν_s = ν this is [`Self::regressor`].
+    ///
+    /// # Source
+    /// [Slotine1987]; in six axes [Fossen2021, ch. 16].
+    ///
+    /// # Example
+    /// ```
+    /// use nalgebra::{Vector3, Vector6};
+    /// use seaplant::plant::{Basis, Instant};
+    /// let drag: Basis = "surge: |u|u".parse()?;
+    /// let (acceleration, velocity) = (Vector6::zeros(), Vector6::x() * 2.0);
+    /// let at = Instant { acceleration, velocity, down_body: Vector3::z() };
+    /// assert_eq!(drag.reference_regressor(&at, &Vector6::x())[0], 2.0);
+    /// # Ok::<(), seaplant::Error>(())
+    /// ```
+    pub fn reference_regressor(&self, at: &Instant, reference: &Vector6<f64>) -> Vector6<f64> {
+        match *self {
+            Self::Mass(i, j) => {
+                let momentum = times_unit(i.index(), j.index(), &at.velocity);
+                kirchhoff(&momentum, reference) + self.inertial(&at.acceleration)
+            }
+            Self::Product(on, product) => {
+                on_axis(on, product.value_with_last(&at.velocity, reference))
+            }
+            _ => self.regressor(at),
         }
     }
 
@@ -248,12 +297,7 @@ mod tests {
         // Published: added mass diag(5, 60, 70, 0.5, 8, 9) in a general motion.
         let mass = [5.0, 60.0, 70.0, 0.5, 8.0, 9.0];
         let velocity = Vector6::new(1.5, 0.2, -0.1, 0.05, 0.1, 0.2);
-        let at = Instant {
-            acceleration: Vector6::zeros(),
-            velocity,
-            down_body: Vector3::z(),
-            wrenches: &[],
-        };
+        let at = Instant { acceleration: Vector6::zeros(), velocity, down_body: Vector3::z() };
         let mut force = Vector6::zeros();
         for (dof, m) in Dof::ALL.into_iter().zip(mass) {
             force += m * Basis::Mass(dof, dof).regressor(&at);
@@ -265,12 +309,7 @@ mod tests {
     #[test]
     fn coriolis_forces_do_no_work() {
         let velocity = Vector6::new(1.5, 0.2, -0.1, 0.7, -0.4, 0.2);
-        let at = Instant {
-            acceleration: Vector6::zeros(),
-            velocity,
-            down_body: Vector3::z(),
-            wrenches: &[],
-        };
+        let at = Instant { acceleration: Vector6::zeros(), velocity, down_body: Vector3::z() };
         for i in Dof::ALL {
             for j in Dof::ALL.into_iter().filter(|j| *j >= i) {
                 let power = Basis::Mass(i, j).regressor(&at).dot(&velocity);
@@ -285,12 +324,7 @@ mod tests {
         let (roll, pitch) = (0.3_f64, 0.2_f64);
         let down_body =
             Vector3::new(-pitch.sin(), pitch.cos() * roll.sin(), pitch.cos() * roll.cos());
-        let at = Instant {
-            acceleration: Vector6::zeros(),
-            velocity: Vector6::zeros(),
-            down_body,
-            wrenches: &[],
-        };
+        let at = Instant { acceleration: Vector6::zeros(), velocity: Vector6::zeros(), down_body };
         let y = Basis::Lever(2).regressor(&at);
         // Left of the equation of motion, so that the moment on the body is the opposite.
         assert!(y[3] > 0.0 && y[4] > 0.0 && y[5] == 0.0, "{y}");
@@ -302,7 +336,6 @@ mod tests {
             acceleration: Vector6::zeros(),
             velocity: Vector6::zeros(),
             down_body: Vector3::z(),
-            wrenches: &[],
         };
         assert_eq!(Basis::WeightExcess.regressor(&at)[2], -1.0);
     }

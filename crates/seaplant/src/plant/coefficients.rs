@@ -123,21 +123,24 @@ impl Plant {
     }
 
     /// Σ of all terms that hold no acceleration: what stands beside M ν̇_r on the left of the
-    /// equation of motion, N and N m, shape (6,).
-    ///
-    /// `signals` are the values of the structure's [`Structure::signals`]; one that is not given
-    /// is zero.
-    pub fn resistance(
+    /// equation of motion, N and N m, shape (6,); its effects read zeros.
+    pub fn resistance(&self, velocity: &Vector6<f64>, down_body: &Vector3<f64>) -> Vector6<f64> {
+        self.resistance_with(velocity, down_body, &[])
+    }
+
+    /// [`Self::resistance`] with the values of the structure's [`Structure::signals`].
+    pub fn resistance_with(
         &self,
         velocity: &Vector6<f64>,
         down_body: &Vector3<f64>,
         signals: &[f64],
     ) -> Vector6<f64> {
         let acceleration = Vector6::zeros();
-        let wrenches = &self.structure.wrenches(velocity, signals);
-        let (velocity, down_body) = (*velocity, *down_body);
-        let at = super::Instant { acceleration, velocity, down_body, wrenches };
-        self.with_terms().map(|(term, value)| value * term.regressor(&at)).sum()
+        let wrenches = self.structure.wrenches(velocity, signals);
+        let at = super::Instant { acceleration, velocity: *velocity, down_body: *down_body };
+        let of =
+            |(term, value): (&Basis, f64)| value * self.structure.regressor(term, &at, &wrenches);
+        self.with_terms().map(of).sum()
     }
 
     /// The power that damping takes from the water's point of view, W: `Σ ν_r · products`.
@@ -185,7 +188,7 @@ mod tests {
         // Munk's moment turns a body that drifts across its path: (m22 − m11) u v.
         let (u, v) = (1.5, 0.2);
         let velocity = Vector6::new(u, v, 0.0, 0.0, 0.0, 0.0);
-        let moment = plant.resistance(&velocity, &Vector3::z(), &[])[5];
+        let moment = plant.resistance(&velocity, &Vector3::z())[5];
         assert!((moment - (162.5 - 85.2815) * u * v).abs() < 1e-9, "{moment}");
     }
 

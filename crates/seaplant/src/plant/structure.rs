@@ -6,7 +6,7 @@ use nalgebra::Vector6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Basis, Effect, Product, Signal};
+use super::{Basis, Effect, Instant, Product, Signal};
 use crate::{Dof, Error};
 
 /// Which axes a vehicle's shape lets M couple.
@@ -286,6 +286,15 @@ impl Structure {
             }
         }
         all
+    }
+
+    /// The regressor of a term: [`Basis::regressor`], or `−` what its effect pushes with, as
+    /// [`Self::wrenches`] gives it; shape (6,).
+    pub fn regressor(&self, term: &Basis, at: &Instant, wrenches: &[Vector6<f64>]) -> Vector6<f64> {
+        match term {
+            Basis::Effect(k) => wrenches.get(*k).map_or_else(Vector6::zeros, |wrench| -wrench),
+            _ => term.regressor(at),
+        }
     }
 
     /// The name of a term in results: that of an effect, or the field's notation.

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Parameter;
+use super::{Parameter, Verdict};
+use crate::exchange::Driven;
 use crate::plant::{Effect, Symmetry};
 use crate::{Caveat, Dof, Method};
 
@@ -59,6 +60,12 @@ pub struct CoupledPlant {
     /// coupling explains is what this has more.
     #[serde(default)]
     pub single_axes: BTreeMap<Dof, AxisScore>,
+    /// What to make of it.
+    #[serde(default)]
+    pub verdict: Verdict,
+    /// How far each axis was driven in its trials.
+    #[serde(default)]
+    pub driven: BTreeMap<Dof, Driven>,
     /// Doubts.
     pub caveats: Vec<Caveat>,
 }

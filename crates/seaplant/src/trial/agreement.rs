@@ -75,7 +75,7 @@ impl AxisRecord {
             return None;
         }
         warning(format!(
-            "{}; the log cannot tell which of the two is wrong ({}), and mass and drag are off by as much as velocity is, or twice that: calibrate both",
+            "{}; the log does not show which of the two is wrong ({}), and mass and drag are off by as much as velocity is, or twice that: calibrate both",
             says(fine, 3),
             self.suspects()
         ))
@@ -257,6 +257,7 @@ mod tests {
             lever_rates: None,
             turning: None,
             position: Some(series(&slow, position)),
+            acceleration: None,
             cuts: Vec::new(),
         }
     }
@@ -290,6 +291,7 @@ mod tests {
             lever_rates: None,
             turning: None,
             position: Some(Timed::new("depth", slow, p).expect("valid")),
+            acceleration: None,
             cuts: Vec::new(),
         }
     }

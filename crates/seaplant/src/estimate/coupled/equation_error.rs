@@ -197,20 +197,18 @@ impl Sampled {
             let velocity = self.velocity[first + k];
             let wrenches = &structure.wrenches(&velocity, &self.signals[first + k]);
             let moving = Instant {
-                wrenches,
                 acceleration: Vector6::zeros(),
                 velocity,
                 down_body: self.down[first + k],
             };
             // The regressor is linear in acceleration, which φ̇ takes over from ν̇.
             let turned = Instant {
-                wrenches: &[],
                 acceleration: -slope * velocity,
                 velocity: Vector6::zeros(),
                 down_body: moving.down_body,
             };
             for (column, term) in columns.iter_mut().zip(structure.terms()) {
-                *column += phi * term.regressor(&moving);
+                *column += phi * structure.regressor(term, &moving, wrenches);
                 if matches!(term, crate::plant::Basis::Mass(..)) {
                     *column += term.regressor(&turned);
                 }

@@ -297,7 +297,7 @@ impl Problem {
             }
             let (slope, gains) = self
                 .by_plant(&point)
-                .ok_or_else(|| refuse("its simulation runs away from the start; leave terms out, or use trials with more motion"))?;
+                .ok_or_else(|| refuse("its simulation diverges from the start; leave terms out, or use trials with more motion"))?;
             let gain = self.step_plant(&mut point, &slope, &gains, &mut damping, tolerance);
             let is_last = gain < tolerance.plant;
             if is_last && noise_is_settled {

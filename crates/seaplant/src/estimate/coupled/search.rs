@@ -97,7 +97,7 @@ pub(super) fn with_all(structure: &Structure, terms: &[Basis]) -> Result<Structu
 fn refused(structure: &Structure) -> Error {
     Error::Plant {
         axes: structure.name(),
-        reason: "its simulation runs away; leave terms out".to_owned(),
+        reason: "its simulation diverges; leave terms out".to_owned(),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Reasons to doubt a plant of several axes.
 
+use super::known;
 use crate::caveat::spoken;
 use crate::estimate::{CoupledFit, NEGLIGIBLE_POWER, damping_power};
 use crate::plant::{Basis, EffectForce};
@@ -12,6 +13,9 @@ const COLLINEAR: f64 = 0.98;
 /// A plant whose error is not below this part of that of one that never moves is no better.
 const NO_BETTER: f64 = 0.9;
 
+/// R² of a plant whose error is 0.85 of that of a model that keeps its mean speed.
+const LEAST_R2: f64 = 0.28;
+
 /// All doubts, the worst first.
 pub(super) fn doubts(
     fit: &CoupledFit,
@@ -21,6 +25,7 @@ pub(super) fn doubts(
 ) -> Vec<Caveat> {
     let mut all: Vec<Caveat> = records.iter().flat_map(|record| record.caveats.clone()).collect();
     all.extend(untold(plant));
+    all.extend(known::doubts(fit, plant, records, vehicle));
     all.extend(collinear(plant));
     all.extend(not_driven(fit, plant, records));
     all.extend(turned_round(fit));
@@ -41,7 +46,7 @@ fn untold(plant: &CoupledPlant) -> Option<Caveat> {
     let nothing = of(ToldBy::Nothing);
     (!nothing.is_empty()).then(|| {
         let message = format!(
-            "the trials hardly tell {}: the 95 % interval is wider than the number; drive these axes more, and several at once, or leave them out",
+            "the trials hardly determine {}: the 95 % interval is wider than the number; drive these axes more, and several at once, or leave them out",
             nothing.join(", ")
         );
         Caveat::note(CaveatCode::Collinear, message)
@@ -60,7 +65,7 @@ fn collinear(plant: &CoupledPlant) -> Option<Caveat> {
     }
     (!pairs.is_empty()).then(|| {
         let message = format!(
-            "the trials hardly tell apart {}; vary speed within turns, and drive at more than one speed",
+            "the trials hardly separate {}; vary speed within turns, and drive at more than one speed",
             pairs.join("; ")
         );
         Caveat::warning(CaveatCode::Collinear, message)
@@ -203,18 +208,25 @@ fn scores(plant: &CoupledPlant) -> Vec<Caveat> {
 fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
     let of = |(dof, score): (&Dof, &crate::results::AxisScore)| {
         let Some(error) = score.mean_abs_error else {
-            let message = format!("simulated over {where_}, the plant runs away");
+            let message = format!("simulated over {where_}, the plant diverges");
             return Some(Caveat::severe(CaveatCode::Unstable, message));
         };
-        (error > NO_BETTER * score.null_error).then(|| {
-            let units = dof.units().velocity;
-            let message = format!(
+        let units = dof.units().velocity;
+        let message = if error > NO_BETTER * score.null_error {
+            format!(
                 "on {where_} the error of {dof} is {} {units}, and that of a model that never moves {} {units}",
                 spoken(error),
                 spoken(score.null_error)
-            );
-            Caveat::warning(CaveatCode::NoBetterThanNull, message)
-        })
+            )
+        } else if score.r2.is_some_and(|r2| r2 < LEAST_R2) {
+            format!(
+                "on {where_} the plant explains {:.0} % of the variation of {dof}, hardly more than a model that keeps its mean speed",
+                100.0 * score.r2.unwrap_or(0.0).max(0.0)
+            )
+        } else {
+            return None;
+        };
+        Some(Caveat::warning(CaveatCode::NoBetterThanNull, message))
     };
     let mut found: Vec<Caveat> = score.by_axis.iter().filter_map(of).collect();
     found.dedup();
