@@ -424,6 +424,8 @@ fn a_log_of_ardusub_is_known() {
         ("supply.voltage", "BAT[0].Volt"),
         ("thruster.motor 1.pwm", "RCOU.C1"),
         ("thruster.motor 6.pwm", "RCOU.C6"),
+        ("acceleration.x", "IMU[0].AccX"),
+        ("acceleration.z", "IMU[0].AccZ"),
     ] {
         assert_eq!(found.get(quantity), Some(&column), "{}", proposal.campaign_toml);
     }
@@ -441,6 +443,46 @@ fn a_log_of_ardusub_is_known() {
 }
 
 #[test]
+fn a_log_of_px4_is_known() {
+    let Some(log) = data("formats/ulog/sample_px4_events.ulg") else { return };
+    let folder = Folder::new();
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    let found = columns(&campaign);
+    for (quantity, column) in [
+        ("attitude.roll", "vehicle_attitude.roll"),
+        ("attitude.heading", "vehicle_attitude.yaw"),
+        ("acceleration.x", "sensor_combined.accelerometer_m_s2[0]"),
+        ("position.north", "vehicle_local_position.x"),
+        ("thruster.motor 1.command", "actuator_motors.control[0]"),
+        ("supply.voltage", "battery_status.voltage_v"),
+    ] {
+        assert_eq!(found.get(quantity), Some(&column), "{}", proposal.campaign_toml);
+    }
+    // CA_ROTOR_COUNT is 4.
+    assert!(found.contains_key("thruster.motor 4.command"));
+    assert!(!found.contains_key("thruster.motor 5.command"));
+}
+
+#[test]
+fn an_accelerometer_is_mapped_only_without_a_velocity() {
+    let folder = Folder::new();
+    let table = |velocity: &str| {
+        let row = |k: i32| {
+            let t = 0.1 * f64::from(k);
+            format!("{t:.1},{},{:.3},{:.3}\n", 1500 + 10 * (k % 7), t.sin(), 0.1 * t.cos())
+        };
+        let head = format!("time [s],T1 pwm (us),accel x [m/s2],{velocity}\n");
+        head + &(0..200).map(row).collect::<String>()
+    };
+    for (name, velocity, mapped) in [("a.csv", "u [m/s]", false), ("b.csv", "pitch [rad]", true)] {
+        let file = folder.write(name, &table(velocity));
+        let (proposal, campaign) = propose_in(&folder, &[file]);
+        let found = columns(&campaign).contains_key("acceleration.x");
+        assert_eq!(found, mapped, "{}", proposal.campaign_toml);
+    }
+}
+
+#[test]
 fn telemetry_of_ardusub_is_known() {
     let Some(log) = data("formats/ardusub/small.tlog") else { return };
     let folder = Folder::new();
@@ -451,6 +493,7 @@ fn telemetry_of_ardusub_is_known() {
         ("rate.yaw", "ATTITUDE.yawspeed"),
         ("depth", "GLOBAL_POSITION_INT.relative_alt"),
         ("thruster.motor 8.pwm", "SERVO_OUTPUT_RAW.servo8_raw"),
+        ("acceleration.y", "SCALED_IMU2.yacc"),
     ] {
         assert_eq!(found.get(quantity), Some(&column), "{}", proposal.campaign_toml);
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, UnitQuaternion, Vector3, Vector6};
 use seaplant::estimate::online::Possible;
-use seaplant::plant::{Instant, Plant};
+use seaplant::plant::{Basis, Instant, Plant, Product};
 
 use crate::{Gains, Law};
 
@@ -62,59 +62,138 @@ struct Wanted {
 pub struct Adaptation {
     /// The inverse of Γ, factored.
     gain: Cholesky<f64, Dyn>,
+    adaptation_s: f64,
+    /// Mean of `Yᵀ K⁻¹ Y` over typical motion, and over what was done so far.
+    typical: DMatrix<f64>,
+    power: DMatrix<f64>,
+    time_s: f64,
+    next_s: f64,
     possible: Possible,
+    /// The coefficients that are not below zero: an axis's own damping.
+    not_negative: Vec<usize>,
     theta: Vec<f64>,
 }
 
 /// Instants over which typical motion is taken.
 const INSTANTS: usize = 200;
 
-/// Regressors have this added to their power, as a part of its diagonal.
+/// Typical motion counts as this part beside what was done.
+const TYPICAL_PART: f64 = 0.05;
+
+/// Power has this added, as a part of its diagonal.
 const RIDGE: f64 = 1e-2;
 
+/// Γ is taken anew after so long, then after twice as long, and so on, s.
+const FIRST_GAIN_S: f64 = 10.0;
+
 impl Adaptation {
-    /// Γ = (T S)⁻¹ with S the mean of `Yᵀ K⁻¹ Y` over typical motion: what that excites follows
-    /// with the time constant T.
+    /// Γ = (T S)⁻¹ with S the mean of `Yᵀ K⁻¹ Y`: what is excited follows with the time constant
+    /// T.
     fn of(plant: &Plant, gains: &Gains, speed: &[f64; 6]) -> Option<Self> {
         let p = plant.coefficients().len();
-        let mut power = DMatrix::zeros(p, p);
+        let mut typical = DMatrix::zeros(p, p);
         for k in 0..INSTANTS {
-            let at = typical(plant, gains, speed, k as f64);
+            let at = typical_motion(plant, gains, speed, k as f64);
             let columns: Vec<Vector6<f64>> =
                 plant.structure().terms().iter().map(|term| term.regressor(&at)).collect();
-            for (&dof, axis) in &gains.axes {
-                let weight = 1.0 / (axis.slide() * INSTANTS as f64);
-                let i = dof.index();
-                for a in 0..p {
-                    for b in 0..p {
-                        power[(a, b)] += weight * columns[a][i] * columns[b][i];
-                    }
-                }
-            }
+            add_power(&mut typical, &columns, gains, 1.0 / INSTANTS as f64);
         }
-        for k in 0..p {
-            // What typical motion does not excite stays.
-            let own = power[(k, k)];
-            power[(k, k)] = if own > 0.0 { own * (1.0 + RIDGE) } else { f64::MAX.sqrt() };
-        }
-        let gain = (power * gains.adaptation_s).cholesky()?;
-        let possible = Possible::of(plant.structure(), None);
-        Some(Self { gain, possible, theta: plant.coefficients().to_vec() })
+        let adaptation_s = gains.adaptation_s;
+        Some(Self {
+            gain: factored(&typical, adaptation_s)?,
+            adaptation_s,
+            power: DMatrix::zeros(p, p),
+            typical,
+            time_s: 0.0,
+            next_s: FIRST_GAIN_S,
+            possible: Possible::of(plant.structure(), None),
+            not_negative: own_damping(plant),
+            theta: plant.coefficients().to_vec(),
+        })
     }
 
     /// θ̂̇ = −Γ Yᵀ s over a period.
-    fn follow(&mut self, columns: &[Vector6<f64>], slide: &Vector6<f64>, period_s: f64) {
+    fn follow(
+        &mut self,
+        columns: &[Vector6<f64>],
+        slide: &Vector6<f64>,
+        gains: &Gains,
+        period_s: f64,
+    ) {
+        self.time_s += period_s;
+        let part = period_s / self.time_s;
+        self.power *= 1.0 - part;
+        add_power(&mut self.power, columns, gains, part);
+        if self.time_s >= self.next_s {
+            let power = &self.power + &self.typical * TYPICAL_PART;
+            if let Some(gain) = factored(&power, self.adaptation_s) {
+                self.gain = gain;
+            }
+            self.next_s *= 2.0;
+        }
         let mut slope = DVector::from_fn(columns.len(), |k, _| columns[k].dot(slide));
         self.gain.solve_mut(&mut slope);
         for (theta, slope) in self.theta.iter_mut().zip(slope.iter()) {
             *theta -= period_s * slope;
         }
+        for at in 0..self.not_negative.len() {
+            self.lift(self.not_negative[at]);
+        }
         self.possible.project(&mut self.theta);
+    }
+
+    /// Moves a coefficient from below zero to zero by the way that is shortest by Γ⁻¹, so that
+    /// those that it trades with do not drift.
+    fn lift(&mut self, k: usize) {
+        let below = self.theta[k];
+        if below >= 0.0 {
+            return;
+        }
+        let mut along = DVector::zeros(self.theta.len());
+        along[k] = 1.0;
+        self.gain.solve_mut(&mut along);
+        let own = along[k];
+        for (theta, along) in self.theta.iter_mut().zip(along.iter()) {
+            *theta -= below / own * along;
+        }
     }
 }
 
+fn own_damping(plant: &Plant) -> Vec<usize> {
+    let is_own = |term: &Basis| match term {
+        Basis::Product(on, product) => {
+            [Product::linear(*on), Product::quadratic(*on)].contains(product)
+        }
+        _ => false,
+    };
+    let terms = plant.structure().terms().iter().enumerate();
+    terms.filter(|(_, term)| is_own(term)).map(|(k, _)| k).collect()
+}
+
+/// Adds `weight Yᵀ K⁻¹ Y` of the controlled axes.
+fn add_power(power: &mut DMatrix<f64>, columns: &[Vector6<f64>], gains: &Gains, weight: f64) {
+    for (&dof, axis) in &gains.axes {
+        let (i, weight) = (dof.index(), weight / axis.slide());
+        for (a, column) in columns.iter().enumerate().filter(|(_, column)| column[i] != 0.0) {
+            for (b, other) in columns.iter().enumerate() {
+                power[(a, b)] += weight * column[i] * other[i];
+            }
+        }
+    }
+}
+
+/// The inverse of Γ; what no motion excites stays.
+fn factored(power: &DMatrix<f64>, adaptation_s: f64) -> Option<Cholesky<f64, Dyn>> {
+    let mut power = power * adaptation_s;
+    for k in 0..power.nrows() {
+        let own = power[(k, k)];
+        power[(k, k)] = if own > 0.0 { own * (1.0 + RIDGE) } else { f64::MAX.sqrt() };
+    }
+    power.cholesky()
+}
+
 /// A typical motion: every axis by a sine of its own, at its bandwidth or nearly.
-fn typical(plant: &Plant, gains: &Gains, speed: &[f64; 6], k: f64) -> Instant {
+fn typical_motion(plant: &Plant, gains: &Gains, speed: &[f64; 6], k: f64) -> Instant {
     let mut at = Instant {
         acceleration: Vector6::zeros(),
         velocity: Vector6::zeros(),
@@ -209,7 +288,7 @@ impl Controller {
             }
         }
         if let Some(adaptation) = self.adaptation.as_mut().filter(|_| !is_limited) {
-            adaptation.follow(&columns, &slide, period_s);
+            adaptation.follow(&columns, &slide, &self.gains, period_s);
         }
         limited
     }
@@ -270,7 +349,7 @@ impl Controller {
         let reference = Vector6::from_fn(|i, _| measured(i));
         let acceleration = acceleration.component_mul(&own);
         let at = |velocity| Instant { acceleration, velocity, down_body };
-        let column = |term: &seaplant::plant::Basis| {
+        let column = |term: &Basis| {
             let y = match self.gains.law {
                 Law::SlotineLi => term.reference_regressor(&at(state.velocity), &reference),
                 Law::Exact => term.regressor(&at(state.velocity)),

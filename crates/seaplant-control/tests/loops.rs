@@ -90,10 +90,17 @@ fn an_adaptive_model_repairs_a_wrong_one() {
     for law in [Law::NonExact, Law::SlotineLi] {
         let fixed = followed(law, false, &wrong, 300.0);
         let adaptive = followed(law, true, &wrong, 300.0);
-        let (fixed, adaptive) = (fixed.rms, adaptive.rms);
-        eprintln!("{law:?} {fixed:?} {adaptive:?}");
-        assert!(adaptive[&Dof::Surge] < 0.5 * fixed[&Dof::Surge], "{adaptive:?}");
-        assert!(adaptive[&Dof::Yaw] < 0.5 * fixed[&Dof::Yaw], "{adaptive:?}");
+        // Of the last third: the model needs minutes.
+        let late = |tracked: &Tracked, dof: Dof| {
+            let from = 2 * tracked.error.len() / 3;
+            let errors = tracked.error[from..].iter().map(|e| e[dof.index()].powi(2));
+            (errors.sum::<f64>() / (tracked.error.len() - from) as f64).sqrt()
+        };
+        for dof in [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw] {
+            let (fixed, adaptive) = (late(&fixed, dof), late(&adaptive, dof));
+            eprintln!("{law:?} {dof} {fixed:.4} {adaptive:.4}");
+            assert!(adaptive < 0.6 * fixed, "{law:?} {dof}: {adaptive} against {fixed}");
+        }
     }
 }
 

@@ -133,7 +133,7 @@ pub enum CaveatCode {
 
 impl CaveatCode {
     /// Its name as words: "wrong sign".
-    pub(crate) fn words(self) -> String {
+    pub fn words(self) -> String {
         let mut words = String::new();
         for letter in format!("{self:?}").chars() {
             if letter.is_uppercase() && !words.is_empty() {

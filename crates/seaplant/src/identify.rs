@@ -146,14 +146,23 @@ pub fn identify_watched(
     found
 }
 
-/// What follows from the recommended plants at the greatest force of the trials.
+/// Two digits of a number, towards zero: a force that was within the trials.
+fn two_digits(x: f64) -> f64 {
+    let unit = 10_f64.powi(x.abs().log10().floor() as i32 - 1);
+    // Divided once more, so that 2300 is no 2300.0000000000005.
+    let digits = (x / unit).trunc();
+    if unit < 1.0 { digits / (1.0 / unit).round() } else { digits * unit.round() }
+}
+
+/// What follows from the recommended plants at the greatest force of the trials, to two digits.
 fn consequences(results: &Results) -> Vec<Consequence> {
     // Without a plant, or with one that no vehicle can have, nothing follows; its caveats say so.
     let Ok(model) = PlantModel::of_results(results, "results.json", None) else {
         return Vec::new();
     };
     let forces = model.driven.iter().map(|(&dof, driven)| (dof, driven.force_max));
-    let forces = forces.filter(|(_, force)| *force > 0.0).collect();
+    let forces = forces.filter(|(_, force)| *force > 0.0);
+    let forces = forces.map(|(dof, force)| (dof, two_digits(force))).collect();
     let known = model.consequences(&forces, Draws::default());
     known.or_else(|_| model.consequences(&forces, Draws { count: 0, seed: 1 })).unwrap_or_default()
 }
@@ -395,4 +404,18 @@ fn with_thrust_errors(
     let others: Vec<LumpedParameters> =
         errors.into_iter().map(with_off).collect::<Result<_, Error>>()?;
     Ok(found.with_thrust_off(&others))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::two_digits;
+
+    #[test]
+    fn forces_are_cut_to_two_digits() {
+        for (force, cut) in
+            [(2378.686, 2300.0), (99.9, 99.0), (5.27, 5.2), (0.0123, 0.012), (3.0, 3.0)]
+        {
+            assert_eq!(two_digits(force), cut);
+        }
+    }
 }

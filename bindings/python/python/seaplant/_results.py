@@ -21,6 +21,7 @@ __all__ = [
     "ChannelSummary",
     "ClockOffset",
     "Coefficient",
+    "Consequence",
     "Correlation",
     "CoupledPlant",
     "CoupledScore",
@@ -29,6 +30,7 @@ __all__ = [
     "Decision",
     "Disturbance",
     "Dof",
+    "Driven",
     "Effect",
     "EffectForce",
     "Failure",
@@ -601,6 +603,26 @@ class Coefficient(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Consequence(Record):
+    """A number that follows from a plant's coefficients."""
+
+    name: str
+    """What it is, and under which force."""
+
+    axis: Dof
+    """Of which axis."""
+
+    value: float
+    """The number."""
+
+    unit: str
+    """Its unit."""
+
+    interval95: Floats | None
+    """Its 95 % interval; absent if the covariance is not known, or leaves it open."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Correlation(Record):
     """Correlations."""
 
@@ -661,6 +683,9 @@ class CoupledPlant(Record):
 
     added_mass: Floats | None
     """What the water adds, where the dry vehicle is known."""
+
+    driven: dict[str, Driven]
+    """How far each axis was driven in its trials."""
 
     effects: tuple[Effect, ...]
     """Forces of rudders, fins, propellers of unknown strength and wind."""
@@ -754,6 +779,17 @@ class Decision(Record):
     """How much it does, for a term: linear drag as a part of quadratic drag at the usual
     speed, zero unless both brake; a bias force, at the end of its interval that is farther
     from zero, as a part of the usual thrust."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Driven(Record):
+    """How far an axis was driven in the trials that a plant was identified from."""
+
+    speed_max: float
+    """Greatest speed, m/s or rad/s."""
+
+    force_max: float
+    """Greatest force, N or N m."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1368,6 +1404,10 @@ class Results(Record):
 
     buoyancy: BuoyancyResult | None
     """What the water carries of it."""
+
+    consequences: tuple[Consequence, ...]
+    """What follows from the recommended plants at the greatest force of the trials: top
+    speeds, time constants, stopping distances, natural periods."""
 
     coupled: dict[str, CoupledPlant]
     """Plants of several axes, by their axes: ``surge-sway-yaw``."""

@@ -95,7 +95,7 @@ pub(crate) fn headline(results: &Results) -> Vec<Finding> {
         match judged.iter_mut().find(|(other, ..)| is_plain && *other == trust) {
             Some((_, together, _)) => *together += &format!(", {axes}"),
             None if is_plain => judged.push((trust, axes, String::new())),
-            None => judged.push((trust, axes, judgement.verdict.reason.clone())),
+            None => judged.push((trust, axes, spoken_reason(judgement))),
         }
     }
     judged.sort_by_key(|(trust, ..)| std::cmp::Reverse(*trust));
@@ -109,6 +109,17 @@ pub(crate) fn headline(results: &Results) -> Vec<Finding> {
         reason,
     };
     judged.into_iter().map(finding).collect()
+}
+
+/// Of a plant that is usable with care, which warnings ask for it; else the verdict's reason.
+fn spoken_reason(judgement: &Judgement) -> String {
+    let verdict = &judgement.verdict;
+    let mut warnings: Vec<String> = verdict.codes.iter().map(|code| code.words()).collect();
+    warnings.dedup();
+    match verdict.trust {
+        Trust::UsableWithCare if !warnings.is_empty() => format!("({})", warnings.join(", ")),
+        _ => format!("because {}", verdict.reason),
+    }
 }
 
 pub(crate) fn all(results: &Results, thumbnails: &Thumbnails) -> Vec<Card> {

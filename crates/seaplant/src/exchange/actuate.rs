@@ -136,7 +136,8 @@ impl Run<'_> {
             let h = times.get(k + 1).map_or(0.0, |next| next - t);
             let mut force = 0.0;
             for ((thruster, input), speed) in self.pushing.iter().zip(&mut speeds) {
-                let goal = input.held_at(t - delay_s);
+                // In the middle of a step: at its ends a delay's rounding may name either side.
+                let goal = input.held_at(t + 0.5 * h - delay_s);
                 let thrust = self.thrust(thruster, after(*speed, goal, 0.5 * h, lag_s), t)?;
                 *speed = after(*speed, goal, h, lag_s);
                 let thrust = if thrust < 0.0 { ratio * thrust } else { thrust };

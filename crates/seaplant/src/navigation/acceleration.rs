@@ -93,7 +93,7 @@ impl Felt {
         let Some(row) = TRANSLATIONS.iter().position(|one| *one == dof) else { return Ok(None) };
         let Some(force) = self.body_force(row, sensors)? else { return Ok(None) };
         let down = self.body_down(sensors, attitude, &force)?;
-        let gravity = Gravity::of(dof, trial, &force, &down, attitude, caveats)?;
+        let gravity = Gravity::of(dof, trial, &force, down.as_ref(), attitude, caveats)?;
         let lever = sensors.imu.position_body;
         caveats.extend(self.doubts(trial, lever, around));
         let mut turned = Turned::new(around, lever, row);

@@ -41,11 +41,11 @@ impl Gravity {
         dof: Dof,
         trial: &str,
         force: &Timed,
-        down: &Option<Timed>,
+        down: Option<&Timed>,
         attitude: &AttitudeRecord,
         caveats: &mut Vec<Caveat>,
     ) -> Result<Self, Error> {
-        let along_down = down.as_ref().map(mean);
+        let along_down = down.map(mean);
         let found = match along_down {
             Some(mean) => of_mean(trial, mean)?,
             None => Self::Felt,

@@ -23,11 +23,11 @@ pub(crate) fn first_look(
         let name = format!("the acceleration in {dof}");
         return Err(Error::TooShort { name, found: samples, needed: LEAST_SAMPLES });
     }
-    let alpha = direct_alpha(&plain).ok_or(Error::NotExciting { dof, rank: 0, needed: 2 })?;
     let tau_rms = rms(plain.iter().flat_map(|trace| trace.tau.iter().copied()));
     let mut best: Option<(f64, f64, LumpedParameters)> = None;
     for delay_s in delays_s.filter(|delay_s| *delay_s < MOST_DELAY_S) {
         let traces: Vec<Trace> = axes.iter().map(|axis| Trace::of(axis, delay_s)).collect();
+        let Some(alpha) = direct_alpha(&traces) else { continue };
         for lumped in grid(alpha, tau_rms) {
             let left: f64 = traces.iter().map(|trace| trace.unexplained(&lumped)).sum();
             if left.is_finite() && best.is_none_or(|(least, ..)| left < least) {
@@ -35,7 +35,7 @@ pub(crate) fn first_look(
             }
         }
     }
-    let (left, delay_s, lumped) = best.ok_or(Error::NotConverged { dof, iterations: 0 })?;
+    let (left, delay_s, lumped) = best.ok_or(Error::NotExciting { dof, rank: 0, needed: 2 })?;
     let residual_rms = (left / samples as f64).sqrt();
     Ok(DelayedFit { delay_s, fit: fit(dof, lumped, samples, residual_rms)? })
 }
@@ -56,7 +56,7 @@ fn grid(alpha: f64, tau_rms: f64) -> impl Iterator<Item = LumpedParameters> {
     MASSES.into_iter().flat_map(move |part| {
         let alpha = alpha / part;
         SPEEDS.into_iter().map(move |speed| {
-            let beta = -alpha * tau_rms / (speed * speed);
+            let beta = -alpha.abs() * tau_rms / (speed * speed);
             LumpedParameters { alpha, beta, mu: 0.0, bias: 0.0 }
         })
     })
@@ -112,8 +112,8 @@ fn direct_alpha(traces: &[Trace]) -> Option<f64> {
             xy += (tau - mean_x) * (over.mean - mean_y);
         }
     }
-    // A wrong sign is left to the judges, who tell it from a right one by the fit.
-    (xx > 0.0 && xy != 0.0).then(|| (xy / xx).abs())
+    // A wrong sign is kept: the judges refuse it.
+    (xx > 0.0 && xy != 0.0).then(|| xy / xx)
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {

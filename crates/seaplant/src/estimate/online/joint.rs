@@ -11,7 +11,7 @@ use crate::plant::Plant;
 /// The longest slice of a step, s.
 const SLICE_S: f64 = 0.1;
 
-/// Slices of a step, at most.
+/// Slices of a step at most.
 const MOST_SLICES: usize = 64;
 
 /// Correlation time of the disturbance on each axis, s.
@@ -32,7 +32,7 @@ pub(super) struct Joint {
     plant: Prepared<6>,
     flow: Flow<6>,
     slices: Vec<Slice>,
-    forces: Vec<HeldForce>,
+    pushes: Vec<HeldForce>,
     theta: Vec<f64>,
     velocity: SVector<f64, 6>,
     disturbance: SVector<f64, 6>,
@@ -71,7 +71,7 @@ impl Joint {
             plant: Prepared::new(plant)?,
             flow: Flow::of_plant(p),
             slices: Vec::with_capacity(MOST_SLICES),
-            forces: Vec::with_capacity(MOST_SLICES),
+            pushes: Vec::with_capacity(MOST_SLICES),
             theta: plant.coefficients().to_vec(),
             velocity: SVector::zeros(),
             disturbance: SVector::zeros(),
@@ -145,14 +145,12 @@ impl Joint {
             let down = step.down_body[0] * (1.0 - x) + step.down_body[2] * x;
             (step.velocity[0] * (1.0 - x) + step.velocity[2] * x, down.normalize())
         };
-        self.forces.clear();
-        self.forces.resize(count, HeldForce { force: step.force, ..HeldForce::default() });
         self.slices.clear();
         self.slices.extend((0..count).map(|k| {
             let nodes = [0.0, 0.5, 1.0].map(|x| at(part * (k as f64 + x)));
             Slice {
+                from_s: step.length_s * part * k as f64,
                 length_s: step.length_s * part,
-                from_s: 0.0,
                 down_body: nodes.map(|(_, down)| down),
                 others: nodes.map(|(velocity, _)| velocity),
                 signals: [const { Vec::new() }; 3],
@@ -162,10 +160,13 @@ impl Joint {
 
     fn predict(&mut self, step: &Step) {
         self.slice(step);
+        self.pushes.clear();
+        let push = HeldForce { force: step.force, ..HeldForce::default() };
+        self.pushes.resize(self.slices.len(), push);
         let (h, n) = (step.length_s, self.gain.len());
         let decay = Decay { rate: SVector::repeat(1.0 / CORRELATION_S) };
-        let Self { plant, slices, forces, velocity, disturbance, flow, .. } = self;
-        advance(plant, (slices, forces), velocity, disturbance, &decay, flow);
+        let Self { plant, slices, pushes, velocity, disturbance, flow, .. } = self;
+        advance(plant, (slices, pushes), velocity, disturbance, &decay, flow);
         let fade = (-h / CORRELATION_S).exp();
         self.velocity = self.flow.velocity;
         self.disturbance *= fade;

@@ -3,14 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::{Records, coefficient_of, score};
-use crate::estimate::Actuator;
 use crate::estimate::CoupledFit;
 use crate::estimate::online::{OnlineFit, fit_online_coupled, logs::doubts};
 use crate::results::CoupledOnline;
-use crate::{Error, IdentifyOptions, Method, Vehicle};
+use crate::{CoupledRecord, Error, IdentifyOptions, Method, Vehicle};
 
-/// The plants of the methods that were asked for, with the terms that filter error found, scored
-/// with its currents.
+/// The plants of the methods that were asked for, with the terms that filter error found, under
+/// thrust with the lag and delay that it found, scored with its currents.
 pub(super) fn plants(
     found: &CoupledFit,
     records: &Records<'_>,
@@ -23,24 +22,34 @@ pub(super) fn plants(
     if !found.plant.structure().effects().is_empty() {
         return Ok(plants);
     }
+    let as_it_acts: Vec<CoupledRecord> =
+        records.fit.iter().map(|record| acting(found, record)).collect::<Result<_, Error>>()?;
+    let as_it_acts: Vec<&CoupledRecord> = as_it_acts.iter().collect();
     for (method, scheme) in asked {
         let structure = found.plant.structure();
         let body = vehicle.rigid_body.as_ref();
-        let fit = fit_online_coupled(structure, scheme, &records.fit, body, &options.online)?;
+        let fit = fit_online_coupled(structure, scheme, &as_it_acts, body, &options.online)?;
         let mut plant = result(method, &fit);
-        let plant_found = &fit.estimate.plant;
-        plant.fit = score::score(plant_found, Actuator::default(), &records.fit, |record| {
+        let as_found = &fit.estimate.plant;
+        plant.fit = score::score(as_found, found.actuator, &records.fit, |record| {
             found.current_of(&record.trial)
         })?;
         plant.hold_out = match records.hold_out.as_slice() {
             [] => None,
-            held => Some(score::score(plant_found, Actuator::default(), held, |_| {
-                found.mean_current()
-            })?),
+            held => Some(score::score(as_found, found.actuator, held, |_| found.mean_current())?),
         };
         plants.insert(method, plant);
     }
     Ok(plants)
+}
+
+/// A record with thrust as it acts.
+fn acting(found: &CoupledFit, record: &CoupledRecord) -> Result<CoupledRecord, Error> {
+    let mut acting = record.clone();
+    for series in acting.force.iter_mut().flatten() {
+        *series = found.actuator.applied(series)?;
+    }
+    Ok(acting)
 }
 
 fn result(method: Method, fit: &OnlineFit) -> CoupledOnline {
