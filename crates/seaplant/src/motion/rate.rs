@@ -315,15 +315,6 @@ pub(crate) mod tests {
         for term in ["sway: r", "yaw: v", "sway: |r|r", "yaw: |v|r", "surge: vr", "heave: 1"] {
             structure = structure.with(term.parse().expect("a term")).expect("fits");
         }
-        let foil = Foil {
-            kind: Surface::Rudder,
-            name: "rudder".to_owned(),
-            position_m: [-0.7, 0.0, 0.1],
-            axis: [0.0, 0.0, 1.0],
-            stall_rad: None,
-        };
-        let lift = Effect { name: "rudder.lift".to_owned(), force: EffectForce::Lift { foil } };
-        structure = structure.with_effect(lift, true).expect("fits");
         let value = |term: &Basis| match term {
             Basis::Mass(i, j) if i == j => 10.0 + 3.0 * i.index() as f64,
             Basis::Mass(i, j) => 0.3 * (i.index() as f64) - 0.2 * (j.index() as f64),
@@ -332,10 +323,25 @@ pub(crate) mod tests {
             }
             Basis::WeightExcess => -2.0,
             Basis::Lever(_) => 6.6,
-            Basis::One(_) => 0.7,
-            Basis::Effect(_) => 3.0,
+            Basis::One(_) | Basis::Effect(_) => 0.7,
         };
         let coefficients = structure.terms().iter().map(value).collect();
+        Plant::new(structure, coefficients).expect("possible")
+    }
+
+    /// The same with a rudder.
+    fn with_rudder() -> Plant {
+        let plant = vehicle();
+        let foil = Foil {
+            kind: Surface::Rudder,
+            name: "rudder".to_owned(),
+            position_m: [-0.7, 0.0, 0.1],
+            axis: [0.0, 0.0, 1.0],
+            stall_rad: None,
+        };
+        let lift = Effect { name: "rudder.lift".to_owned(), force: EffectForce::Lift { foil } };
+        let structure = plant.structure().clone().with_effect(lift, true).expect("fits");
+        let coefficients = plant.coefficients().iter().copied().chain([3.0]).collect();
         Plant::new(structure, coefficients).expect("possible")
     }
 
@@ -346,7 +352,7 @@ pub(crate) mod tests {
 
     #[test]
     fn derivatives_are_those_of_the_rate() {
-        let plant = vehicle();
+        let plant = with_rudder();
         let prepared = Prepared::<6>::new(&plant).expect("six axes");
         let (velocity, down, force) = motion();
         let slope = prepared.slope(&velocity, &SIGNALS);
@@ -376,7 +382,7 @@ pub(crate) mod tests {
 
     #[test]
     fn the_regressors_add_up_to_the_force() {
-        let plant = vehicle();
+        let plant = with_rudder();
         let prepared = Prepared::<6>::new(&plant).expect("six axes");
         let (velocity, down, force) = motion();
         let rate = prepared.rate(&velocity, &down, &force, &SIGNALS);
