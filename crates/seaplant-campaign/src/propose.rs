@@ -9,6 +9,7 @@ use seaplant::{Dof, Quantity};
 use seaplant_log::{Log, ReadOptions};
 
 mod activity;
+mod afloat;
 mod autopilot;
 mod campaign_text;
 mod claim;

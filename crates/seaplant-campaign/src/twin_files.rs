@@ -196,6 +196,10 @@ fn vehicle_file(vehicle: &Vehicle) -> VehicleFile {
         buoyancy: None,
         thruster_curve: None,
         thruster: vehicle.thrusters.iter().map(thruster_entry).collect(),
+        rudder: Vec::new(),
+        fin: Vec::new(),
+        wind: None,
+        water_density_kg_m3: None,
         sensor: SensorEntries {
             // A vehicle with an accelerometer has it in place of a DVL.
             dvl: (vehicle.sensors.imu == Sensor::default()).then(|| DvlEntry {
@@ -246,6 +250,7 @@ fn thruster_entry(thruster: &Thruster) -> ThrusterEntry {
         name: thruster.name.clone(),
         position_m: Some(thruster.position_body.into()),
         direction: Some(thruster.direction_body.into()),
+        azimuth_axis: None,
         reversed: false,
         curve: Some(curve),
         thrust_uncertainty: (thruster.uncertainty != ThrustUncertainty::default()).then(|| {

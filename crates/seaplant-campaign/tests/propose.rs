@@ -258,6 +258,13 @@ fn names_and_units_of_many_loggers_are_known() {
         ("port thruster [%]", "thruster.port thruster.command"),
         ("motor cmd", "thruster.motor.command"),
         ("prop thrust [N]", "thruster.prop thrust.force"),
+        ("rudder [rad]", "rudder.rudder.angle"),
+        ("port_rudder_deg", "rudder.port rudder.angle"),
+        ("sternplane [deg]", "fin.fin.angle"),
+        ("true wind speed [kn]", "wind.true.speed"),
+        ("latitude [deg]", "position.latitude"),
+        ("cog [deg]", "ground.course"),
+        ("vn [m/s]", "velocity.north"),
     ] {
         let folder = Folder::new();
         let log = folder.write("a.csv", &csv(5.0, 60.0, &[(column, &wave)]));
@@ -270,14 +277,11 @@ fn names_and_units_of_many_loggers_are_known() {
 fn what_only_looks_like_a_quantity_is_left_out() {
     let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
     for column in [
-        "wind_velo [m/s]",
-        "rudder [rad]",
         "depth setpoint [m]",
         "acc_x [m/s^2]",
         "vx_ned [m/s]",
         "beam1 velocity [m/s]",
         "altitude [m]",
-        "cog [deg]",
         "depth [V]",
         "battery [%]",
         "heading std [deg]",
@@ -395,10 +399,16 @@ fn the_tankers_logs_are_mapped() {
         ("position.north", "x_position_mid [m]"),
         ("position.east", "y_position_mid [m]"),
         ("thruster.n_prop.speed", "n_prop [rps]"),
+        ("rudder.rudder.angle", "delta_rudder [rad]"),
+        ("wind.relative.speed", "wind_velo_relative_mid [m/s]"),
+        ("wind.relative.direction", "wind_dir_relative_mid [rad]"),
+        ("wind.true.speed", "wind_velo_true [m/s]"),
+        ("wind.true.direction", "wind_dir_true [rad]"),
     ];
     assert_eq!(columns(&campaign), BTreeMap::from(expected));
     assert_eq!(campaign.trial[0].dof, [Dof::Surge]);
-    assert!(proposal.open_questions.iter().any(|q| q.contains("delta_rudder")));
+    assert!(proposal.open_questions.iter().any(|q| q.contains("turns the bow to starboard")));
+    assert!(proposal.vehicle_toml.contains("[[rudder]]"), "{}", proposal.vehicle_toml);
 }
 
 #[test]

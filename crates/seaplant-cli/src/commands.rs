@@ -13,6 +13,7 @@ pub mod identify;
 pub mod init;
 pub mod inspect;
 pub mod man;
+mod manoeuvre;
 pub mod monte_carlo;
 pub mod plant;
 pub mod plot;

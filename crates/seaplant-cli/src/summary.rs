@@ -19,6 +19,9 @@ use crate::sketch::Sketches;
 /// The whole summary.
 pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     let mut text = String::new();
+    for model in &results.steering {
+        text.push_str(&coupled::steering(model));
+    }
     for plant in results.coupled.values() {
         text.push_str(&coupled::block(plant));
     }

@@ -24,7 +24,7 @@ fn six_axes() -> Plant {
         Basis::Product(on, _) => damping[on.index()].1,
         Basis::WeightExcess => -2.0,
         Basis::Lever(_) => 6.6,
-        Basis::One(_) => 0.0,
+        Basis::One(_) | Basis::Effect(_) => 0.0,
     };
     let coefficients = structure.terms().iter().map(value).collect();
     Plant::new(structure, coefficients).expect("possible")

@@ -254,6 +254,7 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
         axes: vec![Dof::Sway, Dof::Yaw],
         method: Method::FilterError,
         symmetry: seaplant::plant::Symmetry::PortStarboard,
+        effects: Vec::new(),
         parameters: BTreeMap::from([
             ("mass.sway".to_owned(), coefficient(180.0, 2.0, "kg", &[Dof::Sway])),
             ("sway: v".to_owned(), coefficient(0.0, 1.5, "N/(m/s)", &[Dof::Sway])),
@@ -318,6 +319,7 @@ pub(crate) fn identification() -> Found {
         plants: BTreeMap::from([(Dof::Surge, plant())]),
         coupled_online: BTreeMap::new(),
         coupled: BTreeMap::from([("sway-yaw".to_owned(), coupled_plant())]),
+        steering: Vec::new(),
         methods: BTreeMap::from([(Dof::Surge, surge)]),
         subsets: BTreeMap::from([(
             Dof::Surge,
@@ -403,6 +405,7 @@ pub(crate) fn empty() -> Found {
         provenance: Provenance::default(),
         plants: BTreeMap::new(),
         coupled: BTreeMap::new(),
+        steering: Vec::new(),
         coupled_online: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),

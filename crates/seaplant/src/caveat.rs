@@ -37,6 +37,8 @@ pub enum CaveatCode {
     Collinear,
     /// An axis of a coupled plant on which nothing pushes.
     UndrivenAxis,
+    /// Trials drift further than polynomials of sway and yaw rate hold.
+    DriftBeyond,
     /// Damping that gives power to the vehicle.
     NotDissipative,
     /// Restoring forces that are not those of the stated weight and buoyancy.

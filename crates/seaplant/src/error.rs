@@ -174,6 +174,16 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// A rudder or fin that cannot be.
+    #[error("{what} `{name}`: {reason}")]
+    Fin {
+        /// What it is.
+        what: &'static str,
+        /// Which.
+        name: String,
+        /// Why.
+        reason: String,
+    },
     /// A thrust table that cannot be used.
     #[error("a thrust table {reason}; check its columns and units")]
     ThrustTable {

@@ -4,6 +4,7 @@ mod coupled;
 mod equation_error;
 mod filter_error;
 mod filtered;
+mod nomoto;
 pub mod online;
 mod output_error;
 mod paper;
@@ -31,6 +32,7 @@ pub use filter_error::{
     Candidate, Decision, FilterErrorOptions, Records, SteadyTest, first_delays, fit_filter_error,
 };
 pub(crate) use filter_error::{drive_over, first_look};
+pub use nomoto::{NomotoFit, NomotoOrder, SteeringTrial, fit_nomoto};
 pub use output_error::{
     Loss, OutputErrorBootstrap, OutputErrorIntervals, OutputErrorOptions, fit_output_error,
 };

@@ -3,6 +3,7 @@
 mod convert;
 mod coupled;
 mod figures;
+mod nomoto;
 mod unsteady;
 
 use std::collections::BTreeMap;
@@ -139,6 +140,7 @@ pub fn identify_watched(
     implausible(&mut found.results.plants, vehicle);
     judge(&mut found.results);
     coupled::identify(vehicle, trials, options, &mut found.results);
+    nomoto::identify(vehicle, trials, options, &mut found.results);
     found.results.caveats.push(thrust_scale(vehicle));
     found.results.consequences = consequences(&found.results);
     found

@@ -7,6 +7,7 @@ mod acceleration;
 mod attitude;
 mod beside;
 mod gravity;
+mod ground;
 mod gyro;
 mod tilt;
 mod track;
@@ -142,6 +143,8 @@ impl Voyage {
                 nav.measured.insert(dof, velocity);
             }
         }
+        ground::velocities(&mut recording, sensors, &attitude, &mut nav)?;
+        ground::positions(&mut recording)?;
         depth_of_origin(&recording, sensors, &attitude, &mut nav);
         let mut position = |way| recording.remove(&Quantity::Position(way));
         let positioned = position(World::North).zip(position(World::East)).map(<[Timed; 2]>::from);

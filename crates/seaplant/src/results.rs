@@ -4,6 +4,7 @@
 
 mod coupled;
 mod online;
+mod steering;
 mod vehicle;
 
 use std::collections::BTreeMap;
@@ -22,6 +23,7 @@ use crate::{
 };
 
 pub use online::{CoupledOnline, OnlineHistory, PlantChanged};
+pub use steering::{NomotoResult, SecondOrder};
 pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
 pub use coupled::{
@@ -59,6 +61,9 @@ pub struct Results {
     /// Plants of several axes, by their axes: `surge-sway-yaw`.
     #[serde(default)]
     pub coupled: BTreeMap<String, CoupledPlant>,
+    /// Nomoto's models of steering, where a plant has yaw among its axes and a rudder is logged.
+    #[serde(default)]
+    pub steering: Vec<NomotoResult>,
     /// The same by methods that work sample by sample.
     #[serde(default)]
     pub coupled_online: BTreeMap<String, BTreeMap<Method, CoupledOnline>>,
@@ -95,7 +100,8 @@ impl Results {
     /// [`Error::NothingFound`], with every method's reason, if there is neither a plant nor
     /// steady drag.
     pub fn check(&self) -> Result<(), Error> {
-        if !(self.plants.is_empty() && self.coupled.is_empty() && self.steady.is_empty()) {
+        let has_plant = !(self.plants.is_empty() && self.coupled.is_empty());
+        if has_plant || !self.steady.is_empty() || !self.steering.is_empty() {
             return Ok(());
         }
         let reason = |f: &Failure| format!("\n  {} by {}: {}", f.dof, f.method, f.message);

@@ -4,6 +4,7 @@ use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::{Dof, Quantity, ThrusterInput};
 use seaplant_log::{Channel, Dimension, Unit};
 
+use super::afloat;
 use super::words::{
     COMMAND, HEADING, PITCH, ROLL, counts_turns, tells_of_thruster, unit_by_name, words,
 };
@@ -130,8 +131,7 @@ static RULES: &[Rule] = &[
 
 /// Words of what Seaplant does not read, and why.
 const FOREIGN: &[(&[&str], &str)] = &[
-    (&["rudder", "delta", "fin", "fins", "elevator", "aileron", "flap", "sternplane"], SURFACE),
-    (&["wind"], "of the wind"),
+    (&["aileron"], "of an aircraft's control surface"),
     (&["sound"], "the speed of sound"),
     (&["acc", "accel", "acceleration"], ACCELERATION),
     (
@@ -143,11 +143,6 @@ const FOREIGN: &[(&[&str], &str)] = &[
     (
         &["altitude", "alt", "height"],
         "a height above the bottom, not a depth; if it is above the surface, map depth with negate = true",
-    ),
-    (&["cog", "course"], "a course over ground, not a heading"),
-    (
-        &["lat", "latitude", "lon", "lng", "longitude"],
-        "a geographic position; Seaplant reads metres north and east",
     ),
     (
         &["beam", "beam1", "beam2", "beam3", "beam4"],
@@ -167,9 +162,6 @@ pub(super) const VELOCITY_SAYS_MORE: &str =
 pub(super) const COMMANDED: &str = "a command, not a measurement";
 pub(super) const WORLD_VELOCITY: &str =
     "a velocity along the world's axes; Seaplant reads the body's, or derives it from position";
-/// Why a control surface is not mapped.
-pub(super) const SURFACE: &str =
-    "a control surface: its force must be worked out and mapped as wrench.DOF";
 /// Words of velocities that are not the body's.
 const WORLD: &[&str] = &["ned", "enu", "world", "global", "north", "east", "local", "vn", "ve"];
 
@@ -197,6 +189,12 @@ pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
     all.extend(context.into_iter().filter(|word| ["dvl", "pwm"].contains(&word.as_str())));
     let stated = channel.unit.clone().or_else(|| Unit::parse(named?).ok());
     if let Some(found) = thruster(channel, &own, stated.as_ref()) {
+        return Ok(Claim {
+            unit: found.unit.or(named.filter(|_| channel.unit.is_none())),
+            ..found
+        });
+    }
+    if let Some(found) = afloat::claim(channel, &own, stated.as_ref()) {
         return Ok(Claim {
             unit: found.unit.or(named.filter(|_| channel.unit.is_none())),
             ..found

@@ -69,6 +69,7 @@ fn stepped(arguments: &Simulate) -> Result<Profile> {
         current_m_per_s: [0.0; 2],
         start: StartEntry::default(),
         hold: vec![HoldEntry { force, ..HoldEntry::default() }],
+        manoeuvre: None,
     };
     profile.check(Path::new("--for"))?;
     Ok(profile)
@@ -101,6 +102,11 @@ pub(super) fn quantity(
 
 pub fn run(arguments: &Simulate, inputs: InputsAlone, output: Output) -> Result<ExitCode> {
     let model = read_plant(&arguments.results, arguments.method)?;
+    if let InputsAlone::Profile(profile) = &inputs
+        && let Some(entry) = &profile.manoeuvre
+    {
+        return super::manoeuvre::run(arguments, profile, entry, &model, output);
+    }
     let mut read = arguments.logs.clone();
     read.push(file_of(&arguments.results));
     let permit = Permit::of(&read, arguments.force);

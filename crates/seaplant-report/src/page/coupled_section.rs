@@ -169,6 +169,7 @@ fn coefficient_row(name: &str, x: &Coefficient) -> Row {
     let interval = format!("{} … {}", rounded.low95, rounded.high95);
     let value = match x.told_by {
         ToldBy::Limit => format!("{} (not above zero)", rounded.value),
+        ToldBy::Stated => format!("{} (stated)", rounded.value),
         ToldBy::Data | ToldBy::Nothing => rounded.value,
     };
     Row::new([name.to_owned(), value, rounded.std, interval, x.unit.clone()])

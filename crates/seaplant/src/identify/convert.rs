@@ -261,6 +261,7 @@ pub(super) fn empty_results(
         },
         plants: BTreeMap::new(),
         coupled: BTreeMap::new(),
+        steering: Vec::new(),
         coupled_online: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),

@@ -119,6 +119,9 @@ pub enum Basis {
     Lever(usize),
     /// A constant force on one axis.
     One(Dof),
+    /// The structure's effect of this number: `−` what it pushes with, which
+    /// [`super::Structure::regressor`] knows.
+    Effect(usize),
 }
 
 impl Basis {
@@ -147,6 +150,7 @@ impl Basis {
                 Vector6::new(0.0, 0.0, 0.0, moment.x, moment.y, moment.z)
             }
             Self::One(on) => on_axis(on, 1.0),
+            Self::Effect(_) => Vector6::zeros(),
         }
     }
 
@@ -189,7 +193,7 @@ impl Basis {
         }
     }
 
-    /// The axes on which it acts at all.
+    /// The axes on which it acts at all; of an effect [`super::Structure::axes_of`] says them.
     pub fn axes(&self) -> Vec<Dof> {
         match *self {
             Self::Mass(i, j) if i == j => vec![i],
@@ -197,10 +201,11 @@ impl Basis {
             Self::Product(on, _) | Self::One(on) => vec![on],
             Self::WeightExcess => vec![Dof::Surge, Dof::Sway, Dof::Heave],
             Self::Lever(_) => vec![Dof::Roll, Dof::Pitch, Dof::Yaw],
+            Self::Effect(_) => Vec::new(),
         }
     }
 
-    /// The unit of its coefficient.
+    /// The unit of its coefficient; of an effect [`super::Structure::unit_of`] says it.
     pub fn unit(&self) -> String {
         let force = |on: Dof| on.units().force;
         match self {
@@ -216,6 +221,7 @@ impl Basis {
             Self::WeightExcess => "N".to_owned(),
             Self::Lever(_) => "N m".to_owned(),
             Self::One(on) => force(*on).to_owned(),
+            Self::Effect(_) => "1".to_owned(),
         }
     }
 }

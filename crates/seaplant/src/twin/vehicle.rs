@@ -114,6 +114,7 @@ impl TwinSpec {
                 },
                 imu_averages: false,
             },
+            ..Vehicle::default()
         })
     }
 

@@ -97,6 +97,7 @@ fn record_behind(
         force,
         velocity: [surge, sway, None, None, None, yaw],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
+        signals: std::collections::BTreeMap::new(),
         window_s: (0.0, time_s[time_s.len() - 1]),
         caveats: Vec::new(),
     }
@@ -114,7 +115,7 @@ fn noise() -> Noise<3> {
 fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     let plant = planar();
     let record = record(&plant, "a", 1, 20, 0.005);
-    let schedules = schedule::Schedule::whole(&[&record], plant.axes());
+    let schedules = schedule::Schedule::whole(&[&record], plant.structure());
     let schedule = &schedules[0];
     let noise = noise();
     // Away from the optimum, where slopes are steep.
@@ -177,7 +178,7 @@ const LINEARISATION: f64 = 0.02;
 fn the_noises_slope_is_that_of_the_likelihood() {
     let plant = planar();
     let record = record(&plant, "a", 1, 60, 0.005);
-    let schedules = schedule::Schedule::whole(&[&record], plant.axes());
+    let schedules = schedule::Schedule::whole(&[&record], plant.structure());
     let schedule = &schedules[0];
     let prepared = Prepared::<3>::new(&plant).expect("three axes");
     let logarithms = noise().logarithms();
@@ -252,7 +253,7 @@ fn a_coupling_that_is_there_is_found_and_none_is_invented() {
     let records: Vec<&CoupledRecord> = records.iter().collect();
     let fit = fit_coupled(&usual, &records, None, true).expect("an optimum");
     let admitted = fit.tried.iter().filter(|tried| tried.admitted);
-    let admitted: Vec<String> = admitted.map(|tried| tried.term.to_string()).collect();
+    let admitted: Vec<String> = admitted.map(|tried| tried.name.clone()).collect();
     assert_eq!(admitted, ["sway: r"]);
     assert_eq!(fit.tried.len(), 4);
 }

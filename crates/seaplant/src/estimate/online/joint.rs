@@ -153,6 +153,7 @@ impl Joint {
                 length_s: step.length_s * part,
                 down_body: nodes.map(|(_, down)| down),
                 others: nodes.map(|(velocity, _)| velocity),
+                signals: [const { Vec::new() }; 3],
             }
         }));
     }

@@ -112,7 +112,7 @@ fn single(dof: Dof, terms: Terms) -> Result<Structure, Error> {
     let structure = Structure::of(&[dof], Symmetry::Diagonal)?.without(|term| match term {
         Basis::Product(_, product) if *product == linear => !terms.has(Term::Linear),
         Basis::Product(_, product) if *product == quadratic => !terms.has(Term::Quadratic),
-        Basis::WeightExcess | Basis::Lever(_) => true,
+        Basis::WeightExcess | Basis::Lever(_) | Basis::Effect(_) => true,
         _ => false,
     });
     if terms.has(Term::Bias) { structure.with(Basis::One(dof)) } else { Ok(structure) }

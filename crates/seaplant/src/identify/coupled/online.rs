@@ -18,6 +18,10 @@ pub(super) fn plants(
 ) -> Result<BTreeMap<Method, CoupledOnline>, Error> {
     let asked = options.methods.iter().filter_map(|method| Some((*method, method.scheme()?)));
     let mut plants = BTreeMap::new();
+    // These methods do not read rudders, propellers and wind.
+    if !found.plant.structure().effects().is_empty() {
+        return Ok(plants);
+    }
     let as_it_acts: Vec<CoupledRecord> =
         records.fit.iter().map(|record| acting(found, record)).collect::<Result<_, Error>>()?;
     let as_it_acts: Vec<&CoupledRecord> = as_it_acts.iter().collect();

@@ -116,6 +116,7 @@ fn of_trial(
         velocity: record.velocity.clone(),
         attitude: record.attitude.clone(),
         current,
+        signals: record.signals.clone(),
     };
     let simulated = match simulate(plant, &inputs, &start, &times) {
         Ok(simulated) => Some(simulated),
