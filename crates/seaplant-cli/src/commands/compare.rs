@@ -78,7 +78,8 @@ fn words(comparison: &Comparison) -> String {
 /// Whether the plants of one degree of freedom differ, in a sentence.
 pub fn verdict(difference: &DofDifference) -> String {
     let Some(test) = difference.test else {
-        return "the plants have no parameters in common to test".to_owned();
+        return "nothing to test: no two plants state the same parameters with standard deviations"
+            .to_owned();
     };
     let chance = p_value(&test);
     if test.differs {

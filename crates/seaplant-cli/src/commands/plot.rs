@@ -82,7 +82,7 @@ fn words(shown: &[&Channel], constant: &[&Channel], start: f64, page: Option<&Pa
     let widest = shown.iter().map(|channel| channel.column.chars().count()).max().unwrap_or(0);
     let mut text = String::new();
     for channel in shown {
-        let [low, high] = [channel.min(), channel.max()].map(|x| significant(x.unwrap_or(0.0), 3));
+        let [low, high] = [channel.min(), channel.max()].map(|x| significant(x.unwrap_or(0.0), 4));
         let unit = channel.unit.as_ref().map_or("?", |unit| unit.symbol());
         text += &format!(
             "{STRONG}{:<widest$}{STRONG:#}  {}  {FAINT}{low} to {high} {unit}{FAINT:#}\n",

@@ -91,7 +91,8 @@ pub(crate) fn headline(results: &Results) -> Vec<Finding> {
     for judgement in &judgements {
         let names: Vec<&str> = judgement.axes.iter().map(|dof| dof.name()).collect();
         let (trust, axes) = (judgement.verdict.trust, names.join("-"));
-        let is_plain = trust == Trust::Usable;
+        // Warnings stand below; what is doubtful says here why.
+        let is_plain = trust >= Trust::UsableWithCare;
         match judged.iter_mut().find(|(other, ..)| is_plain && *other == trust) {
             Some((_, together, _)) => *together += &format!(", {axes}"),
             None if is_plain => judged.push((trust, axes, String::new())),

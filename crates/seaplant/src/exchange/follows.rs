@@ -138,10 +138,16 @@ impl Axis {
     }
 }
 
+/// A force as it is named: to four digits.
+fn four_digits(x: f64) -> f64 {
+    let scale = 10_f64.powf(3.0 - x.abs().log10().floor());
+    if scale.is_finite() && scale > 0.0 { (x * scale).round() / scale } else { x }
+}
+
 fn driven(axis: &Axis, tau: f64, all: &mut Vec<Number>) {
     let units = axis.dof.units();
     let Some(speed) = axis.speed(tau - axis.bias) else { return };
-    let at = format!("{} {}", (tau * 1e6).round() / 1e6, units.force);
+    let at = format!("{} {}", four_digits(tau), units.force);
     let constant = axis.mass / (axis.linear + 2.0 * axis.quadratic * speed.abs());
     let mut push = |name: String, value: f64, unit: &'static str| {
         all.push(Number { name, axis: axis.dof, value, unit });
