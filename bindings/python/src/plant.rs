@@ -57,6 +57,9 @@ impl Plant {
     }
 }
 
+/// A file: its name and what is in it.
+type NamedBytes<'py> = (String, Bound<'py, PyBytes>);
+
 #[pymethods]
 impl Plant {
     #[staticmethod]
@@ -198,7 +201,7 @@ impl Plant {
         py: Python<'py>,
         to: &str,
         anyway: bool,
-    ) -> PyResult<(Vec<(String, Bound<'py, PyBytes>)>, Vec<String>)> {
+    ) -> PyResult<(Vec<NamedBytes<'py>>, Vec<String>)> {
         let permission = if anyway { Permission::Anyway } else { Permission::Checked };
         let made = exporter(to)
             .and_then(|exporter| export(exporter, &self.model, permission))

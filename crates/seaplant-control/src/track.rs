@@ -208,6 +208,9 @@ fn measured(state: &State, sea: &Sea, random: &mut ChaCha8Rng) -> State {
     noisy
 }
 
+/// Derivatives of position, attitude and velocity.
+type Rate = (Vector3<f64>, Quaternion<f64>, Vector6<f64>);
+
 impl Vehicle<'_> {
     fn advance(
         &mut self,
@@ -262,11 +265,7 @@ impl Vehicle<'_> {
         Ok(())
     }
 
-    fn rate(
-        &self,
-        at: &State,
-        sea: &Sea,
-    ) -> Result<(Vector3<f64>, Quaternion<f64>, Vector6<f64>), Error> {
+    fn rate(&self, at: &State, sea: &Sea) -> Result<Rate, Error> {
         let to_body = at.attitude.inverse();
         let water = to_body * Vector3::from(sea.current_ned);
         let part = |k: usize| Vector3::new(at.velocity[k], at.velocity[k + 1], at.velocity[k + 2]);

@@ -98,7 +98,6 @@ fn an_adaptive_model_repairs_a_wrong_one() {
         };
         for dof in [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw] {
             let (fixed, adaptive) = (late(&fixed, dof), late(&adaptive, dof));
-            eprintln!("{law:?} {dof} {fixed:.4} {adaptive:.4}");
             assert!(adaptive < 0.6 * fixed, "{law:?} {dof}: {adaptive} against {fixed}");
         }
     }

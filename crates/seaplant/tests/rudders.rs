@@ -130,7 +130,8 @@ fn truth(case: &Case) -> Plant {
 fn inputs(seed: u64, times: &[f64]) -> BTreeMap<Signal, Timed> {
     let phase = seed as f64;
     let of = |f: &dyn Fn(f64) -> f64| {
-        Timed::new("input", times.to_vec(), times.iter().map(|t| f(*t)).collect()).expect("valid")
+        Timed::new("input", times.to_vec(), times.iter().map(|t| f(*t)).collect::<Vec<_>>())
+            .expect("valid")
     };
     let rudder = |t: f64| {
         let turn = (0.21 * t + phase).sin() + (0.09 * t + 2.0 * phase).sin();
@@ -162,7 +163,7 @@ fn trial(name: &str, role: Role, seed: u64, case: &Case, with_wind: bool) -> Tri
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut measured = |f: &dyn Fn(usize) -> f64, std: f64| {
         let noise = Normal::new(0.0, std).expect("positive");
-        let values = (0..times.len()).map(|k| f(k) + noise.sample(&mut random)).collect();
+        let values: Vec<f64> = (0..times.len()).map(|k| f(k) + noise.sample(&mut random)).collect();
         Timed::new("log", times.clone(), values).expect("valid")
     };
     let mut recording = Recording::from([

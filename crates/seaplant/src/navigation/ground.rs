@@ -1,5 +1,7 @@
 //! What a satellite receiver says: geographic positions, and velocities over ground.
 
+use std::collections::btree_map::Entry;
+
 use nalgebra::Vector3;
 
 use super::attitude::{AttitudeRecord, unwrap};
@@ -74,8 +76,8 @@ pub(super) fn velocities(
     }
     let known = if down.is_some() { 3 } else { 2 };
     for (dof, values) in TRANSLATIONS.into_iter().zip(parts).take(known) {
-        if !nav.measured.contains_key(&dof) {
-            nav.measured.insert(dof, north.with_values("velocity over ground", values)?);
+        if let Entry::Vacant(place) = nav.measured.entry(dof) {
+            place.insert(north.with_values("velocity over ground", values)?);
         }
     }
     Ok(())
