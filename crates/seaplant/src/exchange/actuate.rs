@@ -228,9 +228,13 @@ mod tests {
         drive.thrusters.insert("port".to_owned(), port);
         let forces = boat().forces(&drive, 3.0).expect("known");
         let yaw = forces[5].as_ref().expect("turned");
-        // 0.5 s after the step, of a lag of 0.5 s: 63 % of the speed, 40 % of the force.
-        let expected = 0.5 * 400.0 * (1.0 - (-1.0_f64).exp()).powi(2);
-        assert!((yaw.at(1.475) / expected - 1.0).abs() < 0.03, "{}", yaw.at(1.475));
+        // Of a lag of 0.5 s, after 0.5 s: 63 % of the speed, 40 % of the force. Each step holds what
+        // acts in its middle.
+        for (times, force) in yaw.time_s().windows(2).zip(yaw.values()) {
+            let since = 0.5 * (times[0] + times[1]) - 1.0;
+            let expected = 0.5 * 400.0 * (1.0 - (-since.max(0.0) / 0.5).exp()).powi(2);
+            assert!((force - expected).abs() < 1e-6, "{since}: {force}, {expected}");
+        }
     }
 
     #[test]

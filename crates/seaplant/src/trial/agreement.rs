@@ -269,7 +269,11 @@ mod tests {
                 assert_eq!(noisy(1.0, late_s, seed).contradiction(), None, "{seed} {late_s}");
                 for scale in [0.97, 1.03] {
                     let caveat = noisy(scale, late_s, seed).contradiction().expect("it shows");
-                    assert!(caveat.message.contains("cannot tell which"), "{}", caveat.message);
+                    assert!(
+                        caveat.message.contains("the log does not show which"),
+                        "{}",
+                        caveat.message
+                    );
                 }
             }
             assert!(noisy(0.97, 0.0, seed).believable_position().is_some());
