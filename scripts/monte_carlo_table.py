@@ -83,10 +83,11 @@ def heading_of(first: str, columns: list[str]) -> str:
 def errors(tables: dict, methods: list[str]) -> None:
     for dof in DOFS:
         print(f"## {dof.capitalize()}\n")
-        print(heading_of("disturbance", methods))
+        print(heading_of("disturbance", ["seeds", *methods]))
         for case, table in tables.items():
             rows = rows_by(table)
-            print(f"| {spoken(case)} | " + " | ".join(cell(rows, dof, m) for m in methods) + " |")
+            cells = [str(table["runs"]), *(cell(rows, dof, m) for m in methods)]
+            print(f"| {spoken(case)} | " + " | ".join(cells) + " |")
         print()
 
 
@@ -160,7 +161,7 @@ def main() -> None:
     print("# What each method gets wrong\n")
     print("Made by `scripts/monte-carlo`; do not edit.\n")
     print(
-        f"Seaplant {first['version']}, the Jason 2 [twin](twin.md), {first['runs']} seeds a case:"
+        f"Seaplant {first['version']}, the Jason 2 [twin](twin.md):"
         " median |error| of mass / quadratic drag in % of the truth. `none` in brackets counts fits"
         " that gave no answer. [The twin's chapter](twin.md#disturbances) says what each disturbance"
         " does; `all` is the first six together.\n"

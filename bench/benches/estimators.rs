@@ -3,10 +3,13 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use nalgebra::{Vector3, Vector6};
+use seaplant::estimate::online::{Online, OnlineOptions, Sample, Scheme};
 use seaplant::estimate::{
     Candidate, EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, Records, first_delays,
     fit_best_delay, fit_equation_error, fit_filter_error, fit_output_error,
 };
+use seaplant::plant::{Structure, Symmetry};
 use seaplant::regression::{Columns, least_squares};
 use seaplant::signal::LowPass;
 use seaplant::{AxisRecord, Dof, LumpedParameters, State, Terms, simulate};
@@ -122,6 +125,38 @@ fn simulation_of_a_trial(c: &mut Criterion) {
     });
 }
 
+/// 100 s at 20 Hz, every axis in motion.
+fn six_axis_samples() -> Vec<Sample> {
+    let sine = |size: f64, rate: f64, t: f64, i: usize| size * ((rate + 0.19 * i as f64) * t).sin();
+    let at = |k: u32| {
+        let time_s = 0.05 * f64::from(k);
+        Sample {
+            time_s,
+            velocity: Vector6::from_fn(|i, _| sine(0.5, 0.3, time_s, i)),
+            down_body: Vector3::new(0.1 * time_s.sin(), 0.0, 1.0).normalize(),
+            force: Vector6::from_fn(|i, _| sine(10.0, 0.5, time_s, i)),
+        }
+    };
+    (0..2000).map(at).collect()
+}
+
+fn samples_of_six_axes(c: &mut Criterion) {
+    let samples = six_axis_samples();
+    for scheme in [Scheme::Adaptive, Scheme::Recursive, Scheme::Ekf] {
+        let structure = Structure::of(&Dof::ALL, Symmetry::PortStarboard).expect("six axes");
+        let mut online =
+            Online::new(structure, scheme, OnlineOptions::default(), None).expect("sound");
+        c.bench_function(&format!("2000 samples of six axes online, {scheme:?}"), |b| {
+            b.iter(|| {
+                online.restart();
+                for sample in black_box(&samples) {
+                    online.update(sample).expect("in order");
+                }
+            });
+        });
+    }
+}
+
 criterion_group!(
     benches,
     zero_phase_filter,
@@ -129,6 +164,7 @@ criterion_group!(
     equation_error_of_a_trial,
     output_error_of_a_trial,
     filter_error_of_a_trial,
-    simulation_of_a_trial
+    simulation_of_a_trial,
+    samples_of_six_axes
 );
 criterion_main!(benches);

@@ -49,6 +49,7 @@ impl SurgeSignals {
     pub fn record(self) -> Result<AxisRecord, Error> {
         let velocity = Timed::on_grid("velocity", grid(self.v.len()), self.v)?;
         Ok(AxisRecord {
+            acceleration: None,
             cuts: Vec::new(),
             dof: Dof::Surge,
             trial: "bench".to_owned(),

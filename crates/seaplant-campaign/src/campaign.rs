@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 
 use seaplant::results::{BollardPullResult, FileOffset, Identification, InputFile, Parameter};
 use seaplant::{
-    BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Stage, Term, Terms, ThrusterInput,
-    Trial, Vehicle, fit_bollard_pull, identify_watched,
+    BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Stage, Surface, Term, Terms,
+    ThrusterInput, Trial, Vehicle, fit_bollard_pull, identify_watched,
 };
-use seaplant_log::{Dimension, Log, Unit};
+use seaplant_log::Log;
 
 use crate::bench::{Bench, read_bench};
 use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, LogEntry, TrialEntry};
 use crate::pattern::recording_in;
-use crate::plant_file::{coupled_axes, plans};
+use crate::plant_file::{check_plans, coupled_axes, plans};
 use crate::recording::{ChannelMap, SourcedTrial, read_trial, trial_of};
 use crate::vehicle_file::{SourcedVehicle, read_vehicle};
 use crate::{Error, toml_file};
@@ -59,6 +59,7 @@ impl Campaign {
         let file = file.with_patterns(path)?;
         let vehicle = SourcedVehicle::open(&toml_file::resolve(path, &file.vehicle)?)?;
         let options = file.options(path)?;
+        check_plans(path, &options.coupled, &vehicle.vehicle)?;
         file.check_time(path)?;
         check_trials(path, &file.trial, !file.plant.is_empty())?;
         let mut campaign = Self::without_trials(path, vehicle, options);
@@ -338,27 +339,12 @@ impl CampaignFile {
     /// Refuses a clock that says two things, or nothing that can be read.
     fn check_time(&self, path: &Path) -> Result<(), Error> {
         let Some(time) = &self.time else { return Ok(()) };
-        let refuse = |key: &str, reason: String| Err(Error::value(path, key, reason));
-        if let Some(unit) = &time.unit {
-            if time.equal_sampling_hz.is_some() {
-                let reason = "is the unit of a time column; leave it out beside equal_sampling_hz";
-                return refuse("time.unit", reason.to_owned());
-            }
-            if let Err(error) = Unit::parse_as(unit, Dimension::Time) {
-                return refuse("time.unit", error.to_string());
-            }
-        }
-        match time.equal_sampling_hz {
-            Some(rate) if !(rate > 0.0 && rate.is_finite()) => {
-                let reason = format!("is {rate}; it must be a positive number of hertz");
-                refuse("time.equal_sampling_hz", reason)
-            }
-            Some(_) if time.column.is_some() => {
-                let reason = "is for logs without a time column; leave out one of the two";
-                refuse("time.equal_sampling_hz", reason.to_owned())
-            }
-            _ => Ok(()),
-        }
+        let of_all = time.of_file(|_| false);
+        of_all.check().map_err(|(key, why)| Error::value(path, format!("time.{key}"), why))?;
+        time.file.iter().try_for_each(|(name, entry)| {
+            let key = |key| format!("time.file.\"{name}\".{key}");
+            entry.check().map_err(|(wrong, why)| Error::value(path, key(wrong), why))
+        })
     }
 }
 
@@ -473,32 +459,40 @@ fn channel_map<'a>(
         let reason = "is empty; map the log's columns, such as \"depth\" = { column = \"Z (m)\" }";
         return Err(Error::value(path, "channels", reason));
     }
-    check_thrusters(path, &map, vehicle)?;
+    check_named(path, &map, vehicle)?;
     Ok(map)
 }
 
-/// Thrust of a thruster that the vehicle does not know would be left out unseen.
-fn check_thrusters(path: &Path, map: &ChannelMap, vehicle: &Vehicle) -> Result<(), Error> {
-    let has = |name: &str| vehicle.thrusters.iter().any(|thruster| thruster.name == name);
+/// What a thruster, rudder or fin that the vehicle does not know does would be left out unseen.
+fn check_named(path: &Path, map: &ChannelMap, vehicle: &Vehicle) -> Result<(), Error> {
+    let thrusters = vehicle.thrusters.iter().chain(&vehicle.propellers);
+    let thrusters: Vec<&str> = thrusters.map(|t| t.name.as_str()).collect();
+    let surfaces = |kind: Surface| -> Vec<&str> {
+        let own = vehicle.fins.iter().filter(|fin| fin.kind == kind);
+        own.map(|fin| fin.name.as_str()).collect()
+    };
     for quantity in map.keys() {
-        if let Quantity::Thruster { name, .. } = quantity
-            && !has(name)
-        {
-            let known: Vec<&str> = vehicle.thrusters.iter().map(|t| t.name.as_str()).collect();
-            let reason = match toml_file::nearest(name, known.iter().copied()) {
-                Some(near) => {
-                    format!("the vehicle has no thruster `{name}`; did you mean `{near}`?")
-                }
-                None if known.is_empty() => {
-                    format!("the vehicle has no thruster; add `{name}` to it, or leave this out")
-                }
-                None => format!(
-                    "the vehicle has no thruster `{name}` but {}; add it to the vehicle, or leave this out",
-                    known.join(", ")
-                ),
-            };
-            return Err(Error::value(path, format!("channels.\"{quantity}\""), reason));
+        let (what, name, known) = match quantity {
+            Quantity::Thruster { name, .. } | Quantity::Azimuth(name) => {
+                ("thruster", name, thrusters.clone())
+            }
+            Quantity::SurfaceAngle { kind, name } => (kind.name(), name, surfaces(*kind)),
+            _ => continue,
+        };
+        if known.contains(&name.as_str()) {
+            continue;
         }
+        let reason = match toml_file::nearest(name, known.iter().copied()) {
+            Some(near) => format!("the vehicle has no {what} `{name}`; did you mean `{near}`?"),
+            None if known.is_empty() => {
+                format!("the vehicle has no {what}; add `{name}` to it, or leave this out")
+            }
+            None => format!(
+                "the vehicle has no {what} `{name}` but {}; add it to the vehicle, or leave this out",
+                known.join(", ")
+            ),
+        };
+        return Err(Error::value(path, format!("channels.\"{quantity}\""), reason));
     }
     Ok(())
 }
@@ -516,7 +510,7 @@ fn near_quantity(name: &str) -> Option<String> {
         let near = toml_file::nearest(input, inputs.map(ThrusterInput::name))?;
         return Some(format!("thruster.{thruster}.{near}"));
     }
-    let known = Quantity::all_but_thrusters();
+    let known = Quantity::all_but_named();
     let known: Vec<String> = known.iter().map(ToString::to_string).collect();
     toml_file::nearest(name, known.iter().map(String::as_str)).map(str::to_owned)
 }

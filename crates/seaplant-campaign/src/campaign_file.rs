@@ -9,7 +9,7 @@ use seaplant::estimate::{
     EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, PaperOptions,
 };
 use seaplant::{Dof, Method, Role, Term, VelocitySource, exact};
-use seaplant_log::Stamp;
+use seaplant_log::{Dimension, Stamp, Unit};
 use serde::{Deserialize, Serialize};
 
 use crate::bench::BenchColumns;
@@ -85,6 +85,65 @@ pub struct TimeEntry {
     /// Which time of a ROS message counts; the header's if not said.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stamp: Option<StampEntry>,
+    /// Files whose time is otherwise, by the path in `log` or the end of it.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub file: BTreeMap<String, FileTimeEntry>,
+}
+
+/// Where time is in one file; it goes before what holds for all files.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FileTimeEntry {
+    /// The time column.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+    /// Its unit, if the header does not state it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// The rate of a log without a time column, Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub equal_sampling_hz: Option<f64>,
+}
+
+impl TimeEntry {
+    /// What holds for one file.
+    pub(crate) fn of_file(&self, is_named: impl Fn(&str) -> bool) -> FileTimeEntry {
+        let own = self.file.iter().find(|(name, _)| is_named(name)).map(|(_, entry)| entry.clone());
+        own.unwrap_or_else(|| FileTimeEntry {
+            column: self.column.clone(),
+            unit: self.unit.clone(),
+            equal_sampling_hz: self.equal_sampling_hz,
+        })
+    }
+}
+
+impl FileTimeEntry {
+    /// Refuses a clock that says two things, or nothing that can be read.
+    ///
+    /// # Errors
+    /// The key that is wrong, and why.
+    pub(crate) fn check(&self) -> Result<(), (&'static str, String)> {
+        if let Some(unit) = &self.unit {
+            if self.equal_sampling_hz.is_some() {
+                let reason = "is the unit of a time column; leave it out beside equal_sampling_hz";
+                return Err(("unit", reason.to_owned()));
+            }
+            if let Err(error) = Unit::parse_as(unit, Dimension::Time) {
+                return Err(("unit", error.to_string()));
+            }
+        }
+        match self.equal_sampling_hz {
+            Some(rate) if !(rate > 0.0 && rate.is_finite()) => Err((
+                "equal_sampling_hz",
+                format!("is {rate}; it must be a positive number of hertz"),
+            )),
+            Some(_) if self.column.is_some() => Err((
+                "equal_sampling_hz",
+                "is for logs without a time column; leave out one of the two".to_owned(),
+            )),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Which of a message's two times counts.
@@ -193,6 +252,12 @@ pub struct ChannelEntry {
     /// Its unit, if the header does not state it or is wrong.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// What each count is worth, in `unit`: of raw counts; 1 if it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+    /// What is added to counts times `scale`, in `unit`; 0 if it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<f64>,
     /// Whether to turn its sign: a height in place of a depth, a heading to port.
     #[serde(default, skip_serializing_if = "is_default")]
     pub negate: bool,

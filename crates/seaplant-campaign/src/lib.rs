@@ -27,8 +27,8 @@ mod vehicle_file;
 pub use bench::{Bench, BenchColumns, read_bench};
 pub use campaign::{Campaign, bollard_result, campaign_files, fit_bench, read_logs, trial_of_log};
 pub use campaign_file::{
-    Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, EstimateWord, FitEntry,
-    LogEntry, OffsetEntry, StampEntry, SteadyEntry, TimeEntry, TrialEntry,
+    Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, EstimateWord, FileTimeEntry,
+    FitEntry, LogEntry, OffsetEntry, StampEntry, SteadyEntry, TimeEntry, TrialEntry,
 };
 pub use clocks::in_words;
 pub use error::Error;
@@ -40,7 +40,7 @@ pub use monte_carlo::{MonteCarloTable, monte_carlo};
 pub use pattern::recording_in;
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
-pub use profile::{HoldEntry, Profile, StartEntry, input_table};
+pub use profile::{HoldEntry, ManoeuvreEntry, ManoeuvreKind, Profile, StartEntry, input_table};
 pub use propose::{Proposal, propose};
 pub use published::{published_names, read_plant_file};
 pub use recording::SourcedTrial;
@@ -48,7 +48,7 @@ pub use toml_file::{of_json, read_bounded, read_toml};
 pub use twin_files::{TextFile, twin_files};
 pub use validate::{Simulation, Validation, validate, validate_table};
 pub use vehicle_file::{
-    AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, PresetCurveEntry, QuadraticEntry,
-    SensorEntries, SourcedVehicle, TableEntry, ThrusterEntry, UncertaintyEntry, VehicleFile,
-    VoltageEntry, read_vehicle,
+    AttitudeEntry, CurveEntry, DvlEntry, EstimateCurveEntry, FinEntry, ImuEntry, LiftEntry,
+    PositionEntry, PresetCurveEntry, QuadraticEntry, SensorEntries, SourcedVehicle, TableEntry,
+    ThrusterEntry, UncertaintyEntry, VehicleFile, VoltageEntry, WindEntry, read_vehicle,
 };

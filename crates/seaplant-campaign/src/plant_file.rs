@@ -1,10 +1,11 @@
 //! What campaign.toml and vehicle.toml say of plants of several axes.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use schemars::JsonSchema;
 use seaplant::plant::{Basis, Buoyancy, RigidBody, Symmetry};
-use seaplant::{CoupledPlan, Dof};
+use seaplant::{CoupledPlan, Dof, Vehicle};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
@@ -20,9 +21,12 @@ pub struct PlantEntry {
     #[serde(default)]
     pub symmetry: Symmetry,
     /// Terms beside the usual ones, such as \"yaw: |v|r\"; u v w p q r, positive on the side of
-    /// damping.
+    /// damping. Also effects of the vehicle by name, such as \"wind.sway\" or \"rudder.race\".
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<String>,
+    /// Coefficients that are known, by name, and are not fitted: `{ "mass.surge" = 260 }`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub hold: BTreeMap<String, f64>,
     /// Whether damping of one axis by another is added where the trials ask for it.
     #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
     pub find_couplings: bool,
@@ -59,19 +63,39 @@ impl PlantEntry {
     /// The plant that is asked for; `path` is what messages call the file.
     pub(crate) fn plan(&self, path: &Path) -> Result<CoupledPlan, Error> {
         let refuse = |key: &str, error: seaplant::Error| Error::value(path, key, error.to_string());
-        let mut terms: Vec<Basis> = Vec::new();
+        let (mut terms, mut effects): (Vec<Basis>, Vec<String>) = Default::default();
         for text in &self.terms {
-            terms.push(text.parse().map_err(|error| refuse("terms", error))?);
+            match text.contains(':') {
+                true => terms.push(text.parse().map_err(|error| refuse("terms", error))?),
+                false => effects.push(text.clone()),
+            }
         }
         let plan = CoupledPlan {
             axes: self.axes.clone(),
             symmetry: self.symmetry,
             terms,
+            effects,
+            hold: self.hold.clone(),
             search: self.find_couplings,
         };
-        plan.structure().map_err(|error| refuse("plant", error))?;
         Ok(plan)
     }
+}
+
+/// Refuses plants that the vehicle cannot have; `path` is what messages call the file.
+///
+/// # Errors
+/// [`Error::Value`] with what is wrong.
+pub(crate) fn check_plans(
+    path: &Path,
+    plans: &[CoupledPlan],
+    vehicle: &Vehicle,
+) -> Result<(), Error> {
+    for plan in plans {
+        let checked = plan.structure(vehicle, |_| true);
+        checked.map_err(|error| Error::value(path, "plant", error.to_string()))?;
+    }
+    Ok(())
 }
 
 /// The axes of each plant of several axes.
@@ -120,6 +144,7 @@ mod tests {
             symmetry: Symmetry::default(),
             terms: terms.iter().map(ToString::to_string).collect(),
             find_couplings: true,
+            hold: BTreeMap::new(),
         }
     }
 

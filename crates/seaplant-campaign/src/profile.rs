@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use schemars::JsonSchema;
-use seaplant::exchange::{Drive, PlantModel, Scenario};
+use seaplant::exchange::{Drive, Manoeuvre, PlantModel, Scenario};
 use seaplant::quantity::Quantity;
 use seaplant::{Dof, Timed};
 use seaplant_log::{Log, ReadOptions, Unit};
@@ -31,6 +31,73 @@ pub struct Profile {
     /// What pushes from when on.
     #[serde(default)]
     pub hold: Vec<HoldEntry>,
+    /// A standard manoeuvre of a ship in place of a motion: its numbers are told. It is driven by
+    /// `hold`, begins with `start.velocity.surge`, and is followed for `duration_s` at most.
+    #[serde(default)]
+    pub manoeuvre: Option<ManoeuvreEntry>,
+}
+
+/// A standard manoeuvre.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ManoeuvreEntry {
+    /// Which.
+    pub kind: ManoeuvreKind,
+    /// The rudder that is turned.
+    #[serde(default)]
+    pub rudder: String,
+    /// Its angle, deg.
+    #[serde(default)]
+    pub angle_deg: f64,
+    /// The change of heading at which a zigzag is turned back, deg.
+    #[serde(default)]
+    pub heading_deg: f64,
+}
+
+/// Which manoeuvre.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ManoeuvreKind {
+    /// The rudder is put to an angle and held.
+    TurningCircle,
+    /// The rudder is put over each time the heading has changed by `heading_deg`.
+    Zigzag,
+    /// The ship is followed until it stands.
+    Stop,
+}
+
+impl ManoeuvreEntry {
+    /// The manoeuvre, in radians.
+    pub fn manoeuvre(&self) -> Manoeuvre {
+        let angle = self.angle_deg.to_radians();
+        match self.kind {
+            ManoeuvreKind::TurningCircle => Manoeuvre::TurningCircle { angle },
+            ManoeuvreKind::Zigzag => {
+                Manoeuvre::Zigzag { angle, heading: self.heading_deg.to_radians() }
+            }
+            ManoeuvreKind::Stop => Manoeuvre::Stop,
+        }
+    }
+
+    /// Refuses angles that steer nothing.
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        if self.kind == ManoeuvreKind::Stop {
+            return Ok(());
+        }
+        if self.rudder.is_empty() {
+            return Err(("rudder", "names no rudder; give that which is turned".to_owned()));
+        }
+        if !(self.angle_deg.abs() > 0.0 && self.angle_deg.abs() <= 90.0) {
+            let reason = format!("is {}°; give one up to 90, to either side", self.angle_deg);
+            return Err(("angle_deg", reason));
+        }
+        let is_zigzag = self.kind == ManoeuvreKind::Zigzag;
+        if is_zigzag && !(self.heading_deg > 0.0 && self.heading_deg <= 90.0) {
+            let reason = format!("is {}°; give one above 0 and up to 90", self.heading_deg);
+            return Err(("heading_deg", reason));
+        }
+        Ok(())
+    }
 }
 
 const fn tenth() -> f64 {
@@ -68,6 +135,9 @@ pub struct HoldEntry {
     /// Inputs of thrusters by name, in the units of their curves.
     #[serde(default)]
     pub thruster: BTreeMap<String, f64>,
+    /// Angles of rudders and fins by name, deg.
+    #[serde(default)]
+    pub angle_deg: BTreeMap<String, f64>,
     /// Supply voltage, V.
     #[serde(default)]
     pub supply_v: Option<f64>,
@@ -103,6 +173,9 @@ impl Profile {
                 self.sample_s, self.duration_s
             );
             return refuse("sample_s", reason);
+        }
+        if let Some(Err((key, reason))) = self.manoeuvre.as_ref().map(ManoeuvreEntry::check) {
+            return refuse(&format!("manoeuvre.{key}"), reason);
         }
         if self.hold.windows(2).any(|pair| pair[1].from_s <= pair[0].from_s) {
             return refuse("hold", "has entries whose from_s does not increase; sort them".into());
@@ -153,6 +226,13 @@ impl Profile {
                 drive.thrusters.insert(name.clone(), series);
             }
         }
+        let surfaces = self.hold.iter().flat_map(|hold| hold.angle_deg.keys());
+        for name in surfaces {
+            let of = |hold: &HoldEntry| hold.angle_deg.get(name).map(|deg| deg.to_radians());
+            if let Some(series) = self.series(of, 0.0)? {
+                drive.angles.insert(name.clone(), as_steps(&series)?);
+            }
+        }
         let first = self.hold.iter().find_map(|hold| hold.supply_v);
         drive.supply_v = self.series(|hold| hold.supply_v, first.unwrap_or(0.0))?;
         Ok(drive)
@@ -180,8 +260,22 @@ impl Profile {
     }
 }
 
+/// A surface takes so long from one angle to the next, s.
+const STEP_S: f64 = 1e-3;
+
+/// A held series as one of straight lines with steps.
+fn as_steps(held: &Timed) -> Result<Timed, seaplant::Error> {
+    let (mut times, mut values) = (vec![held.first_s()], vec![held.values()[0]]);
+    for (k, &t) in held.time_s().iter().enumerate().skip(1) {
+        times.extend([t, t + STEP_S]);
+        values.extend([held.values()[k - 1], held.values()[k]]);
+    }
+    Timed::new("angle", times, values)
+}
+
 /// The inputs of a table, if it has nothing else: columns `wrench.AXIS`,
-/// `thruster.NAME.speed|pwm|command|force` and `supply.voltage` beside time, with units.
+/// `thruster.NAME.speed|pwm|command|force`, `rudder.NAME.angle`, `fin.NAME.angle` and
+/// `supply.voltage` beside time, with units.
 ///
 /// `None` for a log that holds other columns, such as a measured motion.
 ///
@@ -195,7 +289,10 @@ pub fn input_table(path: &Path) -> Result<Option<(Drive, Vec<f64>)>, Error> {
     let is_input = |quantity: &Quantity| {
         matches!(
             quantity,
-            Quantity::Thruster { .. } | Quantity::Wrench(_) | Quantity::SupplyVoltage
+            Quantity::Thruster { .. }
+                | Quantity::Wrench(_)
+                | Quantity::SupplyVoltage
+                | Quantity::SurfaceAngle { .. }
         )
     };
     let named = log.channels().iter().map(|channel| channel.name.parse::<Quantity>());
@@ -218,6 +315,7 @@ pub fn input_table(path: &Path) -> Result<Option<(Drive, Vec<f64>)>, Error> {
         match quantity {
             Quantity::Thruster { name, .. } => drop(drive.thrusters.insert(name, series)),
             Quantity::Wrench(dof) => drop(drive.wrench.insert(dof, series)),
+            Quantity::SurfaceAngle { name, .. } => drop(drive.angles.insert(name, series)),
             _ => drive.supply_v = Some(series),
         }
     }
@@ -253,6 +351,19 @@ mod tests {
         let at = [0.5, 2.0, 5.0].map(|t| surge.held_at(t));
         assert_eq!(at, [0.0, 200.0, 0.0]);
         assert_eq!(profile.time_s().len(), 101);
+    }
+
+    #[test]
+    fn a_manoeuvre_states_its_rudder_and_angles_that_steer() {
+        let check = |text: &str| {
+            let text = format!("duration_s = 60.0\n[manoeuvre]\n{text}");
+            profile(&text).check(Path::new("p.toml")).expect_err("wrong").to_string()
+        };
+        assert!(check("kind = \"turning-circle\"\nangle_deg = 35").contains("manoeuvre.rudder"));
+        let radians = check("kind = \"zigzag\"\nrudder = \"r\"\nangle_deg = 10");
+        assert!(radians.contains("manoeuvre.heading_deg"), "{radians}");
+        let most = check("kind = \"turning-circle\"\nrudder = \"r\"\nangle_deg = 350");
+        assert!(most.contains("up to 90"), "{most}");
     }
 
     #[test]

@@ -9,11 +9,13 @@ use seaplant::{Dof, Quantity};
 use seaplant_log::{Log, ReadOptions};
 
 mod activity;
+mod afloat;
 mod autopilot;
 mod campaign_text;
 mod claim;
 mod mapping;
 mod pd0;
+mod px4;
 mod ros;
 mod ros_thruster;
 mod session;

@@ -8,12 +8,13 @@ use crate::toml_file::{nearest, parse};
 use crate::{Error, read_bounded, read_toml};
 
 /// The published tables, by name.
-const PUBLISHED: [(&str, &str); 4] = [
+const PUBLISHED: [(&str, &str); 5] = [
     (
         "bluerov2-heavy-von-benzon-2022",
         include_str!("../plants/bluerov2-heavy-von-benzon-2022.toml"),
     ),
     ("bluerov2-wu-2018", include_str!("../plants/bluerov2-wu-2018.toml")),
+    ("remus-100-prestero-2001", include_str!("../plants/remus-100-prestero-2001.toml")),
     ("rexrov", include_str!("../plants/rexrov.toml")),
     ("wam-v-vrx", include_str!("../plants/wam-v-vrx.toml")),
 ];
@@ -91,6 +92,23 @@ mod tests {
         };
         let ratio = drag("bluerov2-heavy-von-benzon-2022") / drag("bluerov2-wu-2018");
         assert!((7.5..8.0).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn a_torpedo_turns_as_its_thesis_has_it() {
+        use nalgebra::{Vector3, Vector6};
+        let file = read_plant_file(Path::new("published:remus-100-prestero-2001"));
+        let plant = file.expect("a table").expect("a plant").model().expect("possible").plant;
+        let moment = |velocity: Vector6<f64>, rudder: f64| {
+            plant.resistance_with(&velocity, &Vector3::z(), &[rudder, 0.0])[5]
+        };
+        let ahead = |v: f64, r: f64| Vector6::new(1.5, v, 0.0, 0.0, 0.0, r);
+        // N_uuδ = −6.15, N_uv = −24.0; on the left of the equation signs are turned.
+        let straight = moment(ahead(0.0, 0.0), 0.0);
+        let by_rudder = (moment(ahead(0.0, 0.0), 1e-4) - straight) / 1e-4;
+        assert!((by_rudder - 6.15 * 1.5 * 1.5).abs() < 0.02, "{by_rudder}");
+        let by_drift = (moment(ahead(1e-4, 0.0), 0.0) - straight) / 1e-4;
+        assert!((by_drift - 24.0 * 1.5).abs() < 0.05, "{by_drift}");
     }
 
     #[test]

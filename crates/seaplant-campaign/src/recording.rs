@@ -279,15 +279,16 @@ fn read_options(
     }
     let options = |file: &PathBuf| {
         let offset_s = entry.offset_s.iter().find(|(name, _)| is_named(entry, file, name));
+        let own = time.map(|time| time.of_file(|name| is_named(entry, file, name)));
+        let own = own.unwrap_or_default();
+        let has_column = own.column.is_some() || own.unit.is_some();
         ReadOptions {
-            time: time
-                .filter(|time| time.column.is_some() || time.unit.is_some())
-                .map(|time| TimeColumn { column: time.column.clone(), unit: time.unit.clone() }),
+            time: has_column.then_some(TimeColumn { column: own.column, unit: own.unit }),
             offset_s: match offset_s {
                 Some((_, OffsetEntry::Stated(offset_s))) => *offset_s,
                 Some((_, OffsetEntry::Told(_))) | None => 0.0,
             },
-            equal_sampling_hz: time.and_then(|time| time.equal_sampling_hz),
+            equal_sampling_hz: own.equal_sampling_hz,
             sheet: entry.sheet.as_ref().or(campaign.sheet.as_ref()).cloned(),
             stamp: time.and_then(|time| time.stamp).map_or_else(Stamp::default, Stamp::from),
         }
@@ -309,8 +310,9 @@ fn to_si(
 ) -> Result<Timed, Error> {
     let unit = unit_of(entry, quantity, mapped, &channel, caveats)?;
     let sign = if mapped.negate { -1.0 } else { 1.0 };
+    let (scale, offset) = (mapped.scale.unwrap_or(1.0), mapped.offset.unwrap_or(0.0));
     let (time_s, mut values) = channel.into_samples();
-    values.iter_mut().for_each(|x| *x = sign * unit.to_si(*x));
+    values.iter_mut().for_each(|x| *x = sign * unit.to_si(scale * *x + offset));
     // Of measured velocity, samples far off their neighbours are left out later, with a caveat.
     let is_cleaned = matches!(quantity, Quantity::DvlVelocity(_) | Quantity::Velocity(_));
     if let Some(row) = values.iter().position(|x| x.abs() > LARGEST).filter(|_| !is_cleaned) {

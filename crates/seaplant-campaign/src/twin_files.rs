@@ -13,7 +13,7 @@ use crate::campaign_file::{
     BollardPullEntry, CampaignFile, ChannelEntry, FitEntry, LogEntry, TrialEntry,
 };
 use crate::vehicle_file::{
-    AttitudeEntry, CurveEntry, DvlEntry, PositionEntry, QuadraticEntry, SensorEntries,
+    AttitudeEntry, CurveEntry, DvlEntry, ImuEntry, PositionEntry, QuadraticEntry, SensorEntries,
     ThrusterEntry, UncertaintyEntry, VehicleFile,
 };
 
@@ -115,6 +115,9 @@ fn format(quantity: &Quantity) -> Format {
         Quantity::DvlVelocity(_) => {
             of("dvl", format!("velocity {} [m/s]", short(quantity)), 1.0, 5)
         }
+        Quantity::Acceleration(_) => {
+            of("imu", format!("acceleration {} [m/s^2]", short(quantity)), 1.0, 5)
+        }
         Quantity::Attitude(_) => of("attitude", format!("{} [deg]", short(quantity)), degrees, 4),
         Quantity::Depth => of("depth", "depth [m]".to_owned(), 1.0, 3),
         other => of("other", format!("{other} [SI]"), 1.0, 9),
@@ -193,8 +196,13 @@ fn vehicle_file(vehicle: &Vehicle) -> VehicleFile {
         buoyancy: None,
         thruster_curve: None,
         thruster: vehicle.thrusters.iter().map(thruster_entry).collect(),
+        rudder: Vec::new(),
+        fin: Vec::new(),
+        wind: None,
+        water_density_kg_m3: None,
         sensor: SensorEntries {
-            dvl: Some(DvlEntry {
+            // A vehicle with an accelerometer has it in place of a DVL.
+            dvl: (vehicle.sensors.imu == Sensor::default()).then(|| DvlEntry {
                 position_m: position_body.into(),
                 rotation_deg: rotation_rad.map(f64::to_degrees),
                 std_m_s: std,
@@ -205,7 +213,18 @@ fn vehicle_file(vehicle: &Vehicle) -> VehicleFile {
                 std_deg: vehicle.sensors.attitude.std.map(f64::to_degrees),
             }),
             position: None,
+            imu: (vehicle.sensors.imu != Sensor::default()).then(|| imu_entry(vehicle)),
         },
+    }
+}
+
+fn imu_entry(vehicle: &Vehicle) -> ImuEntry {
+    let Sensor { position_body, rotation_rad, std } = vehicle.sensors.imu;
+    ImuEntry {
+        position_m: position_body.into(),
+        rotation_deg: rotation_rad.map(f64::to_degrees),
+        std_m_s2: std.filter(|std| *std > 0.0),
+        averages: vehicle.sensors.imu_averages,
     }
 }
 
@@ -231,6 +250,7 @@ fn thruster_entry(thruster: &Thruster) -> ThrusterEntry {
         name: thruster.name.clone(),
         position_m: Some(thruster.position_body.into()),
         direction: Some(thruster.direction_body.into()),
+        azimuth_axis: None,
         reversed: false,
         curve: Some(curve),
         thrust_uncertainty: (thruster.uncertainty != ThrustUncertainty::default()).then(|| {

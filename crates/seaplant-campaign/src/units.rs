@@ -15,6 +15,7 @@ pub(crate) const fn dimension_of(kind: Kind) -> Dimension {
         Kind::Length => Dimension::Length,
         Kind::Angle => Dimension::Angle,
         Kind::Voltage => Dimension::Voltage,
+        Kind::Acceleration => Dimension::Acceleration,
     }
 }
 

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use seaplant::results::InputFile;
 use seaplant::{
-    Caveat, CaveatCode, QuadraticThrust, Sensor, Sensors, ThrustCurve, ThrustTable,
-    ThrustUncertainty, Thruster, ThrusterInput, Vehicle, exact,
+    Caveat, CaveatCode, Fin, QuadraticThrust, SEA_WATER_KG_M3, Sensor, Sensors, Surface,
+    ThrustCurve, ThrustTable, ThrustUncertainty, Thruster, ThrusterInput, Vehicle, Windage, exact,
 };
 use serde::{Deserialize, Serialize};
 
 use crate::bench::{BenchColumns, read_bench};
+use crate::campaign_file::EstimateWord;
 use crate::plant_file::{BuoyancyEntry, RigidBodyEntry};
 use crate::preset::{CurvePreset, PRESET_STD, VehiclePreset};
 use crate::{Error, toml_file};
@@ -50,6 +51,18 @@ pub struct VehicleFile {
     /// The thrusters; one that is called as one of a known vehicle states what is otherwise.
     #[serde(default)]
     pub thruster: Vec<ThrusterEntry>,
+    /// Rudders.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rudder: Vec<FinEntry>,
+    /// Other fins: stern planes, bow planes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fin: Vec<FinEntry>,
+    /// What the wind meets, so that its coefficients have no dimension.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wind: Option<WindEntry>,
+    /// Density of the water, kg/m³; 1025 if it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub water_density_kg_m3: Option<f64>,
     /// The instruments; one that is left out sits at the origin, aligned.
     #[serde(default)]
     pub sensor: SensorEntries,
@@ -75,6 +88,14 @@ pub struct ThrusterEntry {
         skip_serializing_if = "Option::is_none"
     )]
     pub direction: Option<[f64; 3]>,
+    /// What `thruster.NAME.azimuth` turns it about, by the right hand: [0, 0, 1] turns it to
+    /// starboard; `direction` is that at zero azimuth.
+    #[serde(
+        default,
+        deserialize_with = "exact::some_numbers",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub azimuth_axis: Option<[f64; 3]>,
     /// Whether positive input pushes against `direction`, as of motors that ArduPilot reverses
     /// (`MOT_1_DIRECTION` is -1).
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -87,6 +108,102 @@ pub struct ThrusterEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thrust_uncertainty: Option<UncertaintyEntry>,
 }
+
+/// A rudder or fin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FinEntry {
+    /// How channels call it: `rudder.NAME.angle`, `fin.NAME.angle`.
+    pub name: String,
+    /// Where its force acts, m: x forward, y starboard, z down.
+    #[serde(deserialize_with = "exact::numbers")]
+    pub position_m: [f64; 3],
+    /// What it turns about: a positive angle turns its leading edge about this by the right hand.
+    /// [0, 0, -1] is a rudder whose positive angle turns the bow to starboard.
+    #[serde(deserialize_with = "exact::numbers")]
+    pub axis: [f64; 3],
+    /// Its area, m².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area_m2: Option<f64>,
+    /// `∂C_L/∂α`, 1/rad; estimated if it is left out or `\"estimate\"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lift_slope: Option<LiftEntry>,
+    /// The angle of attack beyond which lift grows no more, deg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stall_deg: Option<f64>,
+    /// The greatest angle that it turns to, deg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit_deg: Option<f64>,
+    /// The thruster in whose race it stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slipstream: Option<String>,
+}
+
+/// A lift slope, or `"estimate"`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a lift slope in 1/rad or \"estimate\"")]
+pub enum LiftEntry {
+    /// So much, 1/rad.
+    Stated(f64),
+    /// As the trials tell.
+    Told(EstimateWord),
+}
+
+impl FinEntry {
+    fn fin(&self, kind: Surface, path: &Path) -> Result<Fin, Error> {
+        let lift_slope = match self.lift_slope {
+            Some(LiftEntry::Stated(slope)) => Some(slope),
+            Some(LiftEntry::Told(_)) | None => None,
+        };
+        let fin = Fin::new(kind, &self.name, self.position_m, self.axis).and_then(|fin| {
+            Fin {
+                area_m2: self.area_m2,
+                lift_slope,
+                stall_rad: self.stall_deg.map(f64::to_radians),
+                limit_rad: self.limit_deg.map(f64::to_radians),
+                slipstream: self.slipstream.clone(),
+                ..fin
+            }
+            .checked()
+        });
+        fin.map_err(Error::model(path))
+    }
+}
+
+/// What the wind meets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct WindEntry {
+    /// Area above the water from ahead, m².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frontal_area_m2: Option<f64>,
+    /// Area above the water from the side, m².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lateral_area_m2: Option<f64>,
+    /// Length over all, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_m: Option<f64>,
+}
+
+impl WindEntry {
+    fn windage(&self, path: &Path) -> Result<Windage, Error> {
+        let Self { frontal_area_m2, lateral_area_m2, length_m } = *self;
+        let all = [
+            ("frontal_area_m2", frontal_area_m2),
+            ("lateral_area_m2", lateral_area_m2),
+            ("length_m", length_m),
+        ];
+        let wrong = all.iter().find(|(_, x)| x.is_some_and(|x| !(x > 0.0 && x.is_finite())));
+        if let Some((key, _)) = wrong {
+            let reason = "must be a positive number; leave it out if it is not known";
+            return Err(Error::value(path, format!("wind.{key}"), reason));
+        }
+        Ok(Windage { frontal_area_m2, lateral_area_m2, length_m })
+    }
+}
+
+/// Densities that water has, kg/m³.
+const WATER_KG_M3: std::ops::RangeInclusive<f64> = 950.0..=1100.0;
 
 /// Standard deviations of thrust, as parts of it: 0.05 for 5 %.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -108,6 +225,17 @@ pub enum CurveEntry {
     Table(TableEntry),
     /// The published curve of a known thruster.
     Preset(PresetCurveEntry),
+    /// Of unknown strength, `k n|n|`, to be estimated by a plant of several axes.
+    Estimate(EstimateCurveEntry),
+}
+
+/// A curve that is not known.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EstimateCurveEntry {
+    /// What is logged as n: speed (rad/s) or command (−1 to 1).
+    #[serde(default = "speed")]
+    pub input: ThrusterInput,
 }
 
 /// The published curve of a known thruster.
@@ -190,6 +318,27 @@ pub struct SensorEntries {
     /// Positioning antenna, beacon or marker.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<PositionEntry>,
+    /// Accelerometer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imu: Option<ImuEntry>,
+}
+
+/// An accelerometer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ImuEntry {
+    /// Where it sits, m, body frame.
+    #[serde(deserialize_with = "exact::numbers")]
+    pub position_m: [f64; 3],
+    /// Roll, pitch, yaw that turn the vehicle's axes into the instrument's, deg.
+    #[serde(deserialize_with = "exact::numbers")]
+    pub rotation_deg: [f64; 3],
+    /// Standard deviation of one sample, m/s².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_m_s2: Option<f64>,
+    /// Whether each logged sample is the mean since the one before; else it is what was measured at
+    /// its instant.
+    pub averages: bool,
 }
 
 /// A Doppler velocity log.
@@ -306,15 +455,66 @@ impl VehicleFile {
             .or_else(of_preset)
             .ok_or_else(|| Error::value(path, "vehicle", toml_file::missing(path, "name")))?;
         let entries = self.entries();
-        let thrusters = entries.iter().map(|entry| self.thruster(entry, path, inputs));
-        let thrusters = thrusters.collect::<Result<_, _>>()?;
+        let (mut thrusters, mut propellers) = (Vec::new(), Vec::new());
+        for entry in &entries {
+            let thruster = self.thruster(entry, path, inputs)?;
+            let curve = entry.curve.as_ref().or(self.thruster_curve.as_ref());
+            let is_estimated = matches!(curve, Some(CurveEntry::Estimate(_)));
+            if is_estimated { propellers.push(thruster) } else { thrusters.push(thruster) }
+        }
+        let fins = self.fins(path)?;
+        let windage = self.wind.as_ref().map(|entry| entry.windage(path)).transpose()?;
+        let water_density_kg_m3 = self.water_density_kg_m3.unwrap_or(SEA_WATER_KG_M3);
+        if !WATER_KG_M3.contains(&water_density_kg_m3) {
+            let reason = format!("is {water_density_kg_m3}; water has 950 to 1100 kg/m³");
+            return Err(Error::value(path, "water_density_kg_m3", reason));
+        }
         self.sensor.check(path)?;
         let sensors = self.sensor.clone().into_sensors();
         let Self { dry_mass_kg, size_m, .. } = self;
         let rigid_body = self.rigid_body.as_ref().map(|entry| entry.body(path, dry_mass_kg));
         let buoyancy = self.buoyancy.as_ref().map(|entry| entry.buoyancy(path));
         let (rigid_body, buoyancy) = (rigid_body.transpose()?, buoyancy.transpose()?);
-        Ok(Vehicle { name, dry_mass_kg, size_m, rigid_body, buoyancy, thrusters, sensors })
+        Ok(Vehicle {
+            name,
+            dry_mass_kg,
+            size_m,
+            rigid_body,
+            buoyancy,
+            thrusters,
+            propellers,
+            fins,
+            windage,
+            water_density_kg_m3,
+            sensors,
+        })
+    }
+
+    /// Rudders and fins, each with a name of its own.
+    fn fins(&self, path: &Path) -> Result<Vec<Fin>, Error> {
+        let rudders = self.rudder.iter().map(|entry| (Surface::Rudder, entry));
+        let all = rudders.chain(self.fin.iter().map(|entry| (Surface::Fin, entry)));
+        let mut names: BTreeSet<&String> = self.thruster.iter().map(|entry| &entry.name).collect();
+        let mut fins = Vec::new();
+        for (kind, entry) in all {
+            let key = format!("{} `{}`", kind.name(), entry.name);
+            if !names.insert(&entry.name) || entry.name == "wind" {
+                let reason = "is called as something else; give each rudder, fin and thruster its own name, and none of them `wind`";
+                return Err(Error::value(path, key, reason));
+            }
+            if entry.name.is_empty() || entry.name.chars().any(char::is_control) {
+                let reason = "its name is empty or holds a control character; give it another";
+                return Err(Error::value(path, key, reason));
+            }
+            if let Some(ahead) = &entry.slipstream
+                && !self.entries().iter().any(|known| known.name == *ahead)
+            {
+                let reason = format!("the vehicle has no thruster `{ahead}` ahead of it");
+                return Err(Error::value(path, format!("{key}, slipstream"), reason));
+            }
+            fins.push(entry.fin(kind, path)?);
+        }
+        Ok(fins)
     }
 
     /// The thrusters of a known vehicle, as far as the file does not say otherwise, and then
@@ -363,6 +563,10 @@ impl VehicleFile {
         let usual = curve_entry.usual_uncertainty();
         let UncertaintyEntry { forward, reverse } = entry.thrust_uncertainty.unwrap_or(usual);
         Thruster::new(&entry.name, position_m, direction, curve)
+            .and_then(|t| match entry.azimuth_axis {
+                Some(axis) => t.turned_about(axis),
+                None => Ok(t),
+            })
             .and_then(|t| t.with_uncertainty(ThrustUncertainty { forward, reverse }))
             .map_err(Error::model(path))
     }
@@ -391,6 +595,7 @@ impl ThrusterEntry {
             name,
             position_m: None,
             direction: None,
+            azimuth_axis: None,
             reversed: false,
             curve: None,
             thrust_uncertainty: None,
@@ -406,6 +611,7 @@ impl SensorEntries {
             ("depth.std_m", self.depth.as_ref().and_then(|depth| depth.std_m)),
             ("attitude.std_deg", self.attitude.as_ref().and_then(|attitude| attitude.std_deg)),
             ("position.std_m", self.position.as_ref().and_then(|position| position.std_m)),
+            ("imu.std_m_s2", self.imu.as_ref().and_then(|imu| imu.std_m_s2)),
         ];
         for (key, std) in stated {
             if std.is_some_and(|std| !(std > 0.0 && std.is_finite())) {
@@ -425,7 +631,7 @@ impl SensorEntries {
         let (dvl, depth) = (self.dvl.unwrap_or_default(), self.depth.unwrap_or_default());
         let (attitude, position) =
             (self.attitude.unwrap_or_default(), self.position.unwrap_or_default());
-        let level = [0.0; 3];
+        let (level, imu) = ([0.0; 3], self.imu.unwrap_or_default());
         Sensors {
             dvl: sensor(dvl.position_m, dvl.rotation_deg, dvl.std_m_s),
             depth: sensor(depth.position_m, level, depth.std_m),
@@ -435,6 +641,8 @@ impl SensorEntries {
                 attitude.std_deg.map(f64::to_radians),
             ),
             position: sensor(position.position_m, level, position.std_m),
+            imu: sensor(imu.position_m, imu.rotation_deg, imu.std_m_s2),
+            imu_averages: imu.averages,
         }
     }
 }
@@ -445,7 +653,7 @@ impl CurveEntry {
     fn usual_uncertainty(&self) -> UncertaintyEntry {
         match self {
             Self::Preset(_) => UncertaintyEntry { forward: PRESET_STD, reverse: PRESET_STD },
-            Self::Quadratic(_) | Self::Table(_) => UncertaintyEntry::default(),
+            Self::Quadratic(_) | Self::Table(_) | Self::Estimate(_) => UncertaintyEntry::default(),
         }
     }
 
@@ -462,6 +670,17 @@ impl CurveEntry {
             Self::Preset(PresetCurveEntry { name, voltage_v }) => {
                 name.curve(*voltage_v).map_err(|reason| Error::value(path, key, reason))
             }
+            Self::Estimate(EstimateCurveEntry { input }) => match input {
+                ThrusterInput::Speed | ThrusterInput::Command => {
+                    let (forward, reverse) = (1.0, 1.0);
+                    let law = QuadraticThrust { forward, reverse, ..QuadraticThrust::default() };
+                    Ok(ThrustCurve::Quadratic { input: *input, law })
+                }
+                ThrusterInput::Pwm | ThrusterInput::Force => {
+                    let reason = "is to be estimated from a speed or a command; map one of these, pulse widths by scale and offset as a command from -1 to 1";
+                    Err(Error::value(path, key, reason))
+                }
+            },
         }
     }
 }

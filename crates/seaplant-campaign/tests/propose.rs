@@ -258,6 +258,13 @@ fn names_and_units_of_many_loggers_are_known() {
         ("port thruster [%]", "thruster.port thruster.command"),
         ("motor cmd", "thruster.motor.command"),
         ("prop thrust [N]", "thruster.prop thrust.force"),
+        ("rudder [rad]", "rudder.rudder.angle"),
+        ("port_rudder_deg", "rudder.port rudder.angle"),
+        ("sternplane [deg]", "fin.fin.angle"),
+        ("true wind speed [kn]", "wind.true.speed"),
+        ("latitude [deg]", "position.latitude"),
+        ("cog [deg]", "ground.course"),
+        ("vn [m/s]", "velocity.north"),
     ] {
         let folder = Folder::new();
         let log = folder.write("a.csv", &csv(5.0, 60.0, &[(column, &wave)]));
@@ -270,14 +277,11 @@ fn names_and_units_of_many_loggers_are_known() {
 fn what_only_looks_like_a_quantity_is_left_out() {
     let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
     for column in [
-        "wind_velo [m/s]",
-        "rudder [rad]",
         "depth setpoint [m]",
         "acc_x [m/s^2]",
         "vx_ned [m/s]",
         "beam1 velocity [m/s]",
         "altitude [m]",
-        "cog [deg]",
         "depth [V]",
         "battery [%]",
         "heading std [deg]",
@@ -395,10 +399,16 @@ fn the_tankers_logs_are_mapped() {
         ("position.north", "x_position_mid [m]"),
         ("position.east", "y_position_mid [m]"),
         ("thruster.n_prop.speed", "n_prop [rps]"),
+        ("rudder.rudder.angle", "delta_rudder [rad]"),
+        ("wind.relative.speed", "wind_velo_relative_mid [m/s]"),
+        ("wind.relative.direction", "wind_dir_relative_mid [rad]"),
+        ("wind.true.speed", "wind_velo_true [m/s]"),
+        ("wind.true.direction", "wind_dir_true [rad]"),
     ];
     assert_eq!(columns(&campaign), BTreeMap::from(expected));
     assert_eq!(campaign.trial[0].dof, [Dof::Surge]);
-    assert!(proposal.open_questions.iter().any(|q| q.contains("delta_rudder")));
+    assert!(proposal.open_questions.iter().any(|q| q.contains("turns the bow to starboard")));
+    assert!(proposal.vehicle_toml.contains("[[rudder]]"), "{}", proposal.vehicle_toml);
 }
 
 #[test]
@@ -414,6 +424,8 @@ fn a_log_of_ardusub_is_known() {
         ("supply.voltage", "BAT[0].Volt"),
         ("thruster.motor 1.pwm", "RCOU.C1"),
         ("thruster.motor 6.pwm", "RCOU.C6"),
+        ("acceleration.x", "IMU[0].AccX"),
+        ("acceleration.z", "IMU[0].AccZ"),
     ] {
         assert_eq!(found.get(quantity), Some(&column), "{}", proposal.campaign_toml);
     }
@@ -431,6 +443,46 @@ fn a_log_of_ardusub_is_known() {
 }
 
 #[test]
+fn a_log_of_px4_is_known() {
+    let Some(log) = data("formats/ulog/sample_px4_events.ulg") else { return };
+    let folder = Folder::new();
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    let found = columns(&campaign);
+    for (quantity, column) in [
+        ("attitude.roll", "vehicle_attitude.roll"),
+        ("attitude.heading", "vehicle_attitude.yaw"),
+        ("acceleration.x", "sensor_combined.accelerometer_m_s2[0]"),
+        ("position.north", "vehicle_local_position.x"),
+        ("thruster.motor 1.command", "actuator_motors.control[0]"),
+        ("supply.voltage", "battery_status.voltage_v"),
+    ] {
+        assert_eq!(found.get(quantity), Some(&column), "{}", proposal.campaign_toml);
+    }
+    // CA_ROTOR_COUNT is 4.
+    assert!(found.contains_key("thruster.motor 4.command"));
+    assert!(!found.contains_key("thruster.motor 5.command"));
+}
+
+#[test]
+fn an_accelerometer_is_mapped_only_without_a_velocity() {
+    let folder = Folder::new();
+    let table = |velocity: &str| {
+        let row = |k: i32| {
+            let t = 0.1 * f64::from(k);
+            format!("{t:.1},{},{:.3},{:.3}\n", 1500 + 10 * (k % 7), t.sin(), 0.1 * t.cos())
+        };
+        let head = format!("time [s],T1 pwm (us),accel x [m/s2],{velocity}\n");
+        head + &(0..200).map(row).collect::<String>()
+    };
+    for (name, velocity, mapped) in [("a.csv", "u [m/s]", false), ("b.csv", "pitch [rad]", true)] {
+        let file = folder.write(name, &table(velocity));
+        let (proposal, campaign) = propose_in(&folder, &[file]);
+        let found = columns(&campaign).contains_key("acceleration.x");
+        assert_eq!(found, mapped, "{}", proposal.campaign_toml);
+    }
+}
+
+#[test]
 fn telemetry_of_ardusub_is_known() {
     let Some(log) = data("formats/ardusub/small.tlog") else { return };
     let folder = Folder::new();
@@ -441,6 +493,7 @@ fn telemetry_of_ardusub_is_known() {
         ("rate.yaw", "ATTITUDE.yawspeed"),
         ("depth", "GLOBAL_POSITION_INT.relative_alt"),
         ("thruster.motor 8.pwm", "SERVO_OUTPUT_RAW.servo8_raw"),
+        ("acceleration.y", "RAW_IMU.yacc"),
     ] {
         assert_eq!(found.get(quantity), Some(&column), "{}", proposal.campaign_toml);
     }

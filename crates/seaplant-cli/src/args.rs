@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use seaplant::twin::Disturbance;
 use seaplant::{Dof, Method, Terms};
 use seaplant_campaign::VehiclePreset;
+use seaplant_control::Law;
 use seaplant_export::EXPORTERS;
 
 /// Identifies the dynamic model of a marine vehicle from its logs: effective mass (rigid body
@@ -81,6 +82,8 @@ pub enum Command {
     Compare(Compare),
     /// Write a plant for a simulator or a controller.
     Export(Export),
+    /// Make a controller for a plant: gains with their margins, and what they follow.
+    Control(Control),
     /// Identify a campaign again whenever one of its files changes.
     Watch(Watch),
     /// Fit a thrust curve to a bollard-pull table.
@@ -397,6 +400,91 @@ pub struct Export {
     /// Export a plant that should not be used; the files carry the reasons.
     #[arg(long)]
     pub anyway: bool,
+    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn law() -> impl TypedValueParser<Value = Law> {
+    PossibleValuesParser::new(Law::ALL.map(Law::name)).try_map(|name| name.parse::<Law>())
+}
+
+/// Make a controller for a plant: gains with their margins, and what they follow.
+///
+/// Gains come from a bandwidth and a damping ratio, or from the error and the force that are worth
+/// each other. Lag, delay and limits are those of the plant's thrusters, as far as they are known;
+/// margins are taken over draws of the coefficients.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant control results/results.json --bandwidth \"surge 0.05 Hz\" --out controller\n  seaplant control published:bluerov2-heavy-von-benzon-2022 --bandwidth \"yaw 0.2 Hz\" --law pid"
+)]
+pub struct Control {
+    /// The results.json of a fit, a plant file, or published:NAME.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub plant: PathBuf,
+    /// The natural frequency of an axis's closed loop, as "surge 0.05 Hz"; give it once for each
+    /// axis.
+    #[arg(long = "bandwidth", value_name = "AXIS")]
+    pub bandwidths: Vec<String>,
+    /// The error that is worth a force, as "surge 0.1 m 400 N", in place of a bandwidth: a linear
+    /// quadratic regulator.
+    #[arg(long = "lqr", value_name = "AXIS")]
+    pub regulators: Vec<String>,
+    /// The damping ratio of axes with a bandwidth.
+    #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
+    pub damping: f64,
+    /// The integral time of PID, s; 10 over the bandwidth in rad/s if not given.
+    #[arg(long = "integral", value_name = "S")]
+    pub integral_s: Option<f64>,
+    /// The law.
+    #[arg(long, value_parser = law(), default_value = "non-exact")]
+    pub law: Law,
+    /// Let the model of the law adapt.
+    #[arg(long)]
+    pub adaptive: bool,
+    /// In what time it follows, s.
+    #[arg(long = "adaptation", value_name = "S", default_value_t = 60.0)]
+    pub adaptation_s: f64,
+    /// The greatest force on an axis, as "surge 2000 N"; of thrusters with measured tables it is
+    /// known.
+    #[arg(long = "limit", value_name = "FORCE")]
+    pub limits: Vec<String>,
+    /// The lag of an axis's thrusters, as "surge 0.3 s", in place of the plant's.
+    #[arg(long = "lag", value_name = "AXIS")]
+    pub lags: Vec<String>,
+    /// The delay of an axis's thrusters, as "surge 0.2 s", in place of the plant's.
+    #[arg(long = "delay", value_name = "AXIS")]
+    pub delays: Vec<String>,
+    /// How often the controller acts, Hz.
+    #[arg(long, value_name = "HZ", default_value_t = 10.0)]
+    pub sample_hz: f64,
+    /// Velocity of the water north and east in the second run, m/s, as 0.2,-0.1.
+    #[arg(
+        long,
+        value_name = "N,E",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true,
+        default_value = "0.2,0.1"
+    )]
+    pub current: Vec<f64>,
+    /// How many draws of the coefficients the worst case is of.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(0..=10_000))]
+    pub draws: u16,
+    /// Where random numbers start.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// The method whose plants of single axes to use; the recommended one's if not given.
+    #[arg(long, value_parser = method())]
+    pub method: Option<Method>,
+    /// Make one for a plant that should not be used, or with too small a margin; the files carry
+    /// the reasons.
+    #[arg(long)]
+    pub anyway: bool,
+    /// The folder to write control.toml, control.json, the C headers and ArduSub's parameters to;
+    /// if not given, nothing is written.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
     /// Write over files that are not as Seaplant wrote them, too; never over what is read.
     #[arg(long)]
     pub force: bool,

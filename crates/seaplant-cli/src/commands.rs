@@ -6,12 +6,14 @@ use crate::args::{MessageStamp, Reading};
 
 pub mod compare;
 pub mod completions;
+pub mod control;
 pub mod demo;
 pub mod export;
 pub mod identify;
 pub mod init;
 pub mod inspect;
 pub mod man;
+mod manoeuvre;
 pub mod monte_carlo;
 pub mod plant;
 pub mod plot;

@@ -41,7 +41,7 @@ impl Sketches {
 }
 
 fn sketch(figure: &ComparisonFigure, results: &Results) -> String {
-    let Comparison { dof, trial, time_s, measured, simulated, .. } = &figure.comparison;
+    let Comparison { quantity, dof, trial, time_s, measured, simulated, .. } = &figure.comparison;
     let axis = results.trials.iter().find(|t| t.name == *trial).and_then(|t| t.axes.get(dof));
     let window = window(time_s, measured, axis.and_then(|axis| axis.dominant_hz));
     if window.len() < 2 {
@@ -59,7 +59,7 @@ fn sketch(figure: &ComparisonFigure, results: &Results) -> String {
         bar(&lines[0]),
         number(low),
         number(high),
-        dof.units().velocity,
+        quantity.unit(*dof),
         bar(&lines[1]),
         significant(time_s[window.start], 3),
         significant(time_s[window.end - 1], 3),

@@ -8,7 +8,7 @@ use std::path::Path;
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
 use seaplant::results::{
-    NullModel, Parameter, PlantResult, Results, Score, SteadyResult, TruePlant, Trust,
+    NullModel, Parameter, PlantResult, Results, Score, SteadyResult, TruePlant, Trust, Verdict,
 };
 use seaplant::{Caveat, Dof, Severity};
 use seaplant_report::number::{Rounded, signed_percent, significant};
@@ -19,6 +19,9 @@ use crate::sketch::Sketches;
 /// The whole summary.
 pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     let mut text = String::new();
+    for model in &results.steering {
+        text.push_str(&coupled::steering(model));
+    }
     for plant in results.coupled.values() {
         text.push_str(&coupled::block(plant));
     }
@@ -57,6 +60,16 @@ fn count_notes(results: &Results) -> usize {
         + notes(&results.caveats)
 }
 
+/// How far a plant may be trusted, and why.
+fn spoken_verdict(verdict: &Verdict) -> String {
+    let style = match verdict.trust {
+        Trust::DoNotUse => SEVERE,
+        Trust::Doubtful | Trust::UsableWithCare => WARNING,
+        Trust::Usable => STRONG,
+    };
+    format!("{style}{}{style:#}; {}", verdict.trust.name(), verdict.reason)
+}
+
 fn plant_block(
     dof: Dof,
     plant: &PlantResult,
@@ -64,18 +77,11 @@ fn plant_block(
     sketches: &Sketches,
 ) -> String {
     let mut text = String::new();
-    let verdict = &plant.verdict;
-    let style = match verdict.trust {
-        Trust::DoNotUse => SEVERE,
-        Trust::Doubtful | Trust::UsableWithCare => WARNING,
-        Trust::Usable => STRONG,
-    };
     let _ = writeln!(
         text,
-        "{STRONG}{dof}{STRONG:#} by {}: {style}{}{style:#}; {}",
+        "{STRONG}{dof}{STRONG:#} by {}: {}",
         plant.method,
-        verdict.trust.name(),
-        verdict.reason
+        spoken_verdict(&plant.verdict)
     );
     let p = &plant.parameters;
     let mass = if dof.is_rotation() { "inertia" } else { "mass" };
@@ -93,9 +99,8 @@ fn plant_block(
     }
     align(&mut table, 1..4);
     let _ = writeln!(text, "{}", table.to_string().trim_end());
-    let units = dof.units();
     let score = |name: &str, score: &Score| {
-        let unit = units.velocity;
+        let unit = score.quantity.unit(dof);
         let error = score.mean_abs_error.map_or_else(
             || "the simulation diverges".to_owned(),
             |e| format!("e = {} {unit}", significant(e, 3)),
@@ -110,13 +115,15 @@ fn plant_block(
         if !positions.is_empty() {
             r2 += &format!("; of position, by trial: R² {}", positions.join(", "));
         }
-        let best = score.best_null.filter(|null| null.model != NullModel::NeverMoves);
+        let plain = [NullModel::NeverMoves, NullModel::NeverAccelerates];
+        let best = score.best_null.filter(|null| !plain.contains(&null.model));
         let best = best.map_or_else(String::new, |null| {
             format!(", {} for {}", significant(null.mean_abs_error, 3), null.model.description())
         });
         format!(
-            "  {name}: {error}, {} {unit} for a model that never moves{best}{r2}",
-            significant(score.null_error, 3)
+            "  {name}: {error}, {} {unit} for {}{best}{r2}",
+            significant(score.null_error, 3),
+            score.quantity.null_model()
         )
     };
     match &plant.hold_out {

@@ -87,7 +87,7 @@ pub(crate) fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<S
 
 /// The names of all coefficients, as results have them.
 pub(crate) fn names(model: &PlantModel) -> Vec<String> {
-    model.plant.structure().terms().iter().map(ToString::to_string).collect()
+    model.plant.structure().names()
 }
 
 /// The indices of the plant's axes.
@@ -131,7 +131,8 @@ impl Syntax {
             let n = |row: usize| (self.element)("n", row);
             let down = |row: usize| (self.element)("down", row);
             match *term {
-                Basis::Mass(..) => {}
+                // What effects push with comes in with tau.
+                Basis::Mass(..) | Basis::Effect(_) => {}
                 Basis::Product(on, product) => {
                     let value = format!("{theta} * {}", self.product(&product));
                     lines.push((self.add)(&n(on.index()), &value));

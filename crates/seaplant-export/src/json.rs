@@ -56,6 +56,7 @@ fn file(model: &PlantModel, notes: Vec<String>) -> PlantFile {
         terms: BTreeMap::new(),
         coefficients: coefficients(model),
         correlation: correlation(model),
+        effects: model.plant.structure().effects().to_vec(),
         thrusters: model.thrusters.iter().map(thruster).collect(),
         actuation: model.actuation.clone(),
         driven: model.driven.clone(),
@@ -73,9 +74,9 @@ fn coefficients(model: &PlantModel) -> BTreeMap<String, FileCoefficient> {
             std: model.std(k),
             low95: interval.map(|[low, _]| low),
             high95: interval.map(|[_, high]| high),
-            unit: term.unit(),
+            unit: model.plant.structure().unit_of(term),
         };
-        (term.to_string(), coefficient)
+        (model.plant.structure().name_of(term), coefficient)
     };
     terms.enumerate().map(coefficient).collect()
 }
@@ -89,7 +90,7 @@ fn correlation(model: &PlantModel) -> Option<Correlation> {
         if scale > 0.0 { covariance[(i, j)] / scale } else { unit }
     };
     Some(Correlation {
-        names: model.plant.structure().terms().iter().map(ToString::to_string).collect(),
+        names: model.plant.structure().names(),
         value: (0..p).map(|i| (0..p).map(|j| value(i, j)).collect()).collect(),
     })
 }
@@ -139,7 +140,9 @@ fn derived(model: &PlantModel) -> Derived {
         added_mass: rigid.map(|rigid| rows(model, &(mass - rigid))),
         linear_damping: rows(model, &damping(model, Product::linear)),
         quadratic_damping: rows(model, &damping(model, Product::quadratic)),
-        other_terms: others.map(|(basis, value)| (basis.to_string(), *value)).collect(),
+        other_terms: others
+            .map(|(basis, value)| (model.plant.structure().name_of(basis), *value))
+            .collect(),
         sname: sname(model),
         allocation: (0..6)
             .map(|i| model.thrusters.iter().map(|t| t.unit_wrench()[i]).collect())
@@ -176,7 +179,7 @@ pub(crate) fn sname(model: &PlantModel) -> BTreeMap<String, f64> {
             Basis::One(on) => {
                 all.insert(format!("{}_0", FORCES[on.index()]), -value);
             }
-            Basis::WeightExcess | Basis::Lever(_) => {}
+            Basis::WeightExcess | Basis::Lever(_) | Basis::Effect(_) => {}
         }
     }
     all

@@ -44,6 +44,9 @@ impl Remarks<'_> {
     pub(crate) fn notes(&self) -> Vec<String> {
         let mut notes = unknown(self.model);
         notes.extend(self.limits.iter().cloned());
+        if self.format != "json" {
+            notes.extend(effects(self.model));
+        }
         notes.extend(self.model.notes.iter().cloned());
         notes.extend(doubts(self.model));
         notes
@@ -130,7 +133,9 @@ fn coefficients(model: &PlantModel) -> Vec<String> {
             }
             _ => "± not stated".to_owned(),
         };
-        lines.push(format!("  {term} = {value} {error} {}", term.unit()));
+        let structure = model.plant.structure();
+        let (name, unit) = (structure.name_of(term), structure.unit_of(term));
+        lines.push(format!("  {name} = {value} {error} {unit}"));
     }
     lines
 }
@@ -214,6 +219,26 @@ pub(crate) fn without_actuation(model: &PlantModel) -> Option<String> {
         format!(
             "not applied here: {}; the formats c, python and fmu apply it, or apply it to thrust before it comes in",
             found.join("; ")
+        )
+    })
+}
+
+/// What a format says of rudders, fins, propellers of unknown strength and wind, for which it has
+/// no place: their forces come in with the others.
+fn effects(model: &PlantModel) -> Option<String> {
+    let structure = model.plant.structure();
+    let terms = structure.terms().iter().zip(model.plant.coefficients());
+    let of = |(term, value): (&Basis, &f64)| {
+        let is_effect = matches!(term, Basis::Effect(_));
+        is_effect.then(|| {
+            format!("{} = {} {}", structure.name_of(term), short(*value), structure.unit_of(term))
+        })
+    };
+    let found: Vec<String> = terms.filter_map(of).collect();
+    (!found.is_empty()).then(|| {
+        format!(
+            "LEFT OUT, for the format has no place for them: forces of rudders, fins, propellers and wind ({}); add them to the force that comes in, by their laws in the book, or simulate with `seaplant simulate`",
+            found.join(", ")
         )
     })
 }

@@ -58,6 +58,7 @@ fn missing(model: &PlantModel, link: &Link) -> Vec<String> {
                     || Dof::ALL.iter().any(|of| *product == Product::linear(*of))
             }
             Basis::One(_) => false,
+            // Told by the remarks of every format that has no place for it.
             _ => true,
         };
         if !held {

@@ -39,6 +39,7 @@ BORROWED = {
     "nmea": ("nmea", ["seed.log", "seed-bare.log", "rough.log"]),
     "pd0": ("pd0", ["seed.pd0", "old.pd0"]),
     "tlog": ("tlog", ["seed.tlog", "private.tlog"]),
+    "ulog": ("ulog", ["seed.ulg", "appended.ulg"]),
 }
 TABLE = "time [s],u [m/s],T1 (us)\n" + "".join(f"{k / 10},{k % 3}e-2,{1500 + k}\n" for k in range(12))
 VECTOR = "std_msgs/Header header\ngeometry_msgs/Vector3 vector\n" + "".join(
@@ -216,7 +217,7 @@ def hdf5(folder):
 
 def main():
     folder = pathlib.Path(sys.argv[1])
-    for reader in "arrow bag dataflash db3 gzip hdf5 mat5 mcap nmea parquet pd0 text tlog xlsx zstd".split():
+    for reader in "arrow bag dataflash db3 gzip hdf5 mat5 mcap nmea parquet pd0 text tlog ulog xlsx zstd".split():
         (folder / reader).mkdir(parents=True, exist_ok=True)
     borrow(folder)
     tables(folder)

@@ -17,7 +17,7 @@ use crate::content::Content;
 use crate::grid::{self, Grid};
 use crate::readers::{
     arrow_ipc, dataflash, gzip, hdf5, mat5, mcap, nmea, parquet, pd0, rosbag1, sqlite, text, tlog,
-    xlsx, zstd,
+    ulog, xlsx, zstd,
 };
 use crate::{Error, Log, ReadOptions};
 
@@ -36,6 +36,7 @@ pub(crate) enum Format {
     Rosbag1,
     DataFlash,
     Tlog,
+    Ulog,
     Mat5,
     Hdf5,
     Pd0,
@@ -58,6 +59,7 @@ impl Format {
         (sqlite::recognises, Self::Sqlite),
         (rosbag1::recognises, Self::Rosbag1),
         (dataflash::recognises, Self::DataFlash),
+        (ulog::recognises, Self::Ulog),
         (mat5::recognises, Self::Mat5),
         (hdf5::recognises, Self::Hdf5),
         (pd0::recognises, Self::Pd0),
@@ -96,6 +98,7 @@ impl Format {
             Self::Rosbag1 => "a ROS 1 bag",
             Self::DataFlash => "an ArduPilot DataFlash log (.BIN)",
             Self::Tlog => "a MAVLink telemetry log (.tlog)",
+            Self::Ulog => "a PX4 ULog file (.ulg)",
             Self::Mat5 => "a MATLAB file",
             Self::Hdf5 => "an HDF5 file or a MATLAB 7.3 file",
             Self::Pd0 => "a Teledyne RDI PD0 file",
@@ -134,6 +137,7 @@ pub(crate) fn read_as(
         Format::Rosbag1 => rosbag1::read(content, options),
         Format::DataFlash => dataflash::read(content, options),
         Format::Tlog => tlog::read(content, options),
+        Format::Ulog => ulog::read(content, options),
         Format::Mat5 => mat5::read(content, options),
         Format::Hdf5 => hdf5::read(content, options),
         Format::Pd0 => pd0::read(content, options),
@@ -171,7 +175,6 @@ const MAGIC: &[(usize, &[u8], &str)] = &[
     (0, b"CDF\x01", "a NetCDF file"),
     (0, b"CDF\x02", "a NetCDF file"),
     (0, b"CDF\x05", "a NetCDF file"),
-    (0, b"ULog\x01\x12\x35", "a PX4 ULog"),
     (0, b"\x93NUMPY", "a NumPy array"),
     (0, b"BZh", "a bzip2 archive (unpack it first)"),
     (0, b"\xfd7zXZ", "an xz archive (unpack it first)"),

@@ -22,8 +22,8 @@ impl Heading {
         // A header may be broken into lines; a name in a message or a table may not.
         let column = text.trim().replace("\r\n", " ").replace(['\r', '\n', '\t'], " ");
         let split = bracketed(&column).and_then(|(name, inside)| {
-            // "thruster (1)" counts thrusters; "command [1]" is a ratio.
-            let counts = inside == "1" && column.ends_with(')');
+            // "thruster (1)" counts thrusters; "command (1)" and "command [1]" are ratios.
+            let counts = inside == "1" && column.ends_with(')') && !is_of_ratio(name);
             let unit = if counts { None } else { Unit::find(inside) }?;
             Some((name.to_owned(), unit))
         });
@@ -33,6 +33,14 @@ impl Heading {
         };
         Self { nameless: column.is_empty(), instant: false, column, name, unit }
     }
+}
+
+/// Whether the last word of a name is that of a ratio, so that `(1)` after it is its unit.
+fn is_of_ratio(name: &str) -> bool {
+    const RATIOS: &[&str] =
+        &["command", "cmd", "throttle", "duty", "ratio", "setpoint", "level", "effort", "input"];
+    let last = name.rsplit(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+    RATIOS.contains(&last.to_lowercase().as_str())
 }
 
 /// The text before a last pair of brackets, and that within.
@@ -68,6 +76,7 @@ mod tests {
         let some = |name: &str, unit: &str| (name.to_owned(), Some(unit.to_owned()));
         assert_eq!(parts(" u_velo [m/s] "), some("u_velo", "m/s"));
         assert_eq!(parts("rate(deg/s)"), some("rate", "deg/s"));
+        assert_eq!(parts("port command (1)"), some("port command", "1"));
         assert_eq!(parts("force {N}"), some("force", "N"));
         assert_eq!(parts("force\r\nport\n[N]"), some("force port", "N"));
         assert_eq!(parts("force (port) [N]"), some("force (port)", "N"));

@@ -253,6 +253,7 @@ static UNITS: &[Definition] = {
         unit(Force, GRAVITY, &["kg"]),
         unit(Force, 1e-3 * GRAVITY, &["g"]),
         unit(Acceleration, GRAVITY, &["g"]),
+    unit(Acceleration, 1e-3 * GRAVITY, &["mg", "milli-g"]),
         unit(Voltage, 1.0, &["V", "volt", "volts"]),
         unit(Voltage, 1e-3, &["mV", "millivolt", "millivolts"]),
         unit(Current, 1.0, &["A", "amp", "amps", "ampere", "amperes"]),

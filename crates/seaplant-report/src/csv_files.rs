@@ -23,16 +23,17 @@ fn artifact(path: &str, writer: Writer) -> Result<Artifact<'static>, Error> {
     Ok(Artifact::of_bytes(path, bytes))
 }
 
-/// Writes every sample of velocity.
+/// Writes every sample of velocity, or every mean of acceleration.
 pub(crate) fn write_motion(comparison: &Comparison, out: impl Write) -> io::Result<()> {
     let units = comparison.dof.units();
+    let unit = comparison.quantity.unit(comparison.dof);
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record([
         "time_s".to_owned(),
         format!("force [{}]", units.force),
-        format!("measured [{}]", units.velocity),
-        format!("simulated [{}]", units.velocity),
-        format!("difference [{}]", units.velocity),
+        format!("measured [{unit}]"),
+        format!("simulated [{unit}]"),
+        format!("difference [{unit}]"),
     ])?;
     let motion = comparison.measured.iter().zip(&comparison.simulated);
     for ((time, force), (measured, simulated)) in

@@ -8,7 +8,7 @@ use seaplant::results::*;
 use seaplant::signal::amplitude_spectrum;
 use seaplant::{
     Agreement, Caveat, CaveatCode, Comparison, Dof, LowPass, LumpedParameters, Method,
-    PhysicalParameters, Role, Stability, Term,
+    PhysicalParameters, Role, ScoredMotion, Stability, Term,
 };
 
 pub(crate) const HOSTILE: &str = "<script>alert('x')</script>/..\\\"&\u{7}日本 1";
@@ -29,6 +29,7 @@ fn score(trial: &str, e: Option<f64>) -> Score {
         samples: 4800,
     };
     Score {
+        quantity: ScoredMotion::Velocity,
         mean_abs_error: e,
         null_error: 0.11,
         best_null: Some(NullScore { model: NullModel::SteadySpeed, mean_abs_error: 0.07 }),
@@ -71,6 +72,7 @@ pub(crate) fn plant() -> PlantResult {
         }],
         steady_test: None,
         thrust_part: None,
+        history: None,
         innovations: vec![Innovations {
             trial: HOSTILE.to_owned(),
             samples: 4790,
@@ -158,8 +160,8 @@ fn trial(name: &str, role: Role, dof: Dof) -> TrialResult {
         force_rms: 1300.0,
         stroke: Some(3.1),
         keulegan_carpenter: Some(1.15),
-        speed_max: 0.31,
-        speed_rms: 0.17,
+        speed_max: Some(0.31),
+        speed_rms: Some(0.17),
         gap_s: 0.0,
     };
     let files = vec!["a.csv".to_owned()];
@@ -175,8 +177,17 @@ pub(crate) fn comparison(trial: &str, method: Method, role: Role) -> ComparisonF
     let velocity = Agreement::of(&measured, &simulated, 0.0);
     let dof = Dof::Surge;
     let trial = trial.to_owned();
-    let comparison =
-        Comparison { dof, trial, time_s, force, measured, simulated, velocity, position: None };
+    let comparison = Comparison {
+        quantity: ScoredMotion::Velocity,
+        dof,
+        trial,
+        time_s,
+        force,
+        measured,
+        simulated,
+        velocity,
+        position: None,
+    };
     ComparisonFigure { method, role, comparison }
 }
 
@@ -235,9 +246,15 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
         CoupledScore { trials: BTreeMap::from([(HOSTILE.to_owned(), by_axis.clone())]), by_axis }
     };
     CoupledPlant {
+        verdict: Verdict {
+            trust: Trust::Doubtful,
+            reason: HOSTILE.to_owned(),
+            codes: vec![CaveatCode::NotDetermined],
+        },
         axes: vec![Dof::Sway, Dof::Yaw],
         method: Method::FilterError,
         symmetry: seaplant::plant::Symmetry::PortStarboard,
+        effects: Vec::new(),
         parameters: BTreeMap::from([
             ("mass.sway".to_owned(), coefficient(180.0, 2.0, "kg", &[Dof::Sway])),
             ("sway: v".to_owned(), coefficient(0.0, 1.5, "N/(m/s)", &[Dof::Sway])),
@@ -300,7 +317,9 @@ pub(crate) fn identification() -> Found {
             settings: BTreeMap::from([("paper.cutoff_hz".to_owned(), "0.125".to_owned())]),
         },
         plants: BTreeMap::from([(Dof::Surge, plant())]),
+        coupled_online: BTreeMap::new(),
         coupled: BTreeMap::from([("sway-yaw".to_owned(), coupled_plant())]),
+        steering: Vec::new(),
         methods: BTreeMap::from([(Dof::Surge, surge)]),
         subsets: BTreeMap::from([(
             Dof::Surge,
@@ -386,6 +405,8 @@ pub(crate) fn empty() -> Found {
         provenance: Provenance::default(),
         plants: BTreeMap::new(),
         coupled: BTreeMap::new(),
+        steering: Vec::new(),
+        coupled_online: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
         steady: BTreeMap::new(),

@@ -5,6 +5,7 @@ mod axis_section;
 mod card;
 mod coupled_section;
 mod doubts;
+mod online_section;
 mod paper_section;
 mod provenance;
 mod table;
@@ -23,12 +24,13 @@ use crate::figure::{Plate, Subject, Thumbnails, style_sheet};
 use crate::{Error, words};
 
 /// Templates by the names by which they include each other.
-const TEMPLATES: [(&str, &str); 7] = [
+const TEMPLATES: [(&str, &str); 8] = [
     ("report.html", include_str!("../templates/report.html")),
     ("macros.html", include_str!("../templates/macros.html")),
     ("summary.html", include_str!("../templates/summary.html")),
     ("coupled.html", include_str!("../templates/coupled.html")),
     ("axis.html", include_str!("../templates/axis.html")),
+    ("online.html", include_str!("../templates/online.html")),
     ("paper.html", include_str!("../templates/paper.html")),
     ("provenance.html", include_str!("../templates/provenance.html")),
 ];
@@ -119,6 +121,7 @@ struct Page<'a> {
     doubts: doubts::Doubts,
     coupled: Vec<coupled_section::CoupledSection>,
     axes: Vec<axis_section::AxisSection>,
+    online: Vec<online_section::OnlinePlant>,
     paper: paper_section::PaperSection,
     thrust: Vec<FigureView>,
     provenance: provenance::Provenance,
@@ -151,6 +154,7 @@ impl<'a> Page<'a> {
             axes: axes
                 .map(|(&dof, plant)| axis_section::view(dof, plant, results, pictures))
                 .collect(),
+            online: online_section::views(results),
             paper: paper_section::view(results, pictures),
             thrust: pictures.figures(|plate| plate.subject == Subject::Thrust),
             provenance: provenance::view(results),

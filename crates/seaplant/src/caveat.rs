@@ -37,6 +37,8 @@ pub enum CaveatCode {
     Collinear,
     /// An axis of a coupled plant on which nothing pushes.
     UndrivenAxis,
+    /// Trials drift further than polynomials of sway and yaw rate hold.
+    DriftBeyond,
     /// Damping that gives power to the vehicle.
     NotDissipative,
     /// Restoring forces that are not those of the stated weight and buoyancy.
@@ -99,6 +101,10 @@ pub enum CaveatCode {
     Navigation,
     /// A channel whose values do not look like its unit.
     SuspiciousUnit,
+    /// An accelerometer that is at the end of its range.
+    ClippedAccelerometer,
+    /// An accelerometer that reads much at rest: it is tilted beside the attitude sensor.
+    TiltedAccelerometer,
     /// Two instruments that do not tell of the same motion.
     InstrumentsDisagree,
     /// The filter could not be as designed at this sampling rate.
@@ -127,7 +133,7 @@ pub enum CaveatCode {
 
 impl CaveatCode {
     /// Its name as words: "wrong sign".
-    pub(crate) fn words(self) -> String {
+    pub fn words(self) -> String {
         let mut words = String::new();
         for letter in format!("{self:?}").chars() {
             if letter.is_uppercase() && !words.is_empty() {

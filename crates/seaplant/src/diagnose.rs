@@ -8,17 +8,17 @@ pub(crate) use comparison::{
     steady_against_unsteady, worse_trials,
 };
 
-pub(crate) use plausible::implausible;
+pub(crate) use plausible::{implausible, impossible_mass};
 
 use crate::caveat::spoken;
 use crate::estimate::{
     DelayedFit, EquationErrorOptions, Fit, Method, fit_best_delay, fit_equation_error,
 };
 use crate::signal::{LowPass, Spectrum, amplitude_spectrum};
-use crate::trial::ReadyAxis;
+use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{
-    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, Term, Terms, ThrustUncertainty, Trial,
-    Vehicle,
+    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, State, Term, Terms, ThrustUncertainty,
+    Trial, Vehicle,
 };
 
 /// A filter that passes less than this of the excited motion is worth a word.
@@ -199,8 +199,8 @@ fn drive(evidence: &Evidence<'_>) -> Result<Drive, Error> {
     let mut all = Drive::default();
     for axis in evidence.axes {
         for ready in axis.ready(0)?.stretches {
-            let stretch = ready.on(ready.grid)?;
-            for (&tau, &v) in stretch.tau.iter().zip(&stretch.v) {
+            let (tau, v) = (ready.force(ready.grid), speeds(evidence, axis, &ready)?);
+            for (&tau, &v) in tau.iter().zip(&v) {
                 all.rows += 1;
                 all.positive += usize::from(tau > 0.0);
                 all.negative += usize::from(tau < 0.0);
@@ -210,13 +210,26 @@ fn drive(evidence: &Evidence<'_>) -> Result<Drive, Error> {
                 all.drag += ((plant.beta * v.abs() + plant.mu) * v).abs();
             }
             if all.forces.is_empty() {
-                all.forces = stretch.tau;
+                all.forces = tau;
             } else {
-                all.forces.extend(stretch.tau);
+                all.forces.extend(tau);
             }
         }
     }
     Ok(all)
+}
+
+/// Velocity as measured, else as the plant moves from rest.
+fn speeds(
+    evidence: &Evidence<'_>,
+    axis: &AxisRecord,
+    ready: &ReadyStretch,
+) -> Result<Vec<f64>, Error> {
+    if axis.knows_velocity() {
+        return ready.velocity(ready.grid);
+    }
+    let times_s: Vec<f64> = ready.grid.times().collect();
+    Ok(evidence.fit.model().respond(axis, State::default(), &times_s)?.velocity)
 }
 
 fn excitation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {

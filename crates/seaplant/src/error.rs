@@ -174,6 +174,16 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// A rudder or fin that cannot be.
+    #[error("{what} `{name}`: {reason}")]
+    Fin {
+        /// What it is.
+        what: &'static str,
+        /// Which.
+        name: String,
+        /// Why.
+        reason: String,
+    },
     /// A thrust table that cannot be used.
     #[error("a thrust table {reason}; check its columns and units")]
     ThrustTable {
@@ -248,6 +258,19 @@ pub enum Error {
         /// How many were requested.
         needed: usize,
     },
+    /// An accelerometer whose readings are not specific force in m/s² along the body's axes.
+    #[error("trial `{trial}`: {reason}")]
+    Accelerometer {
+        /// Which trial.
+        trial: String,
+        /// What it reads, what was expected, and what to do.
+        reason: String,
+    },
+    /// A method that needs velocity, of a log that has acceleration only.
+    #[error(
+        "neither velocity nor position was measured, only acceleration; use the filter error method, which takes acceleration by itself"
+    )]
+    NoVelocity,
     /// Numbers whose products a double cannot hold.
     #[error(
         "the {dof} trial holds numbers so large that their squares are not finite; check the units of thrust and motion, and drop faulty samples"

@@ -4,6 +4,8 @@ mod coupled;
 mod equation_error;
 mod filter_error;
 mod filtered;
+mod nomoto;
+pub mod online;
 mod output_error;
 mod paper;
 mod sriv;
@@ -20,16 +22,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-pub use coupled::{AxisNoise, CoupledFit, Tried, fit_coupled};
+pub use coupled::{Actuator, AxisNoise, CoupledFit, Tried, fit_coupled};
 pub(crate) use coupled::{NEGLIGIBLE_POWER, damping_power};
 pub use equation_error::{
     DelayedFit, EquationErrorOptions, EquationErrorStatistics, Shard, ShardClock, fit_best_delay,
     fit_equation_error,
 };
-pub(crate) use filter_error::drive_over;
 pub use filter_error::{
     Candidate, Decision, FilterErrorOptions, Records, SteadyTest, first_delays, fit_filter_error,
 };
+pub(crate) use filter_error::{drive_over, first_look};
+pub use nomoto::{NomotoFit, NomotoOrder, SteeringTrial, fit_nomoto};
 pub use output_error::{
     Loss, OutputErrorBootstrap, OutputErrorIntervals, OutputErrorOptions, fit_output_error,
 };
@@ -41,6 +44,7 @@ pub use weighted_least_squares::fit_weighted_least_squares;
 pub use crate::regression::{BlockBootstrap, Intervals};
 
 use crate::regression::LeastSquares;
+use crate::results::OnlineHistory;
 use crate::signal::LowPass;
 use crate::terms::Term;
 use crate::trial::{ReadyAxis, ReadyStretch};
@@ -70,11 +74,17 @@ pub enum Method {
     TotalLeastSquares,
     /// Instrumental variables from the simulated plant.
     Sriv,
+    /// An observer whose coefficients adapt, sample by sample.
+    Adaptive,
+    /// Least squares, sample by sample.
+    Recursive,
+    /// A Kalman filter with the coefficients in its state, sample by sample.
+    Ekf,
 }
 
 impl Method {
     /// All methods, the recommended one first.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 10] = [
         Self::FilterError,
         Self::OutputError,
         Self::EquationError,
@@ -82,6 +92,9 @@ impl Method {
         Self::WeightedLeastSquares,
         Self::TotalLeastSquares,
         Self::Sriv,
+        Self::Adaptive,
+        Self::Recursive,
+        Self::Ekf,
     ];
 
     /// The methods that are used where nothing else is said, the recommended one first; the
@@ -102,6 +115,19 @@ impl Method {
             Self::WeightedLeastSquares => "weighted-least-squares",
             Self::TotalLeastSquares => "total-least-squares",
             Self::Sriv => "sriv",
+            Self::Adaptive => "adaptive",
+            Self::Recursive => "recursive",
+            Self::Ekf => "ekf",
+        }
+    }
+
+    /// How it works sample by sample, if it does.
+    pub const fn scheme(self) -> Option<online::Scheme> {
+        match self {
+            Self::Adaptive => Some(online::Scheme::Adaptive),
+            Self::Recursive => Some(online::Scheme::Recursive),
+            Self::Ekf => Some(online::Scheme::Ekf),
+            _ => None,
         }
     }
 
@@ -115,6 +141,9 @@ impl Method {
                 | Self::TotalLeastSquares
                 | Self::Sriv
                 | Self::OutputError
+                | Self::Adaptive
+                | Self::Recursive
+                | Self::Ekf
         )
     }
 }
@@ -175,6 +204,8 @@ pub struct Fit {
     pub steady_test: Option<SteadyTest>,
     /// What the filter of the filter error method could not predict, by trial; empty of others.
     pub innovations: Vec<Innovations>,
+    /// How the coefficients went there, of methods that work sample by sample.
+    pub history: Option<OnlineHistory>,
     /// Doubts that the estimator itself has.
     pub caveats: Vec<Caveat>,
 }
@@ -254,6 +285,14 @@ pub struct Nuisances {
     pub velocity_noise: Option<Estimate>,
     /// Standard deviation of a position sample, m or rad.
     pub position_noise: Option<Estimate>,
+    /// Standard deviation of a mean acceleration, m/s².
+    pub acceleration_noise: Option<Estimate>,
+    /// What the accelerometer reads at rest, m/s², by trial.
+    pub acceleration_offset: BTreeMap<String, Estimate>,
+    /// Standard deviation of the gravity that attitude errors leak into acceleration, m/s².
+    pub leak: Option<Estimate>,
+    /// Its correlation time, s.
+    pub leak_correlation_s: Option<Estimate>,
 }
 
 /// Waves: a force in a narrow band of frequencies.
@@ -431,6 +470,7 @@ impl Fit {
             structure: Vec::new(),
             steady_test: None,
             innovations: Vec::new(),
+            history: None,
             caveats,
         }
     }

@@ -1,12 +1,55 @@
 //! A fitted plant against what was measured.
 
-use crate::navigation::Motion;
+use crate::navigation::{MeanAcceleration, MeanOver, Motion};
+use crate::series::{ROUNDING_S, Reader};
 use crate::signal::LowPass;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::{AxisRecord, Dof, Error, Grid, Model, State, Timed, Trial, VelocitySource};
+
+/// What a simulation is compared with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScoredMotion {
+    /// Velocity, or the slope of position.
+    #[default]
+    Velocity,
+    /// Acceleration, where neither velocity nor position was measured.
+    Acceleration,
+}
+
+impl ScoredMotion {
+    /// Its unit in a degree of freedom.
+    pub const fn unit(self, dof: Dof) -> &'static str {
+        match self {
+            Self::Velocity => dof.units().velocity,
+            Self::Acceleration => dof.units().acceleration,
+        }
+    }
+
+    /// As sentences and axes of charts call it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Velocity => "velocity",
+            Self::Acceleration => "acceleration",
+        }
+    }
+
+    /// A model that says nothing of it.
+    pub const fn null_model(self) -> &'static str {
+        match self {
+            Self::Velocity => "a model that never moves",
+            Self::Acceleration => "a model that never accelerates",
+        }
+    }
+}
 
 /// Simulated against measured motion of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
+    /// What `measured`, `simulated` and `velocity` are of.
+    pub quantity: ScoredMotion,
     /// Which degree of freedom.
     pub dof: Dof,
     /// Which trial.
@@ -15,7 +58,8 @@ pub struct Comparison {
     pub time_s: Vec<f64>,
     /// Force in effect at each, N or N m.
     pub force: Vec<f64>,
-    /// Velocity as measured, unfiltered, or the slope of position.
+    /// Velocity as measured, unfiltered, or the slope of position; or mean acceleration over half a
+    /// second, without its mean difference to the simulation.
     pub measured: Vec<f64>,
     /// Velocity as simulated from the logged force.
     pub simulated: Vec<f64>,
@@ -86,7 +130,9 @@ impl Agreement {
 /// unfiltered measurement: `e = mean |v_model − v|`.
 ///
 /// Where position was measured and not velocity, v is the slope of position over half a second
-/// to either side, and v_model that of the simulated position. The simulation starts from the
+/// to either side, and v_model that of the simulated position. Where acceleration alone was
+/// measured, means of it over half a second are compared, without the accelerometer's offset, and
+/// the simulation starts from rest. The simulation starts from the
 /// measured velocity, and anew after each gap in force, each half minute without motion, and
 /// each gap of heading in which turns were lost. Where the trial measured position (depth, heading), positions are compared too.
 ///
@@ -101,6 +147,9 @@ pub fn evaluate(dof: Dof, model: &Model, trial: &Trial) -> Result<Comparison, Er
 
 /// [`evaluate`], of one record.
 pub(crate) fn compare_record(model: &Model, axis: &AxisRecord) -> Result<Comparison, Error> {
+    if !axis.knows_velocity() {
+        return compare_acceleration(model, axis);
+    }
     let mut all = Parts::default();
     for (from_s, to_s) in axis.parts() {
         let Some(samples) = axis.motion.series().window(from_s, to_s) else { continue };
@@ -132,8 +181,57 @@ pub(crate) fn compare_record(model: &Model, axis: &AxisRecord) -> Result<Compari
     Ok(all.into_comparison(axis.dof, &axis.trial))
 }
 
+/// Acceleration is compared in means over at least so long, s: vibration is most of a shorter one.
+const COMPARED_OVER_S: f64 = 0.5;
+
+/// [`compare_record`], where acceleration alone was measured: simulated from rest, and without the
+/// offset that the accelerometer has beside the simulation in each part.
+fn compare_acceleration(model: &Model, axis: &AxisRecord) -> Result<Comparison, Error> {
+    let mut all = Parts { quantity: ScoredMotion::Acceleration, ..Parts::default() };
+    for (from_s, to_s) in axis.parts() {
+        let felt = axis.acceleration.as_ref().and_then(|felt| felt.window(from_s, to_s));
+        let means = felt.iter().flat_map(in_longer_means).collect::<Vec<_>>();
+        if means.is_empty() {
+            continue;
+        }
+        let mut edges_s: Vec<f64> = means.iter().flat_map(|m| [m.from_s, m.to_s]).collect();
+        edges_s.dedup_by(|b, a| *b - *a <= ROUNDING_S);
+        let response = model.respond(axis, State::default(), &edges_s)?;
+        let shown = model.sensor.shows(&edges_s, &response.velocity);
+        let velocity = Timed::new("the simulated velocity", edges_s, shown)?;
+        let gain =
+            |m: &MeanOver| (velocity.at(m.to_s) - velocity.at(m.from_s)) / (m.to_s - m.from_s);
+        let simulated: Vec<f64> = means.iter().map(gain).collect();
+        let off = means.iter().zip(&simulated).map(|(m, s)| m.mean - s).sum::<f64>();
+        let offset = off / means.len() as f64;
+        let held = axis.force.reader();
+        all.add_means(&means, simulated, offset, held);
+    }
+    Ok(all.into_comparison(axis.dof, &axis.trial))
+}
+
+/// Means of neighbouring windows, of at least [`COMPARED_OVER_S`] but for those before gaps.
+fn in_longer_means(felt: &MeanAcceleration) -> Vec<MeanOver> {
+    let mut all: Vec<MeanOver> = Vec::new();
+    for next in felt.windows() {
+        match all.last_mut() {
+            Some(last)
+                if last.to_s - last.from_s < COMPARED_OVER_S - ROUNDING_S
+                    && next.from_s - last.to_s <= ROUNDING_S =>
+            {
+                let (a, b) = (last.to_s - last.from_s, next.to_s - next.from_s);
+                last.mean = (a * last.mean + b * next.mean) / (a + b);
+                last.to_s = next.to_s;
+            }
+            _ => all.push(next),
+        }
+    }
+    all
+}
+
 #[derive(Default)]
 struct Parts {
+    quantity: ScoredMotion,
     time_s: Vec<f64>,
     force: Vec<f64>,
     measured: Vec<f64>,
@@ -156,6 +254,20 @@ impl Parts {
         }
     }
 
+    fn add_means(
+        &mut self,
+        means: &[MeanOver],
+        simulated: Vec<f64>,
+        offset: f64,
+        mut force: Reader<'_>,
+    ) {
+        let middle = |m: &MeanOver| 0.5 * (m.from_s + m.to_s);
+        self.time_s.extend(means.iter().map(middle));
+        self.force.extend(means.iter().map(|m| force.held_at(middle(m))));
+        self.measured.extend(means.iter().map(|m| m.mean - offset));
+        self.simulated.extend(simulated);
+    }
+
     /// The simulated path is laid on the measured one at its start.
     fn add_position(&mut self, seen: &Timed, path: &Timed) {
         let offset = seen.values()[0] - path.at(seen.first_s());
@@ -174,6 +286,7 @@ impl Parts {
             simulated: self.position_simulated,
         });
         Comparison {
+            quantity: self.quantity,
             dof,
             trial: trial.to_owned(),
             velocity: Agreement::of(&self.measured, &self.simulated, 0.0),
@@ -202,6 +315,7 @@ pub(crate) fn starting_velocity(axis: &AxisRecord, part: &Timed) -> Result<f64, 
         Motion::Position(position) => {
             crate::signal::differentiate(&position.interpolate(grid), period)?
         }
+        Motion::Acceleration(_) => return Err(Error::NoVelocity),
     };
     if values.len() < LEAST_TO_SMOOTH {
         return Ok(raw);

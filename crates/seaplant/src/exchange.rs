@@ -11,6 +11,7 @@ mod draws;
 mod driven;
 mod file;
 mod follows;
+mod manoeuvre;
 mod of_results;
 mod predict;
 mod scenario;
@@ -29,6 +30,7 @@ pub use file::{
     PlantFile,
 };
 pub use follows::Consequence;
+pub use manoeuvre::{Approach, Manoeuvre, ManoeuvreNumber};
 pub use predict::Prediction;
 pub use scenario::{Outcome, Scenario};
 
@@ -147,7 +149,7 @@ impl PlantModel {
 
     /// The 95 % interval of a coefficient, where it is known.
     pub fn interval(&self, k: usize) -> Option<[f64; 2]> {
-        let name = self.plant.structure().terms()[k].to_string();
+        let name = self.plant.structure().name_of(&self.plant.structure().terms()[k]);
         let normal = || {
             let (value, std) = (self.plant.coefficients()[k], self.std(k)?);
             Some([value - 1.959_964 * std, value + 1.959_964 * std])

@@ -73,6 +73,7 @@ mod tests {
             lever_rates: None,
             turning: None,
             position: None,
+            acceleration: None,
             cuts: Vec::new(),
         };
         let vehicle = Vehicle { size_m: Some([3.4, 2.2, 2.4]), ..Vehicle::default() };

@@ -3,6 +3,7 @@
 mod convert;
 mod coupled;
 mod figures;
+mod nomoto;
 mod unsteady;
 
 use std::collections::BTreeMap;
@@ -16,6 +17,7 @@ use crate::diagnose::{
     Strokes, implausible, lateness, lateness_caveat, reverse_elsewhere, steady_against_unsteady,
     thrust_scale,
 };
+use crate::estimate::online::{OnlineOptions, fit_online};
 use crate::estimate::steady::{SteadyOptions, fit_steady};
 use crate::estimate::{
     EquationErrorOptions, EquationErrorStatistics, FilterErrorOptions, Fit, Method,
@@ -58,6 +60,8 @@ pub struct IdentifyOptions {
     pub output_error: OutputErrorOptions,
     /// Settings of filter error.
     pub filter_error: FilterErrorOptions,
+    /// Settings of the methods that work sample by sample.
+    pub online: OnlineOptions,
     /// What counts as steady.
     pub steady: SteadyOptions,
     /// Plants of several axes, beside those of each by itself.
@@ -76,6 +80,7 @@ impl Default for IdentifyOptions {
             equation_error: EquationErrorOptions::default(),
             output_error: OutputErrorOptions::default(),
             filter_error: FilterErrorOptions::default(),
+            online: OnlineOptions::default(),
             steady: SteadyOptions::default(),
             coupled: Vec::new(),
         }
@@ -135,19 +140,29 @@ pub fn identify_watched(
     implausible(&mut found.results.plants, vehicle);
     judge(&mut found.results);
     coupled::identify(vehicle, trials, options, &mut found.results);
+    nomoto::identify(vehicle, trials, options, &mut found.results);
     found.results.caveats.push(thrust_scale(vehicle));
     found.results.consequences = consequences(&found.results);
     found
 }
 
-/// What follows from the recommended plants at the greatest force of the trials.
+/// Two digits of a number, towards zero: a force that was within the trials.
+fn two_digits(x: f64) -> f64 {
+    let unit = 10_f64.powi(x.abs().log10().floor() as i32 - 1);
+    // Divided once more, so that 2300 is no 2300.0000000000005.
+    let digits = (x / unit).trunc();
+    if unit < 1.0 { digits / (1.0 / unit).round() } else { digits * unit.round() }
+}
+
+/// What follows from the recommended plants at the greatest force of the trials, to two digits.
 fn consequences(results: &Results) -> Vec<Consequence> {
     // Without a plant, or with one that no vehicle can have, nothing follows; its caveats say so.
     let Ok(model) = PlantModel::of_results(results, "results.json", None) else {
         return Vec::new();
     };
     let forces = model.driven.iter().map(|(&dof, driven)| (dof, driven.force_max));
-    let forces = forces.filter(|(_, force)| *force > 0.0).collect();
+    let forces = forces.filter(|(_, force)| *force > 0.0);
+    let forces = forces.map(|(dof, force)| (dof, two_digits(force))).collect();
     let known = model.consequences(&forces, Draws::default());
     known.or_else(|_| model.consequences(&forces, Draws { count: 0, seed: 1 })).unwrap_or_default()
 }
@@ -241,6 +256,9 @@ impl Work<'_> {
         };
         let source = options.velocity.unwrap_or(usual);
         let axes = self.axes(&trials.fit, source)?;
+        if method != Method::FilterError && axes.iter().any(|axis| !axis.knows_velocity()) {
+            return Err(Error::NoVelocity);
+        }
         let fit = if method == Method::FilterError {
             let hold_out = self.axes(&trials.hold_out, source)?;
             let steady = self.steady_axes(source)?;
@@ -279,6 +297,9 @@ impl Work<'_> {
             Method::OutputError => {
                 let start = fit_equation_error(dof, axes, chosen, first)?.lumped;
                 fit_output_error(dof, axes, chosen, &start, &options.output_error)
+            }
+            Method::Adaptive | Method::Recursive | Method::Ekf => {
+                fit_online(dof, method, axes, chosen, &options.online)
             }
             Method::FilterError => {
                 let dry_mass_kg = self.vehicle.dry_mass_kg;
@@ -383,4 +404,18 @@ fn with_thrust_errors(
     let others: Vec<LumpedParameters> =
         errors.into_iter().map(with_off).collect::<Result<_, Error>>()?;
     Ok(found.with_thrust_off(&others))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::two_digits;
+
+    #[test]
+    fn forces_are_cut_to_two_digits() {
+        for (force, cut) in
+            [(2378.686, 2300.0), (99.9, 99.0), (5.27, 5.2), (0.0123, 0.012), (3.0, 3.0)]
+        {
+            assert_eq!(two_digits(force), cut);
+        }
+    }
 }

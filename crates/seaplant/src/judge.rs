@@ -27,4 +27,4 @@ pub(crate) use score::{Scored, records, score};
 pub(crate) use thrust::{feedback, one_speed, reversed};
 pub use verdict::{Trust, Verdict};
 pub(crate) use verdict::{free_error, intervals, verdict, vouched};
-pub(crate) use working::{drag_at, working_speed};
+pub(crate) use working::{drag_at, simulated_speed, working_speed};

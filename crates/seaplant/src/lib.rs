@@ -99,16 +99,16 @@ pub use compare::{
 pub use dof::{Dof, Units};
 pub use error::Error;
 pub use estimate::{Estimate, Fit, Method};
-pub use evaluate::{Agreement, Comparison, PositionComparison, evaluate};
+pub use evaluate::{Agreement, Comparison, PositionComparison, ScoredMotion, evaluate};
 pub use identify::{
     CoupledPlan, IdentifyOptions, Stage, accumulated_plant, identify, identify_watched,
     plant_of_result, steady_drag,
 };
 pub use judge::{box_pierce, robust_covariance, score_plant};
 pub use model::{Model, ThrustModel, VelocitySensor};
-pub use navigation::{Motion, Navigated, Recording};
+pub use navigation::{MeanAcceleration, Motion, Navigated, Recording};
 pub use plant::{LumpedParameters, PhysicalParameters, Stability};
-pub use quantity::Quantity;
+pub use quantity::{Quantity, Surface};
 pub use series::{Gap, Grid, Timed};
 pub use signal::{LowPass, Stretches};
 pub use simulate::{Response, State, simulate};
@@ -118,4 +118,7 @@ pub use trial::{
     AxisRecord, CoupledRecord, Role, ThrusterTrack, Trial, TrialSetup, UniformAxis, UniformStretch,
     VelocitySource, lever_axes,
 };
-pub use vehicle::{Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle};
+pub use vehicle::{
+    Fin, SEA_WATER_KG_M3, Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle, VehicleEffect,
+    Windage,
+};

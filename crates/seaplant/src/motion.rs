@@ -55,7 +55,7 @@ impl Plant {
     ///
     /// `force` and `velocity` (relative to the water) have shape (6,); what they hold of axes
     /// that the plant does not have counts as known: a force there does nothing, a velocity
-    /// turns the frame.
+    /// turns the frame. Effects read zeros.
     ///
     /// # Errors
     /// [`Error::Plant`] if M cannot be inverted.
@@ -79,6 +79,6 @@ impl Plant {
         velocity: &Vector6<f64>,
         down_body: &Vector3<f64>,
     ) -> Result<Vector6<f64>, Error> {
-        Ok(Whole::new(self)?.rate(velocity, down_body, force))
+        Ok(Whole::new(self)?.rate(velocity, down_body, force, &[]))
     }
 }

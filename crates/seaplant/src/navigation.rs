@@ -3,8 +3,11 @@
 //! Frames: north-east-down in the world, forward-starboard-down on the body.
 //! An attitude turns body vectors into world ones: `R = R_z(heading) R_y(pitch) R_x(roll)`.
 
+mod acceleration;
 mod attitude;
 mod beside;
+mod gravity;
+mod ground;
 mod gyro;
 mod tilt;
 mod track;
@@ -14,6 +17,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+pub use acceleration::MeanAcceleration;
+pub(crate) use acceleration::MeanOver;
+use acceleration::{Around, Felt};
 use attitude::AttitudeRecord;
 pub use attitude::unwrap;
 pub use beside::Beside;
@@ -27,13 +33,15 @@ use crate::{Caveat, CaveatCode, Dof, Error, Gap, Quantity, Sensors, Timed};
 /// What one trial's instruments and thrusters said, in SI units and radians.
 pub type Recording = BTreeMap<Quantity, Timed>;
 
-/// A velocity, or the position whose derivative it is.
+/// A velocity, or the position whose derivative it is, or the acceleration that is its own.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Measured as velocity.
     Velocity(Timed),
     /// Measured as position; velocity is its derivative.
     Position(Timed),
+    /// Measured by an accelerometer alone, as [`MeanAcceleration::mean`]; velocity is not known.
+    Acceleration(Timed),
 }
 
 /// How the vehicle's origin moved, in body axes.
@@ -43,6 +51,8 @@ pub struct Navigated {
     pub measured: BTreeMap<Dof, Timed>,
     /// Velocity by way of navigated position.
     pub by_position: BTreeMap<Dof, Motion>,
+    /// Acceleration along the translations that no instrument measures the velocity of.
+    pub acceleration: BTreeMap<Dof, MeanAcceleration>,
     /// Positions along a degree of freedom that were measured themselves: the way along the
     /// body's vertical axis that depth leads to (heave), roll, pitch, and the way about that axis
     /// that heading leads to (yaw).
@@ -104,12 +114,16 @@ struct Voyage {
     positioned: Option<[Timed; 2]>,
     /// Where that sits.
     lever: Vector3<f64>,
+    /// What the accelerometer felt, where there is one.
+    felt: Felt,
+    sensors: Sensors,
     nav: Navigated,
 }
 
 impl Voyage {
     fn of(trial: &str, mut recording: Recording, sensors: &Sensors) -> Result<Self, Error> {
         let caveats = gyro::remove_dead(trial, &mut recording);
+        let felt = Felt::take(&mut recording);
         let attitude = AttitudeRecord::take(&mut recording, sensors);
         let rates = rates(&recording, &attitude)?;
         let heading_cuts = attitude.cuts.clone();
@@ -129,6 +143,8 @@ impl Voyage {
                 nav.measured.insert(dof, velocity);
             }
         }
+        ground::velocities(&mut recording, sensors, &attitude, &mut nav)?;
+        ground::positions(&mut recording)?;
         depth_of_origin(&recording, sensors, &attitude, &mut nav);
         let mut position = |way| recording.remove(&Quantity::Position(way));
         let positioned = position(World::North).zip(position(World::East)).map(<[Timed; 2]>::from);
@@ -137,7 +153,7 @@ impl Voyage {
             nav.caveats.push(Caveat::warning(CaveatCode::Navigation, message));
         }
         let (trial, lever) = (trial.to_owned(), sensors.position.position_body);
-        Ok(Self { trial, attitude, positioned, lever, nav })
+        Ok(Self { trial, attitude, positioned, lever, felt, sensors: *sensors, nav })
     }
 
     /// The way travelled, as positioned or by dead reckoning; `None` if neither can be had.
@@ -161,7 +177,7 @@ impl Voyage {
             let numbers: Vec<usize> = rows.iter().map(|(row, _)| *row).collect();
             velocities = track.body_velocity(&numbers)?;
         }
-        let Self { attitude, mut nav, trial, .. } = self;
+        let Self { attitude, mut nav, trial, felt, sensors, .. } = self;
         let found = rows.into_iter().zip(velocities);
         nav.by_position.extend(found.map(|((_, dof), v)| (dof, Motion::Velocity(v))));
         if let Some(depth) = nav.position.get(&Dof::Heave).filter(|_| dofs.contains(&Dof::Heave)) {
@@ -182,6 +198,19 @@ impl Voyage {
             }
         }
         nav.beside = Beside::of(&nav);
+        let unmeasured = |dof: &&Dof| !felt.is_empty() && !nav.measured.contains_key(dof);
+        let felt_along: Vec<Dof> = dofs.iter().filter(unmeasured).copied().collect();
+        for dof in felt_along {
+            let around = Around { rates: nav.rates.as_ref(), turning: nav.turning.get(&dof) };
+            let mut doubts = Vec::new();
+            let found = felt.along(dof, &trial, &sensors, &attitude, &around, &mut doubts)?;
+            if let Some(found) = found {
+                doubts.extend(around.unknown_turning(&trial, dof));
+                nav.acceleration.insert(dof, found);
+            }
+            doubts.retain(|doubt| !nav.caveats.contains(doubt));
+            nav.caveats.extend(doubts);
+        }
         nav.measured.retain(|dof, _| dofs.contains(dof));
         nav.by_position.retain(|dof, _| dofs.contains(dof));
         nav.position.retain(|dof, _| dofs.contains(dof));

@@ -11,6 +11,7 @@
 
 mod basis;
 mod coefficients;
+mod effect;
 mod notation;
 mod parameterisation;
 mod rigid_body;
@@ -21,6 +22,7 @@ use std::fmt;
 pub use basis::{Basis, Factor, Instant, Product};
 pub(crate) use basis::{kirchhoff, kirchhoff_slope};
 pub use coefficients::Plant;
+pub use effect::{Effect, EffectForce, Foil, Signal};
 pub use parameterisation::{Parameterisation, Physical, Plain};
 pub use rigid_body::{Buoyancy, GRAVITY, RigidBody};
 pub use structure::{Structure, Symmetry};

@@ -3,6 +3,8 @@
 //! Every number that a report shows stands here, or in the series beside it.
 
 mod coupled;
+mod online;
+mod steering;
 mod vehicle;
 
 use std::collections::BTreeMap;
@@ -17,9 +19,11 @@ use crate::signal::Spectrum;
 use crate::terms::Term;
 use crate::{
     Caveat, ClockOffset, Comparison, Dof, Error, Estimate, LumpedParameters, Method, Model, Role,
-    Stability,
+    ScoredMotion, Stability,
 };
 
+pub use online::{CoupledOnline, OnlineHistory, PlantChanged};
+pub use steering::{NomotoResult, SecondOrder};
 pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
 pub use coupled::{
@@ -57,6 +61,12 @@ pub struct Results {
     /// Plants of several axes, by their axes: `surge-sway-yaw`.
     #[serde(default)]
     pub coupled: BTreeMap<String, CoupledPlant>,
+    /// Nomoto's models of steering, where a plant has yaw among its axes and a rudder is logged.
+    #[serde(default)]
+    pub steering: Vec<NomotoResult>,
+    /// The same by methods that work sample by sample.
+    #[serde(default)]
+    pub coupled_online: BTreeMap<String, BTreeMap<Method, CoupledOnline>>,
     /// Every method's plant of each degree of freedom.
     pub methods: BTreeMap<Dof, BTreeMap<Method, PlantResult>>,
     /// The recommended method with every choice of terms.
@@ -90,7 +100,8 @@ impl Results {
     /// [`Error::NothingFound`], with every method's reason, if there is neither a plant nor
     /// steady drag.
     pub fn check(&self) -> Result<(), Error> {
-        if !(self.plants.is_empty() && self.coupled.is_empty() && self.steady.is_empty()) {
+        let has_plant = !(self.plants.is_empty() && self.coupled.is_empty());
+        if has_plant || !self.steady.is_empty() || !self.steering.is_empty() {
             return Ok(());
         }
         let reason = |f: &Failure| format!("\n  {} by {}: {}", f.dof, f.method, f.message);
@@ -213,6 +224,9 @@ pub struct PlantResult {
     /// that make none.
     #[serde(default)]
     pub innovations: Vec<Innovations>,
+    /// How the parameters went there; absent of methods that do not work sample by sample.
+    #[serde(default)]
+    pub history: Option<OnlineHistory>,
     /// How the fit went.
     pub regression: RegressionResult,
     /// Its error on the trials that it was fitted to.
@@ -299,9 +313,13 @@ pub struct RegressionResult {
 /// The error of a plant on some trials; what a diverging simulation has none of is absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Score {
+    /// What was compared: where no velocity was measured, e and R² are of acceleration, in means
+    /// over half a second without the accelerometer's offset.
+    #[serde(default)]
+    pub quantity: ScoredMotion,
     /// e = mean |v_model − v| on raw velocity.
     pub mean_abs_error: Option<f64>,
-    /// e of a model that never moves.
+    /// e of a model that never moves, or of one that never accelerates.
     pub null_error: f64,
     /// The best model without a plant; absent if a simulation diverged.
     #[serde(default)]
@@ -508,7 +526,7 @@ pub struct AxisResult {
     pub sample_hz: f64,
     /// Rate at which motion was measured, Hz.
     pub source_hz: f64,
-    /// Whether motion was measured as velocity or as position.
+    /// Whether motion was measured as velocity, as position or as acceleration.
     pub motion: String,
     /// Frequency at which force is greatest, Hz.
     pub dominant_hz: Option<f64>,
@@ -518,10 +536,10 @@ pub struct AxisResult {
     pub force_max: f64,
     /// Root mean square force, N or N m.
     pub force_rms: f64,
-    /// Greatest speed, m/s or rad/s.
-    pub speed_max: f64,
-    /// Root mean square velocity, m/s or rad/s.
-    pub speed_rms: f64,
+    /// Greatest speed, m/s or rad/s; absent where neither velocity nor position was measured.
+    pub speed_max: Option<f64>,
+    /// Root mean square velocity, m/s or rad/s; absent likewise.
+    pub speed_rms: Option<f64>,
     /// How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
     /// run, all its way.
     #[serde(default)]

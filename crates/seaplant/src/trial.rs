@@ -6,6 +6,7 @@ mod coupled;
 mod force;
 mod plausible;
 mod records;
+mod signals;
 
 use std::collections::BTreeMap;
 

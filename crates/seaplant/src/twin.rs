@@ -4,6 +4,7 @@
 //! through instruments that round, jitter and sit off the origin. What disturbs it, and
 //! what its analyst gets wrong, is switched on by name.
 
+mod closed_loop;
 mod command;
 mod disturbance;
 mod faults;
@@ -21,8 +22,11 @@ mod water;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+pub use closed_loop::{ClosedLoop, Measured, close_loop};
 pub use disturbance::Disturbance;
-pub use spec::{Excitation, NoiseLevel, SteadyRuns, TwinPlant, TwinSpec, TwinThrusters};
+pub use spec::{
+    Excitation, NoiseLevel, SteadyRuns, TwinAccelerometer, TwinPlant, TwinSpec, TwinThrusters,
+};
 pub use strength::DisturbanceStrength;
 pub use truth::{TrueNuisances, TrueParameters, TrueSteady, Truth};
 

@@ -1,6 +1,10 @@
 //! The vehicle: where its thrusters push and where its instruments sit.
 
-use nalgebra::{Rotation3, Vector3};
+mod actuators;
+
+use nalgebra::{Rotation3, Unit, Vector3};
+
+pub use actuators::{Fin, VehicleEffect, Windage};
 
 use crate::plant::{Buoyancy, RigidBody};
 use crate::{Dof, Error, ThrustCurve};
@@ -18,6 +22,8 @@ pub struct Thruster {
     pub curve: ThrustCurve,
     /// How well that is known.
     pub uncertainty: ThrustUncertainty,
+    /// What its azimuth turns it about, a unit vector: its direction is that at zero azimuth.
+    pub azimuth_axis: Option<Vector3<f64>>,
 }
 
 /// Standard deviations of a thruster's strength, each way, as parts of its thrust; zero
@@ -56,7 +62,30 @@ impl Thruster {
             direction_body: direction_body / length,
             curve,
             uncertainty: ThrustUncertainty::default(),
+            azimuth_axis: None,
         })
+    }
+
+    /// The same thruster turned about an axis by what `thruster.NAME.azimuth` says.
+    ///
+    /// # Errors
+    /// [`Error::Thruster`] if the axis is zero, not finite, or the way that it pushes.
+    pub fn turned_about(self, axis: [f64; 3]) -> Result<Self, Error> {
+        let length = Vector3::from(axis).norm();
+        let is_axis = length > 0.0 && length.is_finite();
+        let axis = Vector3::from(axis) / length;
+        if is_axis && axis.cross(&self.direction_body).norm() > LEAST_TURN {
+            return Ok(Self { azimuth_axis: Some(axis), ..self });
+        }
+        let reason = "its azimuth_axis must not be zero nor the way that it pushes; give what it turns about, such as [0, 0, 1]";
+        Err(Error::Thruster { name: self.name, reason: reason.to_owned() })
+    }
+
+    /// The same thruster at an azimuth, rad.
+    pub fn at_azimuth(&self, azimuth: f64) -> Self {
+        let Some(axis) = self.azimuth_axis else { return self.clone() };
+        let turned = Rotation3::from_axis_angle(&Unit::new_normalize(axis), azimuth);
+        Self { direction_body: turned * self.direction_body, ..self.clone() }
     }
 
     /// The same thruster, its strength known no better than that.
@@ -81,6 +110,9 @@ impl Thruster {
         [d.x, d.y, d.z, moment.x, moment.y, moment.z]
     }
 }
+
+/// A thruster that turns about an axis nearer than this to its direction does not turn.
+const LEAST_TURN: f64 = 1e-3;
 
 /// How an instrument sits on the vehicle, and how good it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -112,10 +144,15 @@ pub struct Sensors {
     pub attitude: Sensor,
     /// Positioning antenna, beacon or marker: std in m.
     pub position: Sensor,
+    /// Accelerometer: std in m/s².
+    pub imu: Sensor,
+    /// Whether each logged sample of the accelerometer is the mean since the one before; else it
+    /// is what was measured at its instant.
+    pub imu_averages: bool,
 }
 
 /// A marine vehicle with known thrusters.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Vehicle {
     /// What it is called.
     pub name: String,
@@ -127,11 +164,41 @@ pub struct Vehicle {
     pub rigid_body: Option<RigidBody>,
     /// What the water carries of it.
     pub buoyancy: Option<Buoyancy>,
-    /// All thrusters.
+    /// All thrusters whose curve is known.
     pub thrusters: Vec<Thruster>,
+    /// Thrusters whose strength is to be estimated, by plants of several axes: their curves say
+    /// which input they read, and no more.
+    pub propellers: Vec<Thruster>,
+    /// Rudders and fins.
+    pub fins: Vec<Fin>,
+    /// What the wind meets; forces per unit of wind speed squared are estimated without it.
+    pub windage: Option<Windage>,
+    /// Density of the water, kg/m³.
+    pub water_density_kg_m3: f64,
     /// All instruments.
     pub sensors: Sensors,
 }
+
+impl Default for Vehicle {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            dry_mass_kg: None,
+            size_m: None,
+            rigid_body: None,
+            buoyancy: None,
+            thrusters: Vec::new(),
+            propellers: Vec::new(),
+            fins: Vec::new(),
+            windage: None,
+            water_density_kg_m3: SEA_WATER_KG_M3,
+            sensors: Sensors::default(),
+        }
+    }
+}
+
+/// Density of sea water, kg/m³.
+pub const SEA_WATER_KG_M3: f64 = 1025.0;
 
 impl Vehicle {
     /// The area that the hull's box turns towards the water in a translation, m².
@@ -152,10 +219,13 @@ impl Vehicle {
         }
     }
 
-    /// Whether the named thruster acts on a degree of freedom at all.
+    /// Whether the named thruster acts on a degree of freedom at all, at some azimuth.
     pub fn acts_on(thruster: &Thruster, dof: Dof) -> bool {
         // A lever below a micrometre is the rounding of a rotated position.
-        thruster.unit_wrench()[dof.index()].abs() > 1e-6
+        let acts = |thruster: &Thruster| thruster.unit_wrench()[dof.index()].abs() > 1e-6;
+        acts(thruster)
+            || thruster.azimuth_axis.is_some()
+                && [0.7, 2.3].into_iter().any(|azimuth| acts(&thruster.at_azimuth(azimuth)))
     }
 }
 

@@ -93,7 +93,7 @@ fn true_value(truth: &Value, term: &Basis) -> f64 {
             };
             moment("weight_N", "centre_of_gravity_m") - moment("buoyancy_N", "centre_of_buoyancy_m")
         }
-        Basis::One(_) => 0.0,
+        Basis::One(_) | Basis::Effect(_) => 0.0,
     }
 }
 
@@ -121,6 +121,7 @@ fn r2(plant: &Plant, record: &CoupledRecord, current: [f64; 2]) -> [f64; 6] {
         velocity: record.velocity.clone(),
         attitude: record.attitude.clone(),
         current,
+        signals: record.signals.clone(),
     };
     let start = Vector6::from_fn(|k, _| velocity(Dof::ALL[k]).values()[0]);
     let times = velocity(Dof::Surge).time_s();
@@ -154,6 +155,8 @@ fn a_freely_driven_vehicle_comes_out_whole() {
         axes: Dof::ALL.to_vec(),
         symmetry: Symmetry::PortStarboard,
         terms: Vec::new(),
+        effects: Vec::new(),
+        hold: Default::default(),
         search: true,
     };
     let options = IdentifyOptions { coupled: vec![plan], ..IdentifyOptions::default() };

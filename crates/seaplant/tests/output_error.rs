@@ -58,6 +58,7 @@ fn axis(force: Timed, motion: Motion) -> AxisRecord {
         lever_rates: None,
         turning: None,
         position: None,
+        acceleration: None,
         cuts: Vec::new(),
     }
 }

@@ -34,6 +34,7 @@ fn fit(values: Vec<f64>, motion: fn(Timed) -> Motion) -> LumpedParameters {
         lever_rates: None,
         turning: None,
         position: None,
+        acceleration: None,
         cuts: Vec::new(),
     };
     let terms: Terms = "force,quadratic,linear,bias".parse().expect("a plant");

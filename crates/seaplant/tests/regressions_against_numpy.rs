@@ -45,6 +45,7 @@ fn axis(velocity: &[f64]) -> AxisRecord {
         lever_rates: None,
         turning: None,
         position: None,
+        acceleration: None,
         cuts: Vec::new(),
     }
 }

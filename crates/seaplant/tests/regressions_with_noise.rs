@@ -65,6 +65,7 @@ fn record_of(
         lever_rates: None,
         turning: None,
         position: None,
+        acceleration: None,
         cuts: Vec::new(),
     }
 }

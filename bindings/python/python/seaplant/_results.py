@@ -31,9 +31,12 @@ __all__ = [
     "Disturbance",
     "Dof",
     "Driven",
+    "Effect",
+    "EffectForce",
     "Failure",
     "FileOffset",
     "Filters",
+    "Foil",
     "Identifiability",
     "Innovations",
     "InputFile",
@@ -47,6 +50,7 @@ __all__ = [
     "Method",
     "MonteCarloTable",
     "NoiseLevel",
+    "NomotoResult",
     "NullModel",
     "NullScore",
     "OffsetPair",
@@ -64,6 +68,7 @@ __all__ = [
     "Role",
     "Row",
     "Score",
+    "SecondOrder",
     "SegmentResult",
     "SensorResult",
     "Severity",
@@ -71,6 +76,7 @@ __all__ = [
     "SteadyResult",
     "SteadyTestResult",
     "SubsetResult",
+    "Surface",
     "Symmetry",
     "Term",
     "TermDecision",
@@ -122,6 +128,7 @@ CaveatCode: TypeAlias = Literal[
     "few-effective-samples",
     "collinear",
     "undriven-axis",
+    "drift-beyond",
     "not-dissipative",
     "restoring-contradicts",
     "two-level-thrust",
@@ -261,6 +268,12 @@ Severity: TypeAlias = Literal[
 ]
 """How much a caveat matters."""
 
+Surface: TypeAlias = Literal[
+    "rudder",
+    "fin",
+]
+"""A control surface."""
+
 Symmetry: TypeAlias = Literal[
     "port-starboard",
     "none",
@@ -288,6 +301,7 @@ ToldBy: TypeAlias = Literal[
     "data",
     "limit",
     "nothing",
+    "stated",
 ]
 """Where a number comes from."""
 
@@ -635,7 +649,7 @@ class CoupledPlant(Record):
 
     parameters: dict[str, Coefficient]
     """Its coefficients by name: ``mass.surge``, ``mass.surge-pitch``, ``yaw: |v|r``,
-    ``weight-minus-buoyancy``, ``lever.z``."""
+    ``weight-minus-buoyancy``, ``lever.z``, and those of ``effects``."""
 
     mass_matrix: MatrixResult
     """M: rigid body plus added mass."""
@@ -672,6 +686,9 @@ class CoupledPlant(Record):
 
     driven: dict[str, Driven]
     """How far each axis was driven in its trials."""
+
+    effects: tuple[Effect, ...]
+    """Forces of rudders, fins, propellers of unknown strength and wind."""
 
     hold_out: CoupledScore | None
     """Its error on trials that it had not seen."""
@@ -776,6 +793,49 @@ class Driven(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Effect(Record):
+    """A force that one coefficient scales, by its name."""
+
+    name: str
+    """What results call its coefficient: ``rudder.lift``, ``wind.sway``."""
+
+    force: EffectForce
+    """What it does."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EffectForce(Record):
+    """What scales with one coefficient."""
+
+    kind: str
+    """One of lift, slipstream, race, thrust, advance, astern, wind, wind-across."""
+
+    foil: Foil | None = None
+    """The fin."""
+
+    propeller: str | None = None
+    """The propeller."""
+
+    squared: bool | None = None
+    """Whether the drive is a speed or command n, so that T is n²."""
+
+    direction: Floats | None = None
+    """The way of positive thrust, a unit vector."""
+
+    position_m: Floats | None = None
+    """Where it pushes, m."""
+
+    way: Floats | None = None
+    """Force and moment by axis."""
+
+    on: Dof | None = None
+    """On which axis."""
+
+    scale: float | None = None
+    """``½ρ_a A L``; 1 if areas are not known."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Failure(Record):
     """Something that could not be done."""
 
@@ -809,6 +869,26 @@ class Filters(Record):
 
     velocity: LowPass | None
     """On velocity, before v|v| is formed and v differentiated."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Foil(Record):
+    """A control surface as its force reads it."""
+
+    kind: Surface
+    """What it is."""
+
+    name: str
+    """What channels call it."""
+
+    position_m: Floats
+    """Where its force acts, m, body frame."""
+
+    axis: Floats
+    """The axis that it turns about, a unit vector."""
+
+    stall_rad: float | None
+    """Its stall angle, rad: beyond it, lift grows no more."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -998,6 +1078,46 @@ class MonteCarloTable(Record):
 
     assurance: tuple[Assurance, ...]
     """How often recommended plants were presented as what they are not."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NomotoResult(Record):
+    """Nomoto's model of how yaw rate follows a rudder: ``T ṙ + r + α r³ = K (δ − δ₀)``, or
+    ``T₁T₂ r̈ + (T₁ + T₂) ṙ + r + α r³ = K (δ − δ₀ + T₃ δ̇)``."""
+
+    rudder: str
+    """The rudder."""
+
+    order: int
+    """First or second order."""
+
+    gain: Parameter
+    """K."""
+
+    time: Parameter
+    """T, or T₁ + T₂ − T₃."""
+
+    neutral_angle: Parameter
+    """δ₀: the angle that keeps the course."""
+
+    is_stable: bool
+    """Whether a straight course is kept."""
+
+    fit_r2: float
+    """R² of yaw rate on the trials that it was fitted to, simulated freely from their
+    start."""
+
+    hold_out_r2: dict[str, float | None]
+    """The same on held-out trials, by trial; none of one in which it runs away."""
+
+    caveats: tuple[Caveat, ...]
+    """Doubts."""
+
+    cubic: Parameter | None
+    """α, where r³ explains more."""
+
+    second: SecondOrder | None
+    """The times of the second order."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1301,6 +1421,10 @@ class Results(Record):
     size_m: Floats | None
     """Length, width and height of its hull, m."""
 
+    steering: tuple[NomotoResult, ...]
+    """Nomoto's models of steering, where a plant has yaw among its axes and a rudder is
+    logged."""
+
     truth: dict[str, TruePlant] | None
     """True values, where the logs are a twin's."""
 
@@ -1374,6 +1498,20 @@ class Score(Record):
 
     r_squared: float | None
     """1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SecondOrder(Record):
+    """Times of the second order."""
+
+    time_sum: Parameter
+    """T₁ + T₂."""
+
+    time_product: Parameter
+    """T₁ T₂."""
+
+    zero_time: Parameter
+    """T₃."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -212,9 +212,16 @@ fn velocity(log: &Log, session: &Session, mapped: &[Mapped], dof: Dof) -> Option
     let angle = |which| Some(find(&Quantity::Attitude(which))?.unwrapped().derivative());
     let measured = find(&Quantity::Velocity(dof));
     let dvl = |axis| find(&Quantity::DvlVelocity(axis));
+    let felt = |axis| Some(find(&Quantity::Acceleration(axis))?.forgetful_integral());
     match dof {
-        Dof::Surge => measured.or_else(|| dvl(Axis::X)).or_else(|| ground_speed(&find, dof)),
-        Dof::Sway => measured.or_else(|| dvl(Axis::Y)).or_else(|| ground_speed(&find, dof)),
+        Dof::Surge => measured
+            .or_else(|| dvl(Axis::X))
+            .or_else(|| ground_speed(&find, dof))
+            .or_else(|| felt(Axis::X)),
+        Dof::Sway => measured
+            .or_else(|| dvl(Axis::Y))
+            .or_else(|| ground_speed(&find, dof))
+            .or_else(|| felt(Axis::Y)),
         Dof::Heave => measured
             .or_else(|| slope(Quantity::Depth))
             .or_else(|| slope(Quantity::Position(World::Down)))
@@ -276,6 +283,23 @@ impl Series {
             if step > 0.0 { (self.values[high] - self.values[low]) / step } else { 0.0 }
         };
         Self { time_s: self.time_s.clone(), values: (0..n).map(slope).collect() }
+    }
+
+    /// The integral, forgotten over seconds as drag makes a vehicle forget its speed, and without
+    /// its mean, which gravity and offsets make.
+    fn forgetful_integral(&self) -> Self {
+        const FORGOTTEN_S: f64 = 3.0;
+        let (mut kept, mut before) = (0.0, self.time_s.first().copied().unwrap_or(0.0));
+        let mut pass = |(&t, &x): (&f64, &f64)| {
+            let step = t - before;
+            before = t;
+            kept = kept * (-step / FORGOTTEN_S).exp() + x * step;
+            kept
+        };
+        let mut values: Vec<f64> = self.time_s.iter().zip(&self.values).map(&mut pass).collect();
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        values.iter_mut().for_each(|x| *x -= mean);
+        Self { time_s: self.time_s.clone(), values }
     }
 
     fn rms(&self) -> f64 {

@@ -56,6 +56,21 @@ static KNOWN: &[Known] = &[
     known("LOCAL_POSITION_NED.y", Quantity::Position(World::East), 4),
     height("GLOBAL_POSITION_INT.relative_alt", 4),
     height("VFR_HUD.alt", 3),
+    known("IMU[0].AccX", Quantity::Acceleration(Axis::X), 4),
+    known("IMU[0].AccY", Quantity::Acceleration(Axis::Y), 4),
+    known("IMU[0].AccZ", Quantity::Acceleration(Axis::Z), 4),
+    known("IMU.AccX", Quantity::Acceleration(Axis::X), 3),
+    known("IMU.AccY", Quantity::Acceleration(Axis::Y), 3),
+    known("IMU.AccZ", Quantity::Acceleration(Axis::Z), 3),
+    known("RAW_IMU.xacc", Quantity::Acceleration(Axis::X), 3),
+    known("RAW_IMU.yacc", Quantity::Acceleration(Axis::Y), 3),
+    known("RAW_IMU.zacc", Quantity::Acceleration(Axis::Z), 3),
+    known("SCALED_IMU.xacc", Quantity::Acceleration(Axis::X), 4),
+    known("SCALED_IMU.yacc", Quantity::Acceleration(Axis::Y), 4),
+    known("SCALED_IMU.zacc", Quantity::Acceleration(Axis::Z), 4),
+    known("SCALED_IMU2.xacc", Quantity::Acceleration(Axis::X), 2),
+    known("SCALED_IMU2.yacc", Quantity::Acceleration(Axis::Y), 2),
+    known("SCALED_IMU2.zacc", Quantity::Acceleration(Axis::Z), 2),
     known("SYS_STATUS.voltage_battery", Quantity::SupplyVoltage, 4),
 ];
 
@@ -110,6 +125,7 @@ fn unit_of(quantity: &Quantity) -> &'static str {
         Quantity::Attitude(_) => "deg",
         Quantity::Rate(_) => "deg/s",
         Quantity::SupplyVoltage => "V",
+        Quantity::Acceleration(_) => "m/s2",
         _ => "m",
     }
 }

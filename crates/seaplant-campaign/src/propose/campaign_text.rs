@@ -4,7 +4,6 @@ use seaplant::Quantity;
 use seaplant_log::{Log, Note, ReadOptions, Stamp, TimeColumn};
 
 use super::ProposedTrial;
-use super::claim::SURFACE;
 use super::mapping::{Mapped, Mapping};
 use super::ros_thruster::UNTOLD;
 use super::write::{Page, quoted, seconds};
@@ -26,6 +25,7 @@ pub(super) fn write(
     for trial in trials {
         write_trial(&mut page, mapping, trial);
     }
+    coupled(&mut page, mapping);
     channels(&mut page, mapping);
     let left_out = by_reason(&mapping.left_out);
     if !left_out.is_empty() {
@@ -54,10 +54,6 @@ fn questions(log: &Log, mapping: &Mapping, trials: &[ProposedTrial]) -> Vec<Stri
     }
     let untold = mapping.left_out.iter().filter(|(_, why)| why == UNTOLD);
     found.extend(by_question("column", untold.map(|(column, why)| (column, why.clone()))));
-    let surface = mapping.left_out.iter().find(|(_, why)| why == SURFACE);
-    found.extend(surface.map(|(column, _)| {
-        format!("column {} is {SURFACE}, or choose trials in which it rests", quoted(column))
-    }));
     found
 }
 
@@ -202,6 +198,22 @@ fn own_channels(mapping: &Mapping, session: usize) -> Vec<&Mapped> {
         })
     };
     mapping.sessions[session].iter().filter(differs).collect()
+}
+
+/// Rudders and fins act in plants of several axes.
+fn coupled(page: &mut Page, mapping: &Mapping) {
+    let all = mapping.all();
+    if !all.iter().any(|mapped| matches!(mapped.quantity(), Quantity::SurfaceAngle { .. })) {
+        return;
+    }
+    page.line("");
+    page.comment(
+        "A rudder acts in a plant of several axes. Take the `#` away from the lines below;",
+    );
+    page.comment("where no thrust curve is known, hold one mass, which fixes the scale of force.");
+    page.comment("[[plant]]");
+    page.comment("axes = [\"surge\", \"sway\", \"yaw\"]");
+    page.comment("hold = { \"mass.surge\" = 0.0 }  # decide: dry mass and what the water adds, kg");
 }
 
 fn channels(page: &mut Page, mapping: &Mapping) {

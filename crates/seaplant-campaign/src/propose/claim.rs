@@ -4,6 +4,7 @@ use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::{Dof, Quantity, ThrusterInput};
 use seaplant_log::{Channel, Dimension, Unit};
 
+use super::afloat;
 use super::words::{
     COMMAND, HEADING, PITCH, ROLL, counts_turns, tells_of_thruster, unit_by_name, words,
 };
@@ -130,8 +131,7 @@ static RULES: &[Rule] = &[
 
 /// Words of what Seaplant does not read, and why.
 const FOREIGN: &[(&[&str], &str)] = &[
-    (&["rudder", "delta", "fin", "fins", "elevator", "aileron", "flap", "sternplane"], SURFACE),
-    (&["wind"], "of the wind"),
+    (&["aileron"], "of an aircraft's control surface"),
     (&["sound"], "the speed of sound"),
     (&["acc", "accel", "acceleration"], ACCELERATION),
     (
@@ -144,11 +144,6 @@ const FOREIGN: &[(&[&str], &str)] = &[
         &["altitude", "alt", "height"],
         "a height above the bottom, not a depth; if it is above the surface, map depth with negate = true",
     ),
-    (&["cog", "course"], "a course over ground, not a heading"),
-    (
-        &["lat", "latitude", "lon", "lng", "longitude"],
-        "a geographic position; Seaplant reads metres north and east",
-    ),
     (
         &["beam", "beam1", "beam2", "beam3", "beam4"],
         "of one beam of the instrument; map its velocity along x, y and z",
@@ -159,13 +154,14 @@ const FOREIGN: &[(&[&str], &str)] = &[
         "a state, not a measurement",
     ),
 ];
-pub(super) const ACCELERATION: &str = "an acceleration, which Seaplant derives from velocity";
+pub(super) const ACCELERATION: &str =
+    "an acceleration, but not along x, y or z of an accelerometer";
+/// Why an accelerometer is not mapped.
+pub(super) const VELOCITY_SAYS_MORE: &str =
+    "an acceleration, and velocity is logged, which says more";
 pub(super) const COMMANDED: &str = "a command, not a measurement";
 pub(super) const WORLD_VELOCITY: &str =
     "a velocity along the world's axes; Seaplant reads the body's, or derives it from position";
-/// Why a control surface is not mapped.
-pub(super) const SURFACE: &str =
-    "a control surface: its force must be worked out and mapped as wrench.DOF";
 /// Words of velocities that are not the body's.
 const WORLD: &[&str] = &["ned", "enu", "world", "global", "north", "east", "local", "vn", "ve"];
 
@@ -175,6 +171,9 @@ const WORLD: &[&str] = &["ned", "enu", "world", "global", "north", "east", "loca
 pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
     let own = words(&channel.name);
     let has = |word: &str| own.iter().any(|own| own == word);
+    if let Some(claim) = felt(channel, &own) {
+        return Ok(claim);
+    }
     if let Some((_, why)) = FOREIGN.iter().find(|(words, _)| words.iter().any(|word| has(word))) {
         return Err((*why).to_owned());
     }
@@ -195,6 +194,12 @@ pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
             ..found
         });
     }
+    if let Some(found) = afloat::claim(channel, &own, stated.as_ref()) {
+        return Ok(Claim {
+            unit: found.unit.or(named.filter(|_| channel.unit.is_none())),
+            ..found
+        });
+    }
     if own.iter().any(|word| COMMAND.contains(&word.as_str())) {
         return Err(COMMANDED.to_owned());
     }
@@ -205,6 +210,30 @@ pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
     let rule = best_rule(&all, stated.as_ref());
     let rule = rule.ok_or_else(|| unknown(stated.as_ref()))?;
     Ok(of_rule(channel, rule, named))
+}
+
+/// What an accelerometer feels along one of its axes, by its name.
+fn felt(channel: &Channel, own: &[String]) -> Option<Claim> {
+    let has = |words: &[&str]| own.iter().any(|word| words.contains(&word.as_str()));
+    let axes = [(Axis::X, ["x", "ax"]), (Axis::Y, ["y", "ay"]), (Axis::Z, ["z", "az"])];
+    let of_axis = |(axis, words): &(Axis, [&str; 2])| has(words).then_some(*axis);
+    let axis = axes.iter().find_map(of_axis)?;
+    let named = unit_by_name(&channel.name);
+    let stated = channel.unit.clone().or_else(|| Unit::parse(named?).ok());
+    let fits = stated.as_ref().is_none_or(|unit| unit.resolve(Dimension::Acceleration).is_ok());
+    if !has(&["acc", "accel", "acceleration", "accelerometer"]) || !fits {
+        return None;
+    }
+    let unit = named.filter(|_| channel.unit.is_none());
+    let missing = channel.unit.is_none() && unit.is_none();
+    Some(Claim {
+        quantity: Quantity::Acceleration(axis),
+        strength: 3,
+        unit,
+        negate: false,
+        why: why(channel, unit).to_owned(),
+        doubt: missing.then(|| "no unit is stated; add unit = \"m/s2\" or \"g\"".to_owned()),
+    })
 }
 
 fn unknown(unit: Option<&Unit>) -> String {

@@ -7,9 +7,9 @@ use seaplant::{Quantity, ThrusterInput};
 use seaplant_log::{Channel, Log};
 
 use super::autopilot;
-use super::claim::{Claim, claim};
+use super::claim::{Claim, VELOCITY_SAYS_MORE, claim};
 use super::session::Session;
-use super::{pd0, ros};
+use super::{pd0, px4, ros};
 use crate::inspect::{Remark, remarks, short};
 
 /// A quantity of a session and the channel that gives it.
@@ -57,7 +57,8 @@ pub(super) fn map(log: &Log, sessions: &[Session]) -> Mapping {
         .collect();
     for session in sessions {
         let claims = mapping.claims(log, session, &moving);
-        let of_session = choose(log, session, claims);
+        let mut of_session = choose(log, session, claims);
+        mapping.leave_out_acceleration(&mut of_session);
         for mapped in &of_session {
             let quantity = mapped.quantity();
             for other in &mapped.others {
@@ -94,6 +95,23 @@ impl Mapping {
         claims
     }
 
+    /// Where velocity is logged, an accelerometer adds nothing.
+    fn leave_out_acceleration(&mut self, session: &mut Vec<Mapped>) {
+        let moves = |quantity: &Quantity| match quantity {
+            Quantity::DvlVelocity(_) => true,
+            Quantity::Velocity(dof) => !dof.is_rotation(),
+            _ => false,
+        };
+        if !session.iter().any(|mapped| moves(mapped.quantity())) {
+            return;
+        }
+        let felt = |mapped: &Mapped| matches!(mapped.quantity(), Quantity::Acceleration(_));
+        for mapped in session.iter().filter(|mapped| felt(mapped)) {
+            self.leave_out(&mapped.address, VELOCITY_SAYS_MORE.to_owned());
+        }
+        session.retain(|mapped| !felt(mapped));
+    }
+
     fn leave_out(&mut self, column: &str, reason: String) {
         if !self.left_out.iter().any(|(known, _)| known == column) {
             self.left_out.push((column.to_owned(), reason));
@@ -126,7 +144,7 @@ fn place(quantity: &Quantity) -> (u8, Option<&Quantity>) {
 fn claim_moving(log: &Log, channel: &Channel, moving: &BTreeSet<&str>) -> Result<Claim, String> {
     let path = &log.sources()[channel.source].path;
     let context = path.file_stem().unwrap_or_default().to_string_lossy();
-    let known = [autopilot::claim, ros::claim, pd0::claim];
+    let known = [autopilot::claim, px4::claim, ros::claim, pd0::claim];
     let claim = match known.iter().find_map(|claim| claim(log, channel)) {
         Some(claim) => claim?,
         None => claim(channel, &context)?,

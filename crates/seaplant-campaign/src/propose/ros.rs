@@ -157,6 +157,9 @@ fn vector(log: &Log, channel: &Channel, field: &Field<'_>, axis: Axis) -> Result
             return Err(WORLD_VELOCITY.to_owned());
         }
         Some(Dimension::AngularVelocity) => claim_of(Quantity::Rate(axis), 4, BY_REP_103),
+        Some(Dimension::Acceleration) if ends("linear_acceleration") => {
+            claim_of(Quantity::Acceleration(axis), 6 - u8::from(field.has("raw")), BY_REP_103)
+        }
         Some(Dimension::Acceleration) => return Err(ACCELERATION.to_owned()),
         Some(Dimension::Velocity) => return velocity(log, field, axis),
         Some(Dimension::Length) => return position(channel, field, axis),

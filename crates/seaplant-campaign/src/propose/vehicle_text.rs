@@ -1,6 +1,6 @@
 //! vehicle.toml, as far as a log tells it.
 
-use seaplant::{Quantity, ThrusterInput};
+use seaplant::{Quantity, Surface, ThrusterInput};
 use seaplant_log::{Channel, Log};
 
 use super::autopilot;
@@ -37,6 +37,7 @@ pub(super) fn write(
         Some(preset) => reversed_thrusters(&mut page, log, preset),
         None => thrusters(&mut page, log, mapping),
     }
+    surfaces(&mut page, mapping);
     sensors(&mut page, mapping);
     (page.text, questions)
 }
@@ -165,6 +166,7 @@ fn questions(mapping: &Mapping, preset: Option<VehiclePreset>) -> Vec<String> {
                 | Quantity::Depth
                 | Quantity::Position(_)
                 | Quantity::Attitude(_)
+                | Quantity::Acceleration(_)
         )
     };
     if mapping.has(placed) {
@@ -200,6 +202,24 @@ fn thrusters(page: &mut Page, log: &Log, mapping: &Mapping) {
         page.explained("# position_m = [x, y, z]", "measure: m from the origin");
         page.explained("# direction = [0.0, 0.0, 0.0]", "decide: which way it pushes");
         page.explained(&format!("# {}", likely_curve(mapped)), "measure: its thrust");
+    }
+}
+
+/// Rudders and fins.
+fn surfaces(page: &mut Page, mapping: &Mapping) {
+    for mapped in mapping.all() {
+        let Quantity::SurfaceAngle { kind, name } = mapped.quantity() else { continue };
+        page.line("");
+        page.line(&format!("[[{}]]", kind.name()));
+        let code = format!("name = {}", quoted(name));
+        page.explained(&code, &format!("column {}", quoted(&mapped.address)));
+        page.explained("position_m = [0.0, 0.0, 0.0]", "measure: m from the origin, x forward");
+        let axis = match kind {
+            Surface::Rudder => "axis = [0.0, 0.0, -1.0]",
+            Surface::Fin => "axis = [0.0, 1.0, 0.0]",
+        };
+        page.explained(axis, "decide: a positive angle turns its leading edge about this");
+        page.explained("# slipstream = \"propeller\"", "decide: the thruster ahead of it");
     }
 }
 
@@ -269,11 +289,12 @@ fn sensors(page: &mut Page, mapping: &Mapping) {
     let depth = has(|quantity| matches!(quantity, Quantity::Depth));
     let attitude = has(|quantity| matches!(quantity, Quantity::Attitude(_)));
     let position = has(|quantity| matches!(quantity, Quantity::Position(_)));
+    let imu = has(|quantity| matches!(quantity, Quantity::Acceleration(_)));
     let place = "# position_m = [0.0, 0.0, 0.0]";
     let turned = "# rotation_deg = [0.0, 0.0, 0.0]";
     let turned_why = "measure: roll, pitch, yaw from the vehicle's axes to its own";
     let origin = "measure: m from the origin; at the origin if left out";
-    if dvl || depth || attitude || position {
+    if dvl || depth || attitude || position || imu {
         page.line("");
         page.comment("Sensors. What is left out is 0: at the origin, aligned.");
     }
@@ -293,5 +314,11 @@ fn sensors(page: &mut Page, mapping: &Mapping) {
     if position {
         page.line("\n[sensor.position]");
         page.explained(place, origin);
+    }
+    if imu {
+        page.line("\n[sensor.imu]");
+        page.explained(place, origin);
+        page.explained(turned, turned_why);
+        page.explained("# averages = true", "if each sample is the mean since the one before");
     }
 }

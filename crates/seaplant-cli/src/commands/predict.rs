@@ -69,13 +69,18 @@ fn stepped(arguments: &Simulate) -> Result<Profile> {
         current_m_per_s: [0.0; 2],
         start: StartEntry::default(),
         hold: vec![HoldEntry { force, ..HoldEntry::default() }],
+        manoeuvre: None,
     };
     profile.check(Path::new("--for"))?;
     Ok(profile)
 }
 
 /// `surge 200 N`: an axis, a number, and the axis's unit.
-fn quantity(text: &str, flag: &str, unit: impl Fn(Dof) -> &'static str) -> Result<(Dof, f64)> {
+pub(super) fn quantity(
+    text: &str,
+    flag: &str,
+    unit: impl Fn(Dof) -> &'static str,
+) -> Result<(Dof, f64)> {
     let refuse = |reason: String| anyhow!("{flag} \"{text}\" {reason}");
     let mut words = text.split_whitespace();
     let dof: Dof = words.next().unwrap_or_default().parse().map_err(|_| {
@@ -97,6 +102,11 @@ fn quantity(text: &str, flag: &str, unit: impl Fn(Dof) -> &'static str) -> Resul
 
 pub fn run(arguments: &Simulate, inputs: InputsAlone, output: Output) -> Result<ExitCode> {
     let model = read_plant(&arguments.results, arguments.method)?;
+    if let InputsAlone::Profile(profile) = &inputs
+        && let Some(entry) = &profile.manoeuvre
+    {
+        return super::manoeuvre::run(arguments, profile, entry, &model, output);
+    }
     let mut read = arguments.logs.clone();
     read.push(file_of(&arguments.results));
     let permit = Permit::of(&read, arguments.force);

@@ -3,10 +3,12 @@
 use std::fmt::Write;
 
 use seaplant::Dof;
-use seaplant::results::{AxisScore, Coefficient, CoupledPlant, Parameter, ToldBy};
+use seaplant::results::{
+    AxisScore, Coefficient, CoupledPlant, NomotoResult, Parameter, SecondOrder, ToldBy,
+};
 use seaplant_report::number::{Rounded, or_absent};
 
-use super::{align, plain_table, push_caveats};
+use super::{align, plain_table, push_caveats, spoken_verdict};
 use crate::output::{FAINT, STRONG};
 
 /// A block for each plant: what each axis has by itself, how axes couple, how it predicts.
@@ -15,15 +17,50 @@ pub(super) fn block(plant: &CoupledPlant) -> String {
     let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
     let _ = writeln!(
         text,
-        "{STRONG}{}{STRONG:#} together, by {}: {} coefficients",
+        "{STRONG}{}{STRONG:#} together, by {}: {}",
         names.join(", "),
         plant.method,
-        plant.parameters.len()
+        spoken_verdict(&plant.verdict)
     );
     let _ = writeln!(text, "{}", coefficients(plant));
     let where_ = if plant.hold_out.is_some() { "held out" } else { "on its own trials" };
     let _ = writeln!(text, "  simulated from forces alone, {where_}:\n{}", scores(plant));
     push_caveats(&mut text, &plant.caveats);
+    text.push('\n');
+    text
+}
+
+/// A model of steering: K, T and how it predicts.
+pub(super) fn steering(model: &NomotoResult) -> String {
+    let order = if model.order == 2 { "second" } else { "first" };
+    let mut text = format!(
+        "{STRONG}yaw rate by rudder {}{STRONG:#}, Nomoto of the {order} order\n",
+        model.rudder
+    );
+    let mut all = vec![("K", &model.gain), ("T", &model.time)];
+    if let Some(SecondOrder { time_sum, time_product, zero_time }) = &model.second {
+        all.extend([("T1 + T2", time_sum), ("T1 T2", time_product), ("T3", zero_time)]);
+    }
+    all.extend(model.cubic.as_ref().map(|cubic| ("r³", cubic)));
+    let mut table = plain_table();
+    for (name, x) in all {
+        let Rounded { value, std, low95, high95 } = Rounded::of(x);
+        let interval = format!("[{low95}, {high95}]");
+        table.add_row(vec![
+            format!("  {name}"),
+            value,
+            format!("± {std}"),
+            interval,
+            x.unit.clone(),
+        ]);
+    }
+    align(&mut table, 1..4);
+    let _ = writeln!(text, "{}", table.to_string().trim_end());
+    let held: Vec<f64> = model.hold_out_r2.values().flatten().copied().collect();
+    let worst = held.iter().copied().reduce(f64::min);
+    let held = worst.map_or(String::new(), |r2| format!(", held out {r2:.3} at worst"));
+    let _ = writeln!(text, "  R² of yaw rate {:.3}{held}", model.fit_r2);
+    push_caveats(&mut text, &model.caveats);
     text.push('\n');
     text
 }
@@ -57,6 +94,7 @@ fn row(name: &str, x: &Coefficient) -> Vec<String> {
     let remark = match x.told_by {
         ToldBy::Data => String::new(),
         ToldBy::Limit => format!("{FAINT}not above zero{FAINT:#}"),
+        ToldBy::Stated => format!("{FAINT}stated, not fitted{FAINT:#}"),
         ToldBy::Nothing => format!("{FAINT}hardly determined by these trials{FAINT:#}"),
     };
     vec![

@@ -8,6 +8,7 @@ mod bounds;
 mod cases;
 mod clocks;
 mod compare;
+mod control;
 mod coupled;
 mod dataflash;
 mod demo;

@@ -18,6 +18,7 @@ pub(crate) mod rosbag1;
 pub(crate) mod sqlite;
 pub(crate) mod text;
 pub(crate) mod tlog;
+pub(crate) mod ulog;
 mod window;
 pub(crate) mod workspace;
 pub(crate) mod xlsx;

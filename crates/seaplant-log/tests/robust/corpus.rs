@@ -23,6 +23,7 @@ const READERS: &[(&str, &str)] = &[
     ("pd0", "Teledyne RDI PD0"),
     ("text", "comma-separated text"),
     ("tlog", "MAVLink telemetry"),
+    ("ulog", "PX4 ULog"),
     ("xlsx", "Excel workbook"),
     ("zstd", "comma-separated text, zstd"),
 ];

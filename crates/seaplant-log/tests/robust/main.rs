@@ -18,4 +18,5 @@ mod ros;
 mod survey;
 mod text;
 mod tlog;
+mod ulog;
 mod xlsx;

@@ -1,7 +1,7 @@
 //! Measured and simulated motion of one trial, by every method, with the force that drove it.
 
 use seaplant::results::{ComparisonFigure, Results};
-use seaplant::{Comparison, Dof, Method, PositionComparison, Role};
+use seaplant::{Comparison, Dof, Method, PositionComparison, Role, ScoredMotion};
 
 use super::values::Cut;
 use super::{Chart, Horizontal, Line, Panel, Subject, Values, memory};
@@ -15,6 +15,7 @@ pub(super) struct Motions(Vec<Motion>);
 
 /// One trial of one degree of freedom.
 struct Motion {
+    quantity: ScoredMotion,
     dof: Dof,
     trial: String,
     role: Role,
@@ -67,6 +68,7 @@ impl Motion {
             (cut, vec![line])
         });
         Self {
+            quantity: figure.comparison.quantity,
             dof: *dof,
             trial: trial.clone(),
             role: figure.role,
@@ -119,10 +121,12 @@ impl Motion {
             lines: self.ordered(lines),
             ..Panel::default()
         };
-        let mut panels = vec![panel("Velocity", units.velocity, 220, &self.velocity)];
+        let unit = self.quantity.unit(self.dof);
+        let name = words::capitalised(self.quantity.name());
+        let mut panels = vec![panel(&name, unit, 220, &self.velocity)];
         panels.push(Panel {
             levels: vec![0.0],
-            ..panel("Simulated − measured", units.velocity, 130, &self.difference)
+            ..panel("Simulated − measured", unit, 130, &self.difference)
         });
         panels.extend(self.position.as_ref().map(|(cut, lines)| Panel {
             x: cut.times(),

@@ -21,13 +21,13 @@ const KEY: [(Ink, &str); 3] = [
 pub(super) fn scene(figure: &ComparisonFigure) -> Result<Scene, Error> {
     drawn((640, 430), title(figure), description(figure), |area, title| {
         let (above, below) = titled(area, title, &KEY)?.split_vertically(px(214));
-        let Comparison { dof, time_s, measured, simulated, .. } = &figure.comparison;
-        let unit = dof.units().velocity;
+        let Comparison { quantity, dof, time_s, measured, simulated, .. } = &figure.comparison;
+        let unit = quantity.unit(*dof);
         let x = time_axis(time_s);
         let ends = x.ends();
 
         let y = Axis::around(measured.iter().chain(simulated).copied(), 6);
-        let y_label = format!("velocity, {unit}");
+        let y_label = format!("{}, {unit}", quantity.name());
         let mut chart = panel(&above, Frame { x: x.clone(), y, x_label: None, y_label: &y_label })?;
         line(&mut chart, Ink::Measured, time_s, measured)?;
         line(&mut chart, Ink::Simulated, time_s, simulated)?;
@@ -60,10 +60,10 @@ fn title(figure: &ComparisonFigure) -> String {
 
 /// What the figure says, in words and numbers.
 pub(crate) fn description(figure: &ComparisonFigure) -> String {
-    let Comparison { dof, trial, velocity, position, .. } = &figure.comparison;
+    let Comparison { quantity, dof, trial, velocity, position, .. } = &figure.comparison;
     let units = dof.units();
     let mut text = format!(
-        "Trial “{trial}”, {} by {}: mean |simulated − measured| e = {} {}; {} for a model that never moves; R² = {}; {} samples.",
+        "Trial “{trial}”, {} by {}: mean |simulated − measured| e = {} {}; {} for {}; R² = {}; {} samples.",
         match figure.role {
             seaplant::Role::Fit => "on which the plant was fitted",
             seaplant::Role::HoldOut => "held out from the fit",
@@ -71,8 +71,9 @@ pub(crate) fn description(figure: &ComparisonFigure) -> String {
         },
         words::method(figure.method),
         significant(velocity.mean_abs_error, 3),
-        units.velocity,
+        quantity.unit(*dof),
         significant(velocity.null_error, 3),
+        quantity.null_model(),
         or_absent(velocity.r_squared, 4),
         count(velocity.samples as u64),
     );

@@ -1,7 +1,7 @@
 //! Everything about one degree of freedom.
 
 use seaplant::results::{Parameter, Parameters, PlantResult, Results};
-use seaplant::{Caveat, Dof, Method, Role};
+use seaplant::{Caveat, Dof, Method, Role, ScoredMotion};
 use serde::Serialize;
 
 use super::card::stability;
@@ -132,12 +132,17 @@ fn parameters(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method)
 
 fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> Table {
     let units = dof.units();
+    let quantity = methods.first().map(|(_, plant)| plant.fit.quantity).unwrap_or_default();
+    let still = match quantity {
+        ScoredMotion::Velocity => "Never moving",
+        ScoredMotion::Acceleration => "Never accelerating",
+    };
     let head = [
         "Method".to_owned(),
         "Trial".to_owned(),
         "Use".to_owned(),
-        format!("e, {}", units.velocity),
-        format!("Never moving, {}", units.velocity),
+        format!("e, {}", quantity.unit(dof)),
+        format!("{still}, {}", quantity.unit(dof)),
         "R²".to_owned(),
         format!("Position e, {}", units.position),
         "Position R²".to_owned(),
@@ -163,7 +168,13 @@ fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> 
             rows.push(row.strong_if(*method == recommended));
         }
     }
-    Table::new("Error e of each plant on each trial, on raw velocity", head, rows).left(3)
+    let title = match quantity {
+        ScoredMotion::Velocity => "Error e of each plant on each trial, on raw velocity",
+        ScoredMotion::Acceleration => {
+            "Error e of each plant on each trial, on mean acceleration over half a second"
+        }
+    };
+    Table::new(title, head, rows).left(3)
 }
 
 fn regression(methods: &[(Method, &PlantResult)], recommended: Method) -> Table {

@@ -2,7 +2,7 @@
 
 use seaplant::exchange::{Consequence, Judgement};
 use seaplant::results::{Parameter, PlantResult, Results, Score, TruePlant, Trust};
-use seaplant::{Dof, Stability};
+use seaplant::{Dof, ScoredMotion, Stability};
 use serde::Serialize;
 
 use crate::figure::Thumbnails;
@@ -19,6 +19,8 @@ pub(crate) struct Card {
     reason: String,
     picture: Option<Picture>,
     velocity_unit: &'static str,
+    /// What a model that says nothing does.
+    still: &'static str,
     rows: Vec<ParameterRow>,
     follows: Vec<Follows>,
     stability: String,
@@ -94,7 +96,7 @@ pub(crate) fn headline(results: &Results) -> Vec<Finding> {
         match judged.iter_mut().find(|(other, ..)| is_plain && *other == trust) {
             Some((_, together, _)) => *together += &format!(", {axes}"),
             None if is_plain => judged.push((trust, axes, String::new())),
-            None => judged.push((trust, axes, judgement.verdict.reason.clone())),
+            None => judged.push((trust, axes, spoken_reason(judgement))),
         }
     }
     judged.sort_by_key(|(trust, ..)| std::cmp::Reverse(*trust));
@@ -108,6 +110,17 @@ pub(crate) fn headline(results: &Results) -> Vec<Finding> {
         reason,
     };
     judged.into_iter().map(finding).collect()
+}
+
+/// Of a plant that is usable with care, which warnings ask for it; else the verdict's reason.
+fn spoken_reason(judgement: &Judgement) -> String {
+    let verdict = &judgement.verdict;
+    let mut warnings: Vec<String> = verdict.codes.iter().map(|code| code.words()).collect();
+    warnings.dedup();
+    match verdict.trust {
+        Trust::UsableWithCare if !warnings.is_empty() => format!("({})", warnings.join(", ")),
+        _ => format!("because {}", verdict.reason),
+    }
 }
 
 pub(crate) fn all(results: &Results, thumbnails: &Thumbnails) -> Vec<Card> {
@@ -138,7 +151,11 @@ fn of(dof: Dof, plant: &PlantResult, results: &Results, thumbnails: &Thumbnails)
         trust_class: judged.trust.name().replace(' ', "-"),
         reason: words::capitalised(&judged.reason),
         picture,
-        velocity_unit: dof.units().velocity,
+        velocity_unit: plant.fit.quantity.unit(dof),
+        still: match plant.fit.quantity {
+            ScoredMotion::Velocity => "Never moving",
+            ScoredMotion::Acceleration => "Never accelerating",
+        },
         rows: rows(dof, plant, results.truth.as_ref().and_then(|truth| truth.get(&dof))),
         follows,
         stability: stability(dof, &plant.stability),

@@ -15,6 +15,9 @@ use crate::words;
 pub(crate) struct CoupledSection {
     name: String,
     title: String,
+    trust: &'static str,
+    trust_class: String,
+    reason: String,
     lead: String,
     tables: Vec<Table>,
     details: Vec<Table>,
@@ -41,6 +44,9 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant) -> CoupledSection {
     CoupledSection {
         name: name.to_owned(),
         title: place.clone(),
+        trust: plant.verdict.trust.name(),
+        trust_class: plant.verdict.trust.name().replace(' ', "-"),
+        reason: plant.verdict.reason.clone(),
         lead: lead(plant),
         tables,
         details,
@@ -163,6 +169,7 @@ fn coefficient_row(name: &str, x: &Coefficient) -> Row {
     let interval = format!("{} … {}", rounded.low95, rounded.high95);
     let value = match x.told_by {
         ToldBy::Limit => format!("{} (not above zero)", rounded.value),
+        ToldBy::Stated => format!("{} (stated)", rounded.value),
         ToldBy::Data | ToldBy::Nothing => rounded.value,
     };
     Row::new([name.to_owned(), value, rounded.std, interval, x.unit.clone()])

@@ -171,7 +171,8 @@ fn table_4(results: &Results) -> Table {
                     |_| with_unit(axis.dominant_amplitude, units.force),
                 ),
                 with_unit(axis.force_max, units.force),
-                with_unit(axis.speed_max, units.velocity),
+                axis.speed_max
+                    .map_or_else(|| ABSENT.to_owned(), |speed| with_unit(speed, units.velocity)),
                 axis.motion.clone(),
                 chosen(axis.source_hz),
                 chosen(axis.gap_s),

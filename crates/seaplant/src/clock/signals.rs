@@ -82,6 +82,7 @@ fn derived(nav: &Navigated, source: &Source, dof: Dof) -> Option<Timed> {
     match nav.by_position.get(&dof).filter(|_| source.has_heading && source.positioned)? {
         Motion::Velocity(velocity) => Some(velocity.clone()),
         Motion::Position(position) => differentiate_timed(position).ok(),
+        Motion::Acceleration(_) => None,
     }
 }
 

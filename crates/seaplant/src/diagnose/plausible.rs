@@ -20,8 +20,7 @@ const CLEARLY_LARGER: f64 = 1.3;
 pub(crate) fn implausible(plants: &mut BTreeMap<Dof, PlantResult>, vehicle: &Vehicle) {
     for (dof, plant) in plants.iter_mut() {
         plant.caveats.extend(drag_coefficient(*dof, plant, vehicle));
-        plant.caveats.extend(too_heavy(*dof, plant, vehicle));
-        plant.caveats.extend(too_light(*dof, plant, vehicle));
+        plant.caveats.extend(impossible_mass(*dof, &plant.parameters.mass, vehicle));
     }
     let doubts: Vec<(Dof, Caveat)> = Dof::ALL
         .into_iter()
@@ -33,6 +32,11 @@ pub(crate) fn implausible(plants: &mut BTreeMap<Dof, PlantResult>, vehicle: &Veh
             plant.caveats.push(doubt);
         }
     }
+}
+
+/// A mass or inertia that no vehicle of that weight and size has.
+pub(crate) fn impossible_mass(dof: Dof, mass: &Parameter, vehicle: &Vehicle) -> Option<Caveat> {
+    too_heavy(dof, mass, vehicle).or_else(|| too_light(dof, mass, vehicle))
 }
 
 /// `C_D = d_Q / (½ ρ A)` that no body has, at either end of its interval.
@@ -64,8 +68,7 @@ const FORGIVEN_TIMES: f64 = 1.5;
 /// what a plate of its face moves with it, `π/4 ρ a b²` for sides a ≥ b [Newman1977, ch. 4].
 ///
 /// An inertia: the vehicle at the corners of its box, the water in it and around it spread evenly.
-fn too_heavy(dof: Dof, plant: &PlantResult, vehicle: &Vehicle) -> Option<Caveat> {
-    let mass = &plant.parameters.mass;
+fn too_heavy(dof: Dof, mass: &Parameter, vehicle: &Vehicle) -> Option<Caveat> {
     let (most, by) = most_mass(dof, vehicle)?;
     (mass.low95 > most).then(|| {
         let message = format!(
@@ -118,7 +121,7 @@ fn most_mass(dof: Dof, vehicle: &Vehicle) -> Option<(f64, &'static str)> {
 const LEAST_INERTIA_PART: f64 = 0.15;
 
 /// An inertia that is too small for a vehicle of that mass and size.
-fn too_light(dof: Dof, plant: &PlantResult, vehicle: &Vehicle) -> Option<Caveat> {
+fn too_light(dof: Dof, inertia: &Parameter, vehicle: &Vehicle) -> Option<Caveat> {
     let ([length, width, height], dry) = (vehicle.size_m?, vehicle.dry_mass_kg?);
     let (a, b) = match dof {
         Dof::Roll => (width, height),
@@ -126,7 +129,6 @@ fn too_light(dof: Dof, plant: &PlantResult, vehicle: &Vehicle) -> Option<Caveat>
         Dof::Yaw => (length, width),
         _ => return None,
     };
-    let inertia = &plant.parameters.mass;
     let least = LEAST_INERTIA_PART * dry * (a * a + b * b) / 12.0;
     (inertia.high95 < least).then(|| {
         let message = format!(

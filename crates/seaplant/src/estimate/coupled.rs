@@ -128,7 +128,9 @@ impl<const N: usize> Fitted<N> {
         let admitted = search.admitted();
         let Search { base, found, scores } = search;
         let chosen = found.unwrap_or(base);
-        let tried = search::tried(&candidates, &scores, &admitted, &chosen.worths()?);
+        let structure = &chosen.problem.structure;
+        let worths = chosen.worths()?;
+        let tried = search::tried(structure, &candidates, &scores, &admitted, &worths);
         Ok(Self { tried, ..chosen })
     }
 
@@ -217,7 +219,7 @@ impl<const N: usize> Fitted<N> {
         };
         let currents = problem.trials.iter().enumerate().map(current);
         Ok(CoupledFit {
-            plant: problem.plant(&optimum.point.free)?,
+            plant: problem.plant(&optimum.point.free)?.pruned()?,
             inflation: inflation(&optimum.information, p),
             covariance: covariance.view((0, 0), (p, p)).into_owned(),
             actuator: optimum.point.actuator,
@@ -276,7 +278,8 @@ impl<const N: usize> Search<N> {
             return Ok(outside);
         }
         let scores = search::scores(&now.problem, &now.optimum.point, &outside)?;
-        let admitted = search::admitted(&outside, &scores, now.whiteness()?);
+        let admitted =
+            search::admitted(&now.problem.structure, &outside, &scores, now.whiteness()?);
         self.scores.extend(outside.into_iter().zip(scores));
         Ok(admitted)
     }

@@ -124,6 +124,9 @@ pub struct DelayedFit {
 /// Fits the plant with thrust moved by each of some delays, and keeps the one with the
 /// least residual: a first look at lag, delay and clocks that differ.
 ///
+/// Where only acceleration was measured, the plant is that of a grid whose simulation from rest
+/// accelerates most alike.
+///
 /// # Errors
 /// As [`fit_equation_error`], if no delay can be fitted.
 pub fn fit_best_delay(
@@ -133,6 +136,9 @@ pub fn fit_best_delay(
     options: &EquationErrorOptions,
     delays_s: impl Iterator<Item = f64>,
 ) -> Result<DelayedFit, Error> {
+    if axes.iter().any(|axis| !axis.knows_velocity()) {
+        return super::first_look(dof, axes, delays_s);
+    }
     // Only values and residuals are looked at.
     let options = EquationErrorOptions { intervals: Intervals::BatchMeans, ..*options };
     let mut best: Option<DelayedFit> = None;

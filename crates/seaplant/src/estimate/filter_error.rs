@@ -4,6 +4,7 @@ mod approach;
 mod candidate;
 mod discrete;
 mod drive;
+mod first_look;
 mod fit;
 mod held_out;
 mod kalman;
@@ -22,6 +23,8 @@ pub use fit::{FilterErrorOptions, Records, first_delays, fit_filter_error};
 pub use together::SteadyTest;
 
 use crate::{ThrustModel, ThrusterTrack, Timed};
+pub(crate) use first_look::first_look;
+
 use drive::{Drive, Push};
 use parameters::{Shape, Unknown, Values};
 use schedule::steps_through;
@@ -69,7 +72,7 @@ mod tests {
 
     use super::problem::{Belief, Kind, Prior, Problem, Record};
     use super::*;
-    use crate::twin::{Disturbance, TwinSpec, make};
+    use crate::twin::{Disturbance, TwinAccelerometer, TwinSpec, make};
     use crate::{AxisRecord, Dof, Trial, TrialSetup, VelocitySource};
 
     fn axis(dof: Dof, disturbances: &str, seed: u64) -> AxisRecord {
@@ -116,6 +119,10 @@ mod tests {
             (Unknown::LogCorrelation, 3.0),
             (Unknown::LogVelocityNoise, (0.004_f64).ln()),
             (Unknown::LogPositionNoise, (0.003_f64).ln()),
+            (Unknown::LogAccelerationNoise, (0.02_f64).ln()),
+            (Unknown::AccelerationOffset, 0.04),
+            (Unknown::LogLeak, (0.05_f64).ln()),
+            (Unknown::LogLeakCorrelation, 3.5),
         ] {
             values.set(unknown, value);
         }
@@ -141,13 +148,21 @@ mod tests {
     /// The analytic gradient beside central differences, and the cost that comes with it beside
     /// the cost alone.
     fn gradient_holds(dof: Dof, more: &[Unknown], linear: bool) {
-        let record = [Record::of(&axis(dof, "none", 3), Kind::Unsteady)];
         let noise = match dof {
             Dof::Yaw => vec![Unknown::LogPositionNoise],
             Dof::Heave => vec![Unknown::LogVelocityNoise, Unknown::LogPositionNoise],
             _ => vec![Unknown::LogVelocityNoise],
         };
-        let unknowns = [&PLANT[..], &noise, more].concat();
+        gradient_of(&axis(dof, "none", 3), &[&noise, more].concat(), linear);
+    }
+
+    fn gradient_holds_on(axis: &AxisRecord, noise: &[Unknown], more: &[Unknown]) {
+        gradient_of(axis, &[noise, more].concat(), false);
+    }
+
+    fn gradient_of(axis: &AxisRecord, more: &[Unknown], linear: bool) {
+        let (dof, record) = (axis.dof, [Record::of(axis, Kind::Unsteady)]);
+        let unknowns = [&PLANT[..], more].concat();
         let belief = Belief::Normal { mean: 0.0, std: 0.5 };
         let heavy = Belief::AtMost { limit: 1e-5, log_std: 0.1 };
         let priors = [
@@ -173,6 +188,37 @@ mod tests {
             let unknown = problem.numbers()[j];
             assert!(off < SLOPE, "{dof} {unknown:?} of {more:?}: {} and {slope}", gradient[j]);
         }
+    }
+
+    /// A surge record of acceleration alone.
+    fn felt() -> AxisRecord {
+        let spec = TwinSpec {
+            seed: 5,
+            accelerometer: Some(TwinAccelerometer { noise: 0.01, ..Default::default() }),
+            ..TwinSpec::jason2()
+        };
+        let twin = make(&spec).expect("valid");
+        let setup = TrialSetup { dofs: vec![Dof::Surge], to_s: Some(200.0), ..Default::default() };
+        Trial::new(setup, &twin.trials[0].recording, &twin.vehicle)
+            .expect("valid")
+            .axis(Dof::Surge, VelocitySource::Measured)
+            .expect("there")
+    }
+
+    #[test]
+    fn gradient_holds_for_an_accelerometer() {
+        let more = [
+            Unknown::LogAccelerationNoise,
+            Unknown::AccelerationOffset,
+            Unknown::LogLeak,
+            Unknown::LogLeakCorrelation,
+        ];
+        let axis = felt();
+        gradient_holds_on(&axis, &more, &[]);
+        gradient_holds_on(&axis, &more, &[Unknown::Inflow, Unknown::LogSensorLag]);
+        gradient_holds_on(&axis, &more, &[Unknown::LogSensorWindow]);
+        let waves = [Unknown::LogSwell, Unknown::LogSwellFrequency, Unknown::LogSwellDamping];
+        gradient_holds_on(&axis, &more, &waves);
     }
 
     #[test]

@@ -153,6 +153,7 @@ impl Loss {
 ///     lever_rates: None,
 ///     turning: None,
 ///     position: None,
+///     acceleration: None,
 ///     cuts: Vec::new(),
 /// };
 /// let guess = PhysicalParameters { mass: 150.0, d_quadratic: 20.0, ..Default::default() };

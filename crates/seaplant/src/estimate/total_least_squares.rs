@@ -83,6 +83,7 @@ fn gains(stretch: &Stretch<'_>, filters: &Filters) -> Result<[f64; 2], Error> {
         let v = match stretch.axis.motion {
             Motion::Velocity(_) => series,
             Motion::Position(_) => differentiate(&series, period_s)?,
+            Motion::Acceleration(_) => return Err(Error::NoVelocity),
         };
         let still = UniformStretch { grid, tau: vec![0.0; grid.len], v };
         filter_rows(still, stretch.sample_hz, filters, &mut rows)?;
@@ -141,6 +142,7 @@ fn more_than_noise(axes: &[AxisRecord], implied: f64, seen: f64) -> Option<Cavea
     let (what, unit) = match axes[0].motion {
         Motion::Velocity(_) => ("velocity", units.velocity),
         Motion::Position(_) => ("position", units.position),
+        Motion::Acceleration(_) => ("acceleration", units.acceleration),
     };
     (implied > MORE_THAN_NOISE * seen).then(|| {
         let message = format!(

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Actuation, PlantModel};
+use crate::plant::Signal;
 use crate::{Dof, Error, Thruster, Timed};
 
 /// What drives a plant, by name.
@@ -14,6 +15,8 @@ pub struct Drive {
     pub supply_v: Option<Timed>,
     /// Force or moment on an axis beside the thrusters, N or N m, held between changes.
     pub wrench: BTreeMap<Dof, Timed>,
+    /// Angles of rudders and fins, rad; between samples they go straight.
+    pub angles: BTreeMap<String, Timed>,
 }
 
 /// How finely a propeller that lags is followed, s: as long as a step of the simulation.
@@ -31,7 +34,7 @@ impl PlantModel {
     /// [`Error::Thruster`] for an input of a thruster that the plant does not have, or a curve of
     /// several voltages without one.
     pub fn forces(&self, drive: &Drive, until_s: f64) -> Result<[Option<Timed>; 6], Error> {
-        for name in drive.thrusters.keys() {
+        for name in drive.thrusters.keys().filter(|name| !self.is_propeller(name)) {
             self.thruster(name)?;
         }
         let mut forces = std::array::from_fn(|_| None);
@@ -51,6 +54,46 @@ impl PlantModel {
             forces[dof.index()] = Some(run.force(until_s)?);
         }
         Ok(forces)
+    }
+
+    /// What the plant's effects read; angles and drives that are not given are zero, and the air
+    /// is still.
+    ///
+    /// # Errors
+    /// [`Error::Fin`] for the angle of a surface that the plant does not have.
+    pub fn signals(&self, drive: &Drive) -> Result<BTreeMap<Signal, Timed>, Error> {
+        let wanted = self.plant.structure().signals();
+        let is_known = |name: &&String| {
+            wanted
+                .iter()
+                .any(|signal| matches!(signal, Signal::Angle { name: own, .. } if own == *name))
+        };
+        if let Some(name) = drive.angles.keys().find(|name| !is_known(name)) {
+            let reason = "the plant has no such rudder or fin".to_owned();
+            return Err(Error::Fin { what: "rudder", name: name.clone(), reason });
+        }
+        let still = Timed::new("input", vec![0.0], vec![0.0])?;
+        let of = |signal: &Signal| {
+            let given = match signal {
+                Signal::Angle { name, .. } => drive.angles.get(name).cloned(),
+                Signal::Drive(name) => {
+                    drive.thrusters.get(name).map(|input| match self.thruster(name) {
+                        Ok(thruster) => input.map(|x| thruster.curve.force(x, None)),
+                        Err(_) => input.clone(),
+                    })
+                }
+                Signal::AirForward | Signal::AirStarboard => None,
+            };
+            (signal.clone(), given.unwrap_or_else(|| still.clone()))
+        };
+        Ok(wanted.iter().map(of).collect())
+    }
+
+    /// Whether a thruster is one whose strength was estimated.
+    fn is_propeller(&self, name: &str) -> bool {
+        let signals = self.plant.structure().signals();
+        let known = self.thrusters.iter().any(|thruster| thruster.name == name);
+        !known && signals.iter().any(|signal| matches!(signal, Signal::Drive(own) if own == name))
     }
 
     fn thruster(&self, name: &str) -> Result<&Thruster, Error> {

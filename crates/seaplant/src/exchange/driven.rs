@@ -113,7 +113,10 @@ pub(super) fn driven(results: &Results) -> BTreeMap<Dof, Driven> {
     };
     for trial in &results.trials {
         for (&dof, axis) in &trial.axes {
-            add(dof, Driven { speed_max: axis.speed_max, force_max: axis.force_max });
+            // Where no velocity was measured, nothing says how fast it was.
+            if let Some(speed_max) = axis.speed_max {
+                add(dof, Driven { speed_max, force_max: axis.force_max });
+            }
         }
     }
     for plant in results.coupled.values() {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::cancel::coriolis_of;
 use super::of_results::plant_of_terms;
 use super::{Actuation, Disturbance, Driven, Origin, PlantModel};
-use crate::plant::{Basis, Product};
+use crate::plant::{Basis, Effect, Product};
 use crate::results::{BuoyancyResult, Correlation, CurveResult, RigidBodyResult};
 use crate::{Dof, Error, Thruster};
 
@@ -81,6 +81,10 @@ pub struct PlantFile {
     /// Correlations of the coefficients.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correlation: Option<Correlation>,
+    /// Forces of rudders, fins, propellers of unknown strength and wind, whose coefficients stand
+    /// among `coefficients` by their names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<Effect>,
     /// Thrusters.
     #[serde(default, rename = "thruster", skip_serializing_if = "Vec::is_empty")]
     pub thrusters: Vec<FileThruster>,
@@ -201,7 +205,7 @@ impl PlantFile {
         } else {
             self.named_terms()?
         };
-        let plant = plant_of_terms(&terms)?;
+        let plant = plant_of_terms(&terms, &self.effects)?;
         let rigid_body = self.rigid_body.as_ref().map(RigidBodyResult::body).transpose()?;
         Ok(PlantModel {
             name: self.name.clone(),
@@ -254,7 +258,15 @@ impl PlantFile {
             return Err(refuse(key, reason.to_owned()));
         }
         let named = self.coefficients.iter();
-        named.map(|(name, x)| Ok((basis_of_name(name)?, x.value))).collect()
+        named.map(|(name, x)| Ok((self.term_of_name(name)?, x.value))).collect()
+    }
+
+    /// The term of a coefficient's name, that of an effect by its number.
+    fn term_of_name(&self, name: &str) -> Result<Basis, Error> {
+        match self.effects.iter().position(|effect| effect.name == name) {
+            Some(k) => Ok(Basis::Effect(k)),
+            None => basis_of_name(name),
+        }
     }
 
     fn terms_of_matrices(&self) -> Result<Vec<(Basis, f64)>, Error> {
@@ -385,8 +397,11 @@ impl PlantFile {
 
     fn intervals(&self) -> BTreeMap<String, [f64; 2]> {
         let interval = |(name, x): (&String, &FileCoefficient)| {
-            let term = basis_of_name(name).ok()?;
-            Some((term.to_string(), [x.low95?, x.high95?]))
+            let name = match self.term_of_name(name).ok()? {
+                Basis::Effect(_) => name.clone(),
+                term => term.to_string(),
+            };
+            Some((name, [x.low95?, x.high95?]))
         };
         self.coefficients.iter().filter_map(interval).collect()
     }
@@ -396,7 +411,11 @@ impl PlantFile {
         let std: Option<Vec<f64>> = self.coefficients.values().map(|x| x.std).collect();
         let std = std.filter(|std| !std.is_empty() && std.len() == terms.len())?;
         let place = |k: usize| {
-            let (name, correlation) = (terms[k].0.to_string(), self.correlation.as_ref()?);
+            let correlation = self.correlation.as_ref()?;
+            let name = match terms[k].0 {
+                Basis::Effect(at) => self.effects.get(at)?.name.clone(),
+                term => term.to_string(),
+            };
             correlation.names.iter().position(|known| *known == name)
         };
         let correlation = |i: usize, j: usize| {

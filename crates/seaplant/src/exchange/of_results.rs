@@ -9,17 +9,17 @@ use super::driven::{
 };
 use super::{Actuation, Judgement, Origin, PlantModel};
 use crate::identify::plant_of_result;
-use crate::plant::{Basis, Plant, Product, Structure, Symmetry};
-use crate::results::{
-    CoupledPlant, CurveResult, PlantResult, Results, RigidBodyResult, Trust, Verdict,
-};
-use crate::{Dof, Error, Method, Severity, Thruster};
+use crate::plant::{Basis, Effect, Plant, Product, Structure, Symmetry};
+use crate::results::{CoupledPlant, CurveResult, PlantResult, Results, RigidBodyResult};
+use crate::{Dof, Error, Method, Thruster};
 
 /// Terms with their numbers, and how those vary together.
 struct Part {
     terms: Vec<(Basis, f64)>,
     covariance: DMatrix<f64>,
     intervals: BTreeMap<String, [f64; 2]>,
+    /// What terms refer to by number.
+    effects: Vec<Effect>,
 }
 
 impl PlantModel {
@@ -159,12 +159,13 @@ fn of_axis(dof: Dof, plant: &PlantResult) -> Part {
         terms: fitted.iter().map(|(_, basis, x)| (*basis, sign(basis) * x.value)).collect(),
         covariance,
         intervals: fitted.iter().map(interval).collect(),
+        effects: Vec::new(),
     }
 }
 
 fn of_coupled(result: &CoupledPlant) -> Result<Part, Error> {
     let plant = plant_of_result(result)?;
-    let names: Vec<String> = plant.structure().terms().iter().map(ToString::to_string).collect();
+    let names = plant.structure().names();
     let place = |name: &String| result.correlation.names.iter().position(|known| known == name);
     let places: Vec<Option<usize>> = names.iter().map(place).collect();
     let std = |k: usize| result.parameters[&names[k]].std;
@@ -184,6 +185,7 @@ fn of_coupled(result: &CoupledPlant) -> Result<Part, Error> {
         intervals: names.iter().map(interval).collect(),
         terms: terms.zip(plant.coefficients().iter().copied()).collect(),
         covariance,
+        effects: plant.structure().effects().to_vec(),
     })
 }
 
@@ -192,21 +194,27 @@ type Joined = (Plant, DMatrix<f64>, BTreeMap<String, [f64; 2]>);
 /// One plant of all parts, whose axes do not overlap.
 fn joined(parts: Vec<Part>) -> Result<Joined, Error> {
     let mut terms: Vec<(Basis, f64)> = Vec::new();
-    let mut intervals = BTreeMap::new();
+    let (mut intervals, mut effects) = (BTreeMap::new(), Vec::new());
     let count = parts.iter().map(|part| part.terms.len()).sum();
     let mut covariance = DMatrix::zeros(count, count);
     for part in parts {
         let from = terms.len();
         let n = part.terms.len();
         covariance.view_mut((from, from), (n, n)).copy_from(&part.covariance);
-        terms.extend(part.terms);
+        let before = effects.len();
+        let own = |(term, value): (Basis, f64)| match term {
+            Basis::Effect(k) => (Basis::Effect(before + k), value),
+            other => (other, value),
+        };
+        terms.extend(part.terms.into_iter().map(own));
         intervals.extend(part.intervals);
+        effects.extend(part.effects);
     }
-    Ok((plant_of_terms(&terms)?, covariance, intervals))
+    Ok((plant_of_terms(&terms, &effects)?, covariance, intervals))
 }
 
-/// A plant of just these terms.
-pub(super) fn plant_of_terms(terms: &[(Basis, f64)]) -> Result<Plant, Error> {
+/// A plant of just these terms; those of effects count these.
+pub(super) fn plant_of_terms(terms: &[(Basis, f64)], effects: &[Effect]) -> Result<Plant, Error> {
     let masses = terms.iter().filter_map(|(basis, _)| match basis {
         Basis::Mass(i, j) if i == j => Some(*i),
         _ => None,
@@ -216,6 +224,9 @@ pub(super) fn plant_of_terms(terms: &[(Basis, f64)]) -> Result<Plant, Error> {
         return Err(Error::NoPlant { found: "no plant of any axis".to_owned() });
     }
     let nothing = Structure::of(&axes, Symmetry::None)?.without(|_| true);
+    let nothing = effects
+        .iter()
+        .try_fold(nothing, |structure, effect| structure.with_effect(effect.clone(), false))?;
     let structure =
         terms.iter().try_fold(nothing, |structure, (basis, _)| structure.with(*basis))?;
     Plant::new(structure, terms.iter().map(|(_, value)| *value).collect())
@@ -230,23 +241,11 @@ fn judgement(dof: Dof, plant: &PlantResult) -> Judgement {
     }
 }
 
-/// The verdict of a plant of several axes by its caveats alone.
 fn judgement_of_coupled(plant: &CoupledPlant) -> Judgement {
-    let worst = plant.caveats.iter().max_by_key(|caveat| caveat.severity);
-    let (trust, reason) = match worst {
-        Some(caveat) if caveat.severity == Severity::Severe => {
-            (Trust::DoNotUse, caveat.message.clone())
-        }
-        Some(caveat) if caveat.severity == Severity::Warning => {
-            (Trust::UsableWithCare, caveat.message.clone())
-        }
-        _ => (Trust::Usable, "nothing speaks against it".to_owned()),
-    };
-    let codes = worst.map(|caveat| caveat.code).into_iter().collect();
     Judgement {
         axes: plant.axes.clone(),
         method: plant.method.to_string(),
-        verdict: Verdict { trust, reason, codes },
+        verdict: plant.verdict.clone(),
         caveats: plant.caveats.clone(),
     }
 }
@@ -314,6 +313,7 @@ mod tests {
             "nuisances": {}, "samples": 10, "log_likelihood": 0.0,
             "identifiability": { "coefficients": 3, "rank": 3, "variance_inflation": {}, "not_told": [] },
             "fit": { "by_axis": {}, "trials": {} },
+            "verdict": { "trust": "do-not-use", "reason": "it drives itself", "codes": ["wrong-sign"] },
             "caveats": [{ "code": "wrong-sign", "severity": "severe", "message": "it drives itself" }]
         });
         let p = |value: f64| json!({ "value": value, "std": 1.0, "low95": value - 2.0, "high95": value + 2.0, "unit": "" });

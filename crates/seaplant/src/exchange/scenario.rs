@@ -95,7 +95,8 @@ impl PlantModel {
             }
         }
         let force = self.forces(&scenario.drive, until)?;
-        Ok((Inputs { force, velocity, attitude, current: scenario.current }, start))
+        let signals = self.signals(&scenario.drive)?;
+        Ok((Inputs { force, velocity, attitude, current: scenario.current, signals }, start))
     }
 
     fn notes_of(

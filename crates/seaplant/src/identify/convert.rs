@@ -48,6 +48,7 @@ pub(super) fn plant_result(fit: &Fit, scores: Scores, caveats: Vec<Caveat>) -> P
         steady_test: fit.steady_test.map(|test| steady_test(&test, fit.dof)),
         thrust_part: thrust_part(fit),
         innovations: fit.innovations.clone(),
+        history: fit.history.clone(),
         regression: regression(fit),
         fit: scores.fit,
         hold_out: scores.hold_out,
@@ -141,6 +142,10 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         correlation_s,
         velocity_noise,
         position_noise,
+        acceleration_noise,
+        acceleration_offset,
+        leak,
+        leak_correlation_s,
     } = &fit.nuisances;
     let units = fit.dof.units();
     let named = [
@@ -161,6 +166,9 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         ("disturbance_correlation", correlation_s, "s"),
         ("velocity_noise", velocity_noise, units.velocity),
         ("position_noise", position_noise, units.position),
+        ("acceleration_noise", acceleration_noise, units.acceleration),
+        ("gravity_leak", leak, units.acceleration),
+        ("gravity_leak_correlation", leak_correlation_s, "s"),
     ];
     let mut all: BTreeMap<String, Parameter> = named
         .into_iter()
@@ -189,6 +197,10 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
     for (trial, estimate) in velocity_offset {
         let name = format!("velocity_offset: {trial}");
         all.insert(name, Parameter::new(*estimate, units.velocity));
+    }
+    for (trial, estimate) in acceleration_offset {
+        let name = format!("acceleration_offset: {trial}");
+        all.insert(name, Parameter::new(*estimate, units.acceleration));
     }
     all
 }
@@ -249,6 +261,8 @@ pub(super) fn empty_results(
         },
         plants: BTreeMap::new(),
         coupled: BTreeMap::new(),
+        steering: Vec::new(),
+        coupled_online: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
         steady: BTreeMap::new(),
@@ -391,6 +405,7 @@ fn sensor_results(vehicle: &Vehicle, trials: &[Trial]) -> Vec<SensorResult> {
         ("depth", &sensors.depth, Quantity::Depth, "m"),
         ("attitude", &sensors.attitude, Quantity::Attitude(Attitude::Heading), "rad"),
         ("position", &sensors.position, Quantity::Position(World::North), "m"),
+        ("imu", &sensors.imu, Quantity::Acceleration(Axis::X), "m/s²"),
     ];
     let result = |(name, sensor, quantity, unit): (&str, &Sensor, Quantity, &str)| {
         let rate_hz = trials.iter().find_map(|trial| trial.rate_hz(&quantity));
@@ -422,18 +437,26 @@ fn axis_result(dof: Dof, trial: &Trial, vehicle: &Vehicle) -> Result<AxisResult,
     let axis = trial.axis(dof, VelocitySource::Measured)?;
     let ready = axis.ready(0)?;
     let force = force_spectrum(&ready);
-    let velocity = axis.velocity()?;
-    let excursion = Excursion::of(&axis, trial.role(), vehicle)?;
+    let velocity = match axis.knows_velocity() {
+        true => Some(axis.velocity()?),
+        false => None,
+    };
+    let excursion = match velocity {
+        Some(_) => Excursion::of(&axis, trial.role(), vehicle)?,
+        None => None,
+    };
+    let motion = axis.motion.series();
     let max = |x: &[f64]| x.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
     let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
     Ok(AxisResult {
-        from_s: velocity.first_s(),
-        to_s: velocity.last_s(),
+        from_s: motion.first_s(),
+        to_s: motion.last_s(),
         sample_hz: ready.sample_hz,
         source_hz: ready.source_hz,
         motion: match axis.motion {
             Motion::Velocity(_) => "velocity".to_owned(),
             Motion::Position(_) => "position".to_owned(),
+            Motion::Acceleration(_) => "acceleration".to_owned(),
         },
         dominant_hz: force.dominant_hz(),
         dominant_amplitude: force.amplitude.iter().skip(1).copied().fold(0.0, f64::max),
@@ -441,8 +464,8 @@ fn axis_result(dof: Dof, trial: &Trial, vehicle: &Vehicle) -> Result<AxisResult,
         force_rms: rms(axis.force.values()),
         stroke: excursion.map(|excursion| excursion.stroke),
         keulegan_carpenter: excursion.and_then(|excursion| excursion.keulegan_carpenter),
-        speed_max: max(velocity.values()),
-        speed_rms: rms(velocity.values()),
+        speed_max: velocity.as_ref().map(|velocity| max(velocity.values())),
+        speed_rms: velocity.as_ref().map(|velocity| rms(velocity.values())),
         gap_s: ready.gaps.iter().map(|gap| gap.to_s - gap.from_s).sum(),
     })
 }

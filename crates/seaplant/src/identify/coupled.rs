@@ -1,7 +1,10 @@
 //! Plants of several axes: fitted, scored and doubted.
 
 mod doubts;
+mod known;
+mod online;
 mod score;
+mod verdict;
 
 use std::collections::BTreeMap;
 
@@ -10,13 +13,14 @@ use nalgebra::{DMatrix, Matrix6};
 use super::IdentifyOptions;
 use crate::estimate::{CoupledFit, Tried, fit_coupled};
 use crate::exchange::Driven;
-use crate::plant::{Basis, Plant, Product, RigidBody, Structure, Symmetry};
+use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
 use crate::results::{
-    AxisScore, Coefficient, Correlation, CoupledPlant, Failure, Identifiability, MatrixResult,
-    Parameter, Results, TermDecision, ToldBy,
+    AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, Failure, Identifiability,
+    MatrixResult, Parameter, Results, TermDecision, ToldBy, Verdict,
 };
 use crate::{
     Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Timed, Trial, Vehicle,
+    VehicleEffect,
 };
 
 /// A plant of several axes that is asked for.
@@ -28,18 +32,67 @@ pub struct CoupledPlan {
     pub symmetry: Symmetry,
     /// Terms beside the usual ones of [`Structure::of`].
     pub terms: Vec<Basis>,
+    /// Effects of the vehicle beside its usual ones, by name: `wind.sway`, `rudder.race`.
+    pub effects: Vec<String>,
+    /// Coefficients that are known, by name, and stay as they are.
+    pub hold: BTreeMap<String, f64>,
     /// Whether damping of one axis by another is added where the trials ask for it.
     pub search: bool,
 }
 
 impl CoupledPlan {
-    /// The terms of the plant.
+    /// The terms of the plant of a vehicle; `is_logged` says which signals its trials hold.
     ///
     /// # Errors
-    /// As [`Structure::of`] and [`Structure::with`].
-    pub fn structure(&self) -> Result<Structure, Error> {
+    /// As [`Structure::of`], [`Structure::with`], [`Structure::with_effect`] and
+    /// [`Structure::holding`]; [`Error::Plant`] if an effect is asked for that the vehicle does
+    /// not have.
+    pub fn structure(
+        &self,
+        vehicle: &Vehicle,
+        is_logged: impl Fn(&Signal) -> bool,
+    ) -> Result<Structure, Error> {
         let usual = Structure::of(&self.axes, self.symmetry)?;
-        self.terms.iter().try_fold(usual, |structure, term| structure.with(*term))
+        let mut structure = self.terms.iter().try_fold(usual, |s, term| s.with(*term))?;
+        let effects = vehicle.effects();
+        self.check_names(&structure, &effects)?;
+        for VehicleEffect { effect, is_usual, known } in effects {
+            let is_asked = self.effects.contains(&effect.name);
+            let acts = effect.axes().iter().any(|dof| self.axes.contains(dof));
+            let is_told = effect.signals().iter().all(&is_logged);
+            if !acts || !(is_usual || is_asked || is_told) {
+                continue;
+            }
+            let name = effect.name.clone();
+            let has_term = is_usual || is_asked || self.hold.contains_key(&name);
+            structure = structure.with_effect(effect, has_term)?;
+            if let Some((term, known)) = structure.term_named(&name).zip(known) {
+                structure = structure.holding(term, known)?;
+            }
+        }
+        for (name, value) in &self.hold {
+            let term = structure.term_named(name).ok_or_else(|| {
+                let known = structure.names().join(", ");
+                let reason = format!(
+                    "`{name}` cannot be held, as it is none of its coefficients; these are {known}"
+                );
+                Error::Plant { axes: structure.name(), reason }
+            })?;
+            structure = structure.holding(term, *value)?;
+        }
+        Ok(structure)
+    }
+
+    fn check_names(&self, structure: &Structure, known: &[VehicleEffect]) -> Result<(), Error> {
+        let names: Vec<&str> = known.iter().map(|known| known.effect.name.as_str()).collect();
+        let Some(strange) = self.effects.iter().find(|name| !names.contains(&name.as_str())) else {
+            return Ok(());
+        };
+        let reason = format!(
+            "the vehicle has no effect `{strange}`; it has {}, and terms read as \"yaw: |v|r\"",
+            names.join(", ")
+        );
+        Err(Error::Plant { axes: structure.name(), reason })
     }
 }
 
@@ -51,24 +104,39 @@ pub(super) fn identify(
     results: &mut Results,
 ) {
     for plan in &options.coupled {
-        match plant(plan, vehicle, trials) {
-            Ok((name, plant)) => {
-                results.coupled.insert(name, plant);
+        match plant(plan, vehicle, trials, options) {
+            Ok((name, plant, online)) => {
+                results.coupled.insert(name.clone(), plant);
+                if !online.is_empty() {
+                    results.coupled_online.insert(name, online);
+                }
             }
             Err(error) => results.failures.push(Failure {
                 dof: plan.axes.first().copied().unwrap_or(Dof::Surge),
-                method: format!("{} of a coupled plant", Method::FilterError),
+                method: format!("{} of {} together", Method::FilterError, names(&plan.axes)),
                 message: error.to_string(),
             }),
         }
     }
 }
 
+/// `surge, sway and yaw`.
+fn names(axes: &[Dof]) -> String {
+    match axes {
+        [] => String::new(),
+        [one] => one.to_string(),
+        [first @ .., last] => {
+            let first: Vec<&str> = first.iter().map(|dof| dof.name()).collect();
+            format!("{} and {last}", first.join(", "))
+        }
+    }
+}
+
 /// Records of trials by what they are for.
 #[derive(Default)]
-struct Records<'a> {
-    fit: Vec<&'a CoupledRecord>,
-    hold_out: Vec<&'a CoupledRecord>,
+pub(super) struct Records<'a> {
+    pub(super) fit: Vec<&'a CoupledRecord>,
+    pub(super) hold_out: Vec<&'a CoupledRecord>,
     /// Trials that do not say enough.
     left_out: Vec<Caveat>,
 }
@@ -77,7 +145,7 @@ impl<'a> Records<'a> {
     /// # Errors
     /// That of the first trial to fit, if none of them says enough; [`Error::NoTrial`] if there
     /// is none.
-    fn of(trials: &'a [Trial], axes: &[Dof]) -> Result<Self, Error> {
+    pub(super) fn of(trials: &'a [Trial], axes: &[Dof]) -> Result<Self, Error> {
         let mut records = Self::default();
         let mut refused = None;
         for trial in trials.iter().filter(|trial| trial.role() != Role::Steady) {
@@ -106,17 +174,24 @@ fn plant(
     plan: &CoupledPlan,
     vehicle: &Vehicle,
     trials: &[Trial],
-) -> Result<(String, CoupledPlant), Error> {
-    let structure = plan.structure()?;
+    options: &IdentifyOptions,
+) -> Result<(String, CoupledPlant, BTreeMap<Method, CoupledOnline>), Error> {
     let records = Records::of(trials, &plan.axes)?;
+    let all = || records.fit.iter().chain(&records.hold_out);
+    let is_logged = |signal: &Signal| all().all(|record| record.signals.contains_key(signal));
+    let structure = plan.structure(vehicle, is_logged)?;
+    for record in all() {
+        check_signals(&structure, record)?;
+    }
     check_motion(&structure, &records.fit)?;
+    check_scale(&structure, &records.fit)?;
     let fit = fit_coupled(&structure, &records.fit, vehicle.rigid_body.as_ref(), plan.search)?;
     let own = |record: &CoupledRecord| fit.current_of(&record.trial);
-    let score = score::score(&fit, &records.fit, own)?;
+    let score = score::score(&fit.plant, fit.actuator, &records.fit, own)?;
     let hold_out = match records.hold_out.as_slice() {
         [] => None,
         // A trial that was not fitted has no current of its own.
-        held => Some(score::score(&fit, held, |_| fit.mean_current())?),
+        held => Some(score::score(&fit.plant, fit.actuator, held, |_| fit.mean_current())?),
     };
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = score;
@@ -124,8 +199,10 @@ fn plant(
     plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records.fit, vehicle);
+    let online = online::plants(&fit, &records, vehicle, options)?;
     plant.caveats.splice(0..0, records.left_out);
-    Ok((structure.name(), plant))
+    plant.verdict = verdict::verdict(&plant);
+    Ok((structure.name(), plant, online))
 }
 
 /// The score of each driven axis by itself, on held-out trials if there are any.
@@ -141,7 +218,7 @@ fn single_axes(
         let body = vehicle.rigid_body.as_ref();
         // An axis that cannot be fitted by itself has no score by itself.
         let fit = fit_coupled(&alone, &records.fit, body, false).ok()?;
-        let score = score::score(&fit, scored, |_| fit.mean_current()).ok()?;
+        let score = score::score(&fit.plant, fit.actuator, scored, |_| fit.mean_current()).ok()?;
         Some((dof, *score.by_axis.get(&dof)?))
     };
     if structure.axes().len() == 1 {
@@ -190,12 +267,51 @@ fn check_motion(structure: &Structure, records: &[&CoupledRecord]) -> Result<(),
     Ok(())
 }
 
+/// What a plant reads must be logged in every trial.
+///
+/// # Errors
+/// [`Error::MissingChannel`] with what a trial lacks.
+fn check_signals(structure: &Structure, record: &CoupledRecord) -> Result<(), Error> {
+    let lacks = |signal: &&Signal| !record.signals.contains_key(signal);
+    let Some(signal) = structure.signals().iter().find(lacks) else { return Ok(()) };
+    let advice = match signal {
+        Signal::Angle { .. } => "map it under [channels], or take it away from vehicle.toml",
+        Signal::Drive(_) => "map its speed, pulse width or command under [channels]",
+        Signal::AirForward | Signal::AirStarboard => {
+            "map wind.true.speed and wind.true.direction, or those of wind.relative"
+        }
+    };
+    Err(Error::MissingChannel {
+        trial: record.trial.clone(),
+        what: signal.to_string(),
+        advice: advice.to_owned(),
+    })
+}
+
+/// Force must have a scale: with every coefficient twice as large the motion is the same.
+///
+/// # Errors
+/// [`Error::Plant`] if no force is known and no coefficient is held.
+fn check_scale(structure: &Structure, records: &[&CoupledRecord]) -> Result<(), Error> {
+    let is_held = structure.terms().iter().any(|term| structure.held(term).is_some());
+    let is_driven = |dof: &Dof| records.iter().any(|record| record.is_driven(*dof));
+    if is_held || structure.axes().iter().any(is_driven) {
+        return Ok(());
+    }
+    let has = |dof: Dof| structure.axes().contains(&dof);
+    let first = Dof::ALL.into_iter().find(|dof| has(*dof)).unwrap_or(Dof::Surge);
+    let reason = format!(
+        "nothing fixes the scale of force: no thrust is known, and with every mass, drag and thrust twice as large the motion is the same; state a thrust curve, or the area_m2 and lift_slope of a fin, or hold one mass in [[plant]], such as hold = {{ \"mass.{first}\" = 260 }} for dry mass and what the water adds"
+    );
+    Err(Error::Plant { axes: structure.name(), reason })
+}
+
 /// Slower than this an axis stands still, m/s or rad/s.
 const STILL: f64 = 1e-4;
 
 fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
     let structure = fit.plant.structure();
-    let named = structure.terms().iter().enumerate().map(|(k, term)| (term.to_string(), k));
+    let named = structure.names().into_iter().enumerate().map(|(k, name)| (name, k));
     let parameters: BTreeMap<String, Coefficient> =
         named.clone().map(|(name, k)| (name, coefficient(fit, k))).collect();
     let not_told = parameters.iter().filter(|(_, x)| x.told_by == ToldBy::Nothing);
@@ -205,6 +321,7 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
         axes: structure.axes().to_vec(),
         method: Method::FilterError,
         symmetry: structure.symmetry(),
+        effects: structure.effects().to_vec(),
         mass_matrix: matrix(fit, &mass, |i, j| Basis::Mass(i.min(j), i.max(j))),
         added_mass: rigid.as_ref().map(|rigid| rows(&(mass - rigid))),
         rigid_body_mass_matrix: rigid.as_ref().map(rows),
@@ -228,6 +345,7 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
         fit: crate::results::CoupledScore::default(),
         hold_out: None,
         single_axes: BTreeMap::new(),
+        verdict: Verdict::default(),
         driven: BTreeMap::new(),
         caveats: Vec::new(),
         parameters,
@@ -235,18 +353,27 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
 }
 
 fn decision(tried: &Tried) -> TermDecision {
-    let Tried { term, admitted, likelihood_ratio, p_value } = *tried;
-    TermDecision { terms: vec![term.to_string()], admitted, likelihood_ratio, p_value }
+    let Tried { admitted, likelihood_ratio, p_value, .. } = *tried;
+    TermDecision { terms: vec![tried.name.clone()], admitted, likelihood_ratio, p_value }
 }
 
 fn coefficient(fit: &CoupledFit, k: usize) -> Coefficient {
-    let term = fit.plant.structure().terms()[k];
-    let (value, std) = (fit.plant.coefficients()[k], fit.covariance[(k, k)].sqrt());
-    let Estimate { low95, high95, .. } = Estimate::new(value, std, fit.samples as f64);
+    coefficient_of(&fit.plant, k, fit.covariance[(k, k)].sqrt(), fit.samples as f64)
+}
+
+/// A coefficient of a plant with its standard deviation.
+fn coefficient_of(plant: &Plant, k: usize, std: f64, freedom: f64) -> Coefficient {
+    let (term, value) = (plant.structure().terms()[k], plant.coefficients()[k]);
+    let Estimate { low95, high95, .. } = Estimate::new(value, std, freedom);
     let is_own_damping = matches!(term, Basis::Product(on, product)
         if [Product::linear(on), Product::quadratic(on)].contains(&product));
     let is_positive = is_own_damping || matches!(term, Basis::Mass(i, j) if i == j);
-    let told_by = if is_own_damping && value <= 0.0 {
+    let is_of_fin = matches!(term, Basis::Effect(k)
+        if plant.structure().effects()[k].is_positive());
+    let (is_own_damping, is_positive) = (is_own_damping || is_of_fin, is_positive || is_of_fin);
+    let told_by = if plant.structure().held(&term).is_some() {
+        ToldBy::Stated
+    } else if is_own_damping && value <= 0.0 {
         ToldBy::Limit
     } else if high95 - low95 > 2.0 * value.abs() && is_positive {
         ToldBy::Nothing
@@ -258,8 +385,8 @@ fn coefficient(fit: &CoupledFit, k: usize) -> Coefficient {
         std,
         low95: if is_positive { low95.max(0.0) } else { low95 },
         high95,
-        unit: term.unit(),
-        on: term.axes().into_iter().filter(|dof| fit.plant.axes().contains(dof)).collect(),
+        unit: plant.structure().unit_of(&term),
+        on: plant.structure().axes_of(&term),
         told_by,
     }
 }
@@ -287,11 +414,11 @@ fn matrix(
 fn correlation(fit: &CoupledFit) -> Correlation {
     let std = |k: usize| fit.covariance[(k, k)].sqrt();
     let p = fit.covariance.nrows();
-    let value = DMatrix::from_fn(p, p, |i, j| fit.covariance[(i, j)] / (std(i) * std(j)));
-    Correlation {
-        names: fit.plant.structure().terms().iter().map(ToString::to_string).collect(),
-        value: rows(&value),
-    }
+    let value = DMatrix::from_fn(p, p, |i, j| {
+        let both = std(i) * std(j);
+        if both > 0.0 { fit.covariance[(i, j)] / both } else { f64::from(u8::from(i == j)) }
+    });
+    Correlation { names: fit.plant.structure().names(), value: rows(&value) }
 }
 
 fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
@@ -326,11 +453,19 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
 pub fn plant_of_result(result: &CoupledPlant) -> Result<Plant, Error> {
     let mut structure = Structure::of(&result.axes, result.symmetry)?;
     structure = structure.without(|term| !result.parameters.contains_key(&term.to_string()));
-    let known: Vec<String> = structure.terms().iter().map(ToString::to_string).collect();
+    for effect in &result.effects {
+        structure = structure.with_effect(effect.clone(), true)?;
+    }
+    let known = structure.names();
     for name in result.parameters.keys().filter(|name| !known.contains(name)) {
         structure = structure.with(name.parse()?)?;
     }
-    let value = |term: &Basis| result.parameters[&term.to_string()].value;
-    let coefficients = structure.terms().iter().map(value).collect();
+    let value = |name: String| {
+        result.parameters.get(&name).map(|x| x.value).ok_or_else(|| Error::Plant {
+            axes: structure.name(),
+            reason: format!("its results hold the effect `{name}` without a coefficient"),
+        })
+    };
+    let coefficients = structure.names().into_iter().map(value).collect::<Result<_, _>>()?;
     Plant::new(structure, coefficients)
 }

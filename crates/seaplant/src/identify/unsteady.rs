@@ -10,12 +10,12 @@ use crate::diagnose::{
 use crate::estimate::Method;
 use crate::judge::{
     Contender, Coupling, Drift, LAGS, NOT_WHITE, Nulls, Scored, another_plant, box_pierce, choose,
-    feedback, impossible, intervals, left_out, one_speed, records, reversed, score, widened,
-    windows_of, working_speed,
+    feedback, impossible, intervals, left_out, one_speed, records, reversed, score,
+    simulated_speed, widened, windows_of, working_speed,
 };
 use crate::results::{Failure, FittedModel, Identification};
 use crate::trial::Beside;
-use crate::{AxisRecord, Caveat, CaveatCode, Error, Fit, Term, Trial};
+use crate::{AxisRecord, Caveat, CaveatCode, Error, Fit, Model, Term, Trial};
 
 /// Who is named where no method has a plant to recommend.
 const ANY_METHOD: &str = "any method";
@@ -48,6 +48,16 @@ struct Bench {
     nulls: Nulls,
     /// The usual speed of the fitted trials, m/s or rad/s.
     speed: f64,
+}
+
+impl Bench {
+    /// The usual speed; as a model simulates it where nobody measured it.
+    fn speed_of(&self, model: &Model) -> f64 {
+        match self.fitted.iter().any(AxisRecord::knows_velocity) {
+            true => self.speed,
+            false => simulated_speed(model, &self.fitted),
+        }
+    }
 }
 
 impl Work<'_> {
@@ -111,7 +121,8 @@ impl Work<'_> {
         let changes = changes.map(|change| change.filter(|_| !has_drift(&fit)));
         // The paper's intervals are kept as they are, too.
         let fit = if fit.method == Method::Paper { fit } else { widened(fit, changes) };
-        let impossible = impossible(&fit, self.vehicle, bench.speed, tested);
+        let speed = bench.speed_of(&model);
+        let impossible = impossible(&fit, self.vehicle, speed, tested);
         Ok(Judged { fit, axes, own, hold_out, left_out: left, impossible })
     }
 
@@ -277,7 +288,7 @@ impl Work<'_> {
         let evidence = Evidence { fit, axes, trials: &self.trials.fit, vehicle: self.vehicle };
         let mut doubts = caveats(&evidence)?;
         doubts.extend(more);
-        doubts.extend(intervals(fit, bench.speed));
+        doubts.extend(intervals(fit, bench.speed_of(&fit.model())));
         let whiteness = box_pierce(&fit.innovations);
         let asks = |scored: &Scored, which| {
             another_plant(self.dof, &scored.score, which, whiteness).filter(|_| !has_drift(fit))

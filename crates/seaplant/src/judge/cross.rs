@@ -64,6 +64,7 @@ fn joined(before: Scored, other: Scored) -> Scored {
     let has_run_away = one.mean_abs_error.is_none() || two.mean_abs_error.is_none();
     let parts = if has_run_away { Vec::new() } else { [before.parts, other.parts].concat() };
     let score = crate::results::Score {
+        quantity: one.quantity,
         mean_abs_error: mean(one.mean_abs_error, two.mean_abs_error),
         null_error: (a * one.null_error + b * two.null_error) / (a + b),
         best_null,

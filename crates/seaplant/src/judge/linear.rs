@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::evaluate::compare_record;
 use crate::regression::batch_s;
-use crate::{AxisRecord, Comparison, Error, Model, VelocitySensor};
+use crate::{AxisRecord, Comparison, Error, Model, ScoredMotion, VelocitySensor};
 
 /// Longest window with an initial velocity and a constant force of its own, s: forces of tethers
 /// and currents change within minutes, and drag shows within one.
@@ -55,7 +55,10 @@ pub(crate) fn windows_of(model: &Model, axes: &[AxisRecord]) -> Result<Vec<Windo
     let mut all = Vec::new();
     for axis in axes {
         match compare_record(model, axis) {
-            Ok(comparison) => all.extend(windows(&comparison, model)),
+            Ok(comparison) if comparison.quantity == ScoredMotion::Velocity => {
+                all.extend(windows(&comparison, model));
+            }
+            Ok(_) => {}
             Err(Error::Diverged { .. }) => {}
             Err(other) => return Err(other),
         }
@@ -352,6 +355,7 @@ mod tests {
         };
         let (measured, simulated) = (run(truth.to_lumped(), extra_n), run(model.lumped, 0.0));
         Comparison {
+            quantity: ScoredMotion::Velocity,
             dof: Dof::Surge,
             trial: "t".to_owned(),
             velocity: Agreement::of(&measured, &simulated, 0.0),

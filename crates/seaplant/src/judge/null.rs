@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{AxisRecord, Comparison};
+use crate::{AxisRecord, Comparison, ScoredMotion};
 
 /// A model without a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -17,6 +17,10 @@ pub enum NullModel {
     KeepsMeanSpeed,
     /// It has the steady speed for its thrust at once, v = ±c √|τ|, c from the fitted trials.
     SteadySpeed,
+    /// It never accelerates; where acceleration is compared.
+    NeverAccelerates,
+    /// It accelerates by its thrust as if there were no drag, v̇ = c τ, c from the fitted trials.
+    ThrustAlone,
 }
 
 impl NullModel {
@@ -27,6 +31,8 @@ impl NullModel {
             Self::KeepsInitialSpeed => "a model that keeps its initial speed",
             Self::KeepsMeanSpeed => "a model that keeps the mean speed",
             Self::SteadySpeed => "the steady speed for the thrust",
+            Self::NeverAccelerates => "a model that never accelerates",
+            Self::ThrustAlone => "thrust over a mass, without drag",
         }
     }
 }
@@ -45,6 +51,8 @@ pub struct NullScore {
 pub(crate) struct Nulls {
     /// c of v = ±c √|τ|, ahead and astern.
     steady: Option<[f64; 2]>,
+    /// c of v̇ = c τ.
+    alone: f64,
 }
 
 impl Nulls {
@@ -61,8 +69,9 @@ impl Nulls {
                 squares[way] += root * root;
             }
         }
+        let alone = of_thrust_alone(fitted);
         let of = |way: usize| if squares[way] > 0.0 { products[way] / squares[way] } else { 0.0 };
-        Self { steady: (!fitted.is_empty()).then(|| [of(0), of(1)]) }
+        Self { steady: (!fitted.is_empty()).then(|| [of(0), of(1)]), alone }
     }
 
     /// The best of the null models on some simulated trials; `None` without a sample.
@@ -70,6 +79,9 @@ impl Nulls {
         let count: usize = comparisons.iter().map(|comparison| comparison.measured.len()).sum();
         if count == 0 {
             return None;
+        }
+        if comparisons.iter().any(|one| one.quantity == ScoredMotion::Acceleration) {
+            return self.best_acceleration(comparisons, count);
         }
         let mut sums = [
             (NullModel::NeverMoves, 0.0),
@@ -94,6 +106,42 @@ impl Nulls {
     }
 }
 
+impl Nulls {
+    /// Of accelerations; each is given the offsets of the trials, as the plant is.
+    fn best_acceleration(&self, comparisons: &[&Comparison], count: usize) -> Option<NullScore> {
+        let models = [(NullModel::NeverAccelerates, 0.0), (NullModel::ThrustAlone, self.alone)];
+        let error = |c: f64| {
+            let of = |one: &&Comparison| {
+                let left: Vec<f64> =
+                    one.measured.iter().zip(&one.force).map(|(a, tau)| a - c * tau).collect();
+                let mean = left.iter().sum::<f64>() / left.len().max(1) as f64;
+                left.iter().map(|x| (x - mean).abs()).sum::<f64>()
+            };
+            comparisons.iter().map(of).sum::<f64>() / count as f64
+        };
+        let all = models.map(|(model, c)| NullScore { model, mean_abs_error: error(c) });
+        all.into_iter().min_by(|a, b| a.mean_abs_error.total_cmp(&b.mean_abs_error))
+    }
+}
+
+/// c of v̇ = c τ by least squares, both without the means of their trials.
+fn of_thrust_alone(fitted: &[AxisRecord]) -> f64 {
+    let (mut xx, mut xy) = (0.0, 0.0);
+    for axis in fitted.iter().filter(|axis| !axis.knows_velocity()) {
+        let mut force = axis.force.reader();
+        let felt = axis.acceleration.iter().flat_map(|felt| felt.windows());
+        let pairs: Vec<(f64, f64)> =
+            felt.map(|m| (force.held_at(0.5 * (m.from_s + m.to_s)), m.mean)).collect();
+        let n = pairs.len().max(1) as f64;
+        let mean_x = pairs.iter().map(|(x, _)| x).sum::<f64>() / n;
+        for (x, y) in pairs {
+            xx += (x - mean_x).powi(2);
+            xy += (x - mean_x) * y;
+        }
+    }
+    if xx > 0.0 { xy / xx } else { 0.0 }
+}
+
 /// Which way, and √|τ| with the sign of τ.
 fn root_of(tau: f64) -> (usize, f64) {
     (usize::from(tau < 0.0), tau.abs().sqrt().copysign(tau))
@@ -107,6 +155,7 @@ mod tests {
     fn comparison(measured: Vec<f64>, force: Vec<f64>, first: f64) -> Comparison {
         let simulated = vec![first; measured.len()];
         Comparison {
+            quantity: ScoredMotion::Velocity,
             dof: Dof::Surge,
             trial: "t".to_owned(),
             time_s: (0..measured.len()).map(|k| k as f64).collect(),
@@ -124,7 +173,7 @@ mod tests {
 
     #[test]
     fn each_null_model_is_best_where_it_is_right() {
-        let nulls = Nulls { steady: Some([0.5, 0.25]) };
+        let nulls = Nulls { steady: Some([0.5, 0.25]), alone: 0.0 };
         let still = best(nulls, &[0.01, -0.01, 0.0], &[9.0, 4.0, -4.0], 0.5);
         assert_eq!(still.model, NullModel::NeverMoves);
         let coasting = best(nulls, &[1.0, 1.0, 1.1], &[0.0; 3], 1.0);

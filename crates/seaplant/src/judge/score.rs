@@ -6,7 +6,9 @@ use super::null::Nulls;
 use crate::evaluate::compare_record;
 use crate::regression::batch_s;
 use crate::results::{Score, TrialScore};
-use crate::{Agreement, AxisRecord, Comparison, Dof, Error, Model, Trial, VelocitySource};
+use crate::{
+    Agreement, AxisRecord, Comparison, Dof, Error, Model, ScoredMotion, Trial, VelocitySource,
+};
 
 /// A score, and what decides between plants.
 #[derive(Clone, Debug, Default)]
@@ -36,20 +38,44 @@ pub(crate) fn records(dof: Dof, trials: &[&Trial]) -> Result<Vec<AxisRecord>, Er
 /// As [`score_plant`].
 pub(crate) fn score(model: &Model, axes: &[AxisRecord], nulls: &Nulls) -> Result<Scored, Error> {
     let outcomes = axes.iter().map(|axis| outcome(model, axis)).collect::<Result<Vec<_>, _>>()?;
+    let quantity = quantity_of(axes);
     let windows: Vec<Window> = outcomes.iter().flat_map(|outcome| outcome.windows(model)).collect();
     let has_run_away = outcomes.iter().any(|outcome| matches!(outcome, Outcome::Diverged { .. }));
-    let mut score = total_score(&outcomes);
+    let mut score = Score { quantity, ..total_score(&outcomes) };
     if has_run_away {
         return Ok(Scored { score, ..Scored::default() });
     }
     score.best_null =
         nulls.best(&outcomes.iter().filter_map(Outcome::comparison).collect::<Vec<_>>());
     score.offset_free_error = offset_free_error(&windows);
+    let felt = outcomes.iter().filter_map(Outcome::comparison);
+    let felt: Vec<f64> = felt.flat_map(parts_of_acceleration).collect();
     // A long record's simulation takes much memory, and others follow.
     drop(outcomes);
-    let parts = parts(&windows);
+    let parts = [parts(&windows), felt].concat();
     score.change = change(model, axes, windows)?;
     Ok(Scored { score, parts })
+}
+
+/// What a plant is compared by: acceleration only where nothing better was measured.
+fn quantity_of(axes: &[AxisRecord]) -> ScoredMotion {
+    match axes.iter().any(AxisRecord::knows_velocity) || axes.is_empty() {
+        true => ScoredMotion::Velocity,
+        false => ScoredMotion::Acceleration,
+    }
+}
+
+/// As many means of acceleration make a part to compare plants by.
+const MEANS_IN_PART: usize = 20;
+
+fn parts_of_acceleration(comparison: &Comparison) -> Vec<f64> {
+    if comparison.quantity == ScoredMotion::Velocity {
+        return Vec::new();
+    }
+    let errors = comparison.measured.iter().zip(&comparison.simulated).map(|(y, s)| (y - s).abs());
+    let errors: Vec<f64> = errors.collect();
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    errors.chunks(MEANS_IN_PART).map(mean).collect()
 }
 
 fn offset_free_error(windows: &[Window]) -> Option<f64> {
@@ -85,7 +111,9 @@ impl Outcome {
     }
 
     fn windows(&self, model: &Model) -> Vec<Window> {
-        self.comparison().map(|comparison| windows(comparison, model)).unwrap_or_default()
+        // What a window explains are errors of velocity.
+        let of_velocity = self.comparison().filter(|one| one.quantity == ScoredMotion::Velocity);
+        of_velocity.map(|comparison| windows(comparison, model)).unwrap_or_default()
     }
 }
 
@@ -93,7 +121,7 @@ fn outcome(model: &Model, axis: &AxisRecord) -> Result<Outcome, Error> {
     match compare_record(model, axis) {
         Ok(comparison) => Ok(Outcome::Compared(Box::new(comparison))),
         Err(Error::Diverged { .. }) => {
-            let velocity = axis.velocity()?;
+            let velocity = axis.velocity().unwrap_or_else(|_| axis.motion.series().clone());
             let samples = velocity.len();
             let null_error =
                 velocity.values().iter().map(|v| v.abs()).sum::<f64>() / samples as f64;
@@ -131,6 +159,7 @@ fn total_score(outcomes: &[Outcome]) -> Score {
         trials.push(score);
     }
     Score {
+        quantity: ScoredMotion::Velocity,
         mean_abs_error: (!diverged).then_some(all.mean_abs_error),
         null_error: if null.1 == 0 { 0.0 } else { null.0 / null.1 as f64 },
         best_null: None,

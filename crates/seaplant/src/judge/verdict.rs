@@ -149,13 +149,15 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
         (None, Some(score)) => (score, "trials that were left out in turn".to_owned()),
         (None, None) => return of(Trust::Doubtful, "no held-out trial has tested it".to_owned()),
     };
+    let unit = score.quantity.unit(dof);
     let Some(e) = score.mean_abs_error else {
         return of(Trust::DoNotUse, format!("its simulation of {trials} diverges"));
     };
     let against = format!(
-        "{trials} with e = {} {unit} against {} for a model that never moves",
+        "{trials} with e = {} {unit} against {} for {}",
         spoken2(e),
         spoken2(score.null_error),
+        score.quantity.null_model(),
     );
     let vouched = vouched(score);
     if free_error(score) > PREDICTS * score.null_error && !vouched {

@@ -16,6 +16,8 @@ pub(crate) struct Slice {
     pub(crate) down_body: [Vector3<f64>; 3],
     /// Velocities of axes that the plant does not have, at the same instants.
     pub(crate) others: [Vector6<f64>; 3],
+    /// What the plant's effects read, at the same instants; empty if it has none.
+    pub(crate) signals: [Vec<f64>; 3],
 }
 
 /// The force over a slice.
@@ -136,20 +138,20 @@ fn step<const N: usize>(
     for (stage, (part, instant)) in STAGES.into_iter().enumerate() {
         let behind = if stage == 0 { SVector::zeros() } else { rates[stage - 1] * (part * h) };
         let six = plant.to_six(&(flow.velocity + behind), &slice.others[instant]);
-        let down = &slice.down_body[instant];
+        let (down, signals) = (&slice.down_body[instant], &slice.signals[instant]);
         let left = decay.rate.map(|rate| (-rate * (elapsed_s + part * h)).exp());
-        rates[stage] = plant.rate(&six, down, &(force + disturbance.component_mul(&left)));
+        rates[stage] = plant.rate(&six, down, &(force + disturbance.component_mul(&left)), signals);
         if flow.columns.is_empty() {
             continue;
         }
-        slopes[stage] = plant.slope(&six);
+        slopes[stage] = plant.slope(&six, signals);
         let sources = &mut flow.stages[stage];
         for j in 0..N {
             sources[N + j] = plant.inverse().column(j) * left[j];
         }
         if sources.len() > 2 * N {
             let (coefficients, actuators) = sources[2 * N..].split_at_mut(plant.count());
-            plant.by_coefficient(&six, down, &rates[stage], coefficients);
+            plant.by_coefficient(&six, down, &rates[stage], signals, coefficients);
             for (source, by) in actuators.iter_mut().zip(&push.by) {
                 *source = apply(plant.inverse(), &plant.on_axes(by));
             }
@@ -193,6 +195,7 @@ mod tests {
             length_s: 0.05,
             down_body: [0.0, 0.5, 1.0].map(|part| down_body(0.1, 0.2 + 0.05 * (k as f64 + part))),
             others: [Vector6::new(0.0, 0.1, 0.0, 0.2, 0.0, 0.3); 3],
+            signals: [const { Vec::new() }; 3],
         };
         (0..2).map(of).collect()
     }

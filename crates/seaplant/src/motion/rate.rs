@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::{apply, times};
-use crate::plant::{Basis, Instant, Plant, Product, kirchhoff, kirchhoff_slope};
+use crate::plant::{Basis, Instant, Plant, Product, Structure, kirchhoff, kirchhoff_slope};
 use crate::{Dof, Error};
 
 /// Everything on the left of the equation of motion that holds no acceleration.
@@ -13,31 +13,52 @@ struct Forces {
     weight_excess: f64,
     lever: Vector3<f64>,
     constant: Vector6<f64>,
+    /// Numbers of effects, and their coefficients.
+    effects: Vec<(usize, f64)>,
+    structure: Structure,
 }
 
 impl Forces {
     fn of(plant: &Plant) -> Self {
         let mut forces = Self {
-            mass: plant.mass_matrix_of_six(),
+            mass: Matrix6::zeros(),
             products: Vec::new(),
             weight_excess: 0.0,
             lever: Vector3::zeros(),
             constant: Vector6::zeros(),
+            effects: Vec::new(),
+            structure: plant.structure().clone(),
         };
-        for (term, &value) in plant.structure().terms().iter().zip(plant.coefficients()) {
-            match *term {
-                Basis::Mass(..) => {}
-                Basis::Product(on, product) => forces.products.push((on, product, value)),
-                Basis::WeightExcess => forces.weight_excess = value,
-                Basis::Lever(axis) => forces.lever[axis] = value,
-                Basis::One(on) => forces.constant[on.index()] = value,
-            }
-        }
+        forces.set(plant.structure().terms(), plant.coefficients());
         forces
     }
 
-    /// n(ν_r, η), N and N m.
-    fn at(&self, velocity: &Vector6<f64>, down_body: &Vector3<f64>) -> Vector6<f64> {
+    /// Takes other coefficients of the same terms; nothing is allocated the second time.
+    fn set(&mut self, terms: &[Basis], coefficients: &[f64]) {
+        self.products.clear();
+        self.effects.clear();
+        for (term, &value) in terms.iter().zip(coefficients) {
+            match *term {
+                Basis::Mass(i, j) => {
+                    self.mass[(i.index(), j.index())] = value;
+                    self.mass[(j.index(), i.index())] = value;
+                }
+                Basis::Product(on, product) => self.products.push((on, product, value)),
+                Basis::WeightExcess => self.weight_excess = value,
+                Basis::Lever(axis) => self.lever[axis] = value,
+                Basis::One(on) => self.constant[on.index()] = value,
+                Basis::Effect(k) => self.effects.push((k, value)),
+            }
+        }
+    }
+
+    /// n(ν_r, η) less what effects push with, N and N m.
+    fn at(
+        &self,
+        velocity: &Vector6<f64>,
+        down_body: &Vector3<f64>,
+        signals: &[f64],
+    ) -> Vector6<f64> {
         let mut n = kirchhoff(&(self.mass * velocity), velocity) + self.constant;
         for (on, product, value) in &self.products {
             n[on.index()] += value * product.value(velocity);
@@ -47,11 +68,27 @@ impl Forces {
             n[axis] -= self.weight_excess * down_body[axis];
             n[axis + 3] -= moment[axis];
         }
+        for (wrench, _) in self.effects(velocity, signals) {
+            n -= wrench;
+        }
         n
     }
 
+    /// What each effect pushes with, and its slope by ν.
+    fn effects<'a>(
+        &'a self,
+        velocity: &'a Vector6<f64>,
+        signals: &'a [f64],
+    ) -> impl Iterator<Item = (Vector6<f64>, Matrix6<f64>)> + 'a {
+        self.effects.iter().map(move |&(k, value)| {
+            let signals = self.structure.read(k, signals);
+            let (wrench, slope) = self.structure.effects()[k].wrench(velocity, signals);
+            (wrench * value, slope * value)
+        })
+    }
+
     /// ∂n/∂ν, shape (6, 6).
-    fn slope(&self, velocity: &Vector6<f64>) -> Matrix6<f64> {
+    fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Matrix6<f64> {
         let mut slope = kirchhoff_slope(&self.mass, velocity);
         for (on, product, value) in &self.products {
             let mut row = [0.0; 6];
@@ -59,6 +96,9 @@ impl Forces {
             for (j, x) in row.into_iter().enumerate() {
                 slope[(on.index(), j)] += x;
             }
+        }
+        for (_, of_effect) in self.effects(velocity, signals) {
+            slope -= of_effect;
         }
         slope
     }
@@ -91,13 +131,14 @@ impl Whole {
         velocity: &Vector6<f64>,
         down_body: &Vector3<f64>,
         force: &Vector6<f64>,
+        signals: &[f64],
     ) -> Vector6<f64> {
-        self.inverse * (force - self.forces.at(velocity, down_body))
+        self.inverse * (force - self.forces.at(velocity, down_body, signals))
     }
 
     /// ∂ν̇/∂ν, shape (6, 6).
     pub(crate) fn slope(&self, velocity: &Vector6<f64>) -> Matrix6<f64> {
-        -self.inverse * self.forces.slope(velocity)
+        -self.inverse * self.forces.slope(velocity, &[])
     }
 
     /// The change of ν̇ with a small change of the world's down in body axes, shape (6,).
@@ -147,6 +188,25 @@ impl<const N: usize> Prepared<N> {
         Ok(Self { axes, inverse, terms, forces: Forces::of(plant) })
     }
 
+    /// Takes other coefficients of the same terms, without allocating; false, and nothing
+    /// changed but the forces, if M cannot be inverted.
+    pub(crate) fn renumber(&mut self, coefficients: &[f64]) -> bool
+    where
+        nalgebra::Const<N>: nalgebra::DimMin<nalgebra::Const<N>, Output = nalgebra::Const<N>>,
+    {
+        self.forces.set(&self.terms, coefficients);
+        let mass = SMatrix::<f64, N, N>::from_fn(|i, j| match (self.axes[i], self.axes[j]) {
+            (Some(i), Some(j)) => self.forces.mass[(i, j)],
+            _ => f64::from(u8::from(i == j)),
+        });
+        let Some(mut inverse) = mass.try_inverse() else { return false };
+        for place in (0..N).filter(|place| self.axes[*place].is_none()) {
+            inverse[(place, place)] = 0.0;
+        }
+        self.inverse = inverse;
+        true
+    }
+
     /// The plant's axes of a vector of six.
     pub(crate) fn on_axes(&self, six: &Vector6<f64>) -> SVector<f64, N> {
         SVector::from_fn(|i, _| self.axes[i].map_or(0.0, |axis| six[axis]))
@@ -184,14 +244,15 @@ impl<const N: usize> Prepared<N> {
         velocity: &Vector6<f64>,
         down_body: &Vector3<f64>,
         force: &SVector<f64, N>,
+        signals: &[f64],
     ) -> SVector<f64, N> {
-        let n = self.forces.at(velocity, down_body);
+        let n = self.forces.at(velocity, down_body, signals);
         apply(&self.inverse, &(force - self.on_axes(&n)))
     }
 
     /// ∂ν̇/∂ν of the plant's axes, shape (N, N).
-    pub(crate) fn slope(&self, velocity: &Vector6<f64>) -> SMatrix<f64, N, N> {
-        let slope = self.forces.slope(velocity);
+    pub(crate) fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> SMatrix<f64, N, N> {
+        let slope = self.forces.slope(velocity, signals);
         let of_axes = SMatrix::from_fn(|i, j| match (self.axes[i], self.axes[j]) {
             (Some(on), Some(of)) => -slope[(on, of)],
             _ => 0.0,
@@ -205,8 +266,10 @@ impl<const N: usize> Prepared<N> {
         velocity: &Vector6<f64>,
         down_body: &Vector3<f64>,
         rate: &SVector<f64, N>,
+        signals: &[f64],
         columns: &mut [SVector<f64, N>],
     ) {
+        let wrenches = &self.forces.structure.wrenches(velocity, signals);
         let at = Instant {
             acceleration: self.to_six(rate, &Vector6::zeros()),
             velocity: *velocity,
@@ -219,7 +282,10 @@ impl<const N: usize> Prepared<N> {
                     Some(place) => self.inverse.column(place) * -product.value(velocity),
                     None => SVector::zeros(),
                 },
-                _ => apply(&self.inverse, &-self.on_axes(&term.regressor(&at))),
+                _ => {
+                    let y = self.forces.structure.regressor(term, &at, wrenches);
+                    apply(&self.inverse, &-self.on_axes(&y))
+                }
             };
         }
     }
@@ -235,7 +301,11 @@ pub(crate) mod tests {
 
     use super::*;
     use crate::motion::down_body;
-    use crate::plant::{Structure, Symmetry};
+    use crate::plant::{Effect, EffectForce, Foil, Symmetry};
+    use crate::quantity::Surface;
+
+    /// The rudder's angle, rad.
+    const SIGNALS: [f64; 1] = [0.2];
 
     /// Central differences over 1e-6 of numbers of order one to a hundred.
     const DIFFERENCE: f64 = 1e-6;
@@ -253,9 +323,25 @@ pub(crate) mod tests {
             }
             Basis::WeightExcess => -2.0,
             Basis::Lever(_) => 6.6,
-            Basis::One(_) => 0.7,
+            Basis::One(_) | Basis::Effect(_) => 0.7,
         };
         let coefficients = structure.terms().iter().map(value).collect();
+        Plant::new(structure, coefficients).expect("possible")
+    }
+
+    /// The same with a rudder.
+    fn with_rudder() -> Plant {
+        let plant = vehicle();
+        let foil = Foil {
+            kind: Surface::Rudder,
+            name: "rudder".to_owned(),
+            position_m: [-0.7, 0.0, 0.1],
+            axis: [0.0, 0.0, 1.0],
+            stall_rad: None,
+        };
+        let lift = Effect { name: "rudder.lift".to_owned(), force: EffectForce::Lift { foil } };
+        let structure = plant.structure().clone().with_effect(lift, true).expect("fits");
+        let coefficients = plant.coefficients().iter().copied().chain([3.0]).collect();
         Plant::new(structure, coefficients).expect("possible")
     }
 
@@ -266,28 +352,28 @@ pub(crate) mod tests {
 
     #[test]
     fn derivatives_are_those_of_the_rate() {
-        let plant = vehicle();
+        let plant = with_rudder();
         let prepared = Prepared::<6>::new(&plant).expect("six axes");
         let (velocity, down, force) = motion();
-        let slope = prepared.slope(&velocity);
+        let slope = prepared.slope(&velocity, &SIGNALS);
         for j in 0..6 {
             let at = |step: f64| {
                 let mut moved = velocity;
                 moved[j] += step;
-                prepared.rate(&moved, &down, &force)
+                prepared.rate(&moved, &down, &force, &SIGNALS)
             };
             let found = (at(1e-6) - at(-1e-6)) / 2e-6;
             assert!((found - slope.column(j)).amax() < DIFFERENCE, "{j}");
         }
-        let rate = prepared.rate(&velocity, &down, &force);
+        let rate = prepared.rate(&velocity, &down, &force, &SIGNALS);
         let mut columns = vec![SVector::zeros(); prepared.count()];
-        prepared.by_coefficient(&velocity, &down, &rate, &mut columns);
+        prepared.by_coefficient(&velocity, &down, &rate, &SIGNALS, &mut columns);
         for (k, column) in columns.iter().enumerate() {
             let at = |step: f64| {
                 let mut moved = plant.coefficients().to_vec();
                 moved[k] += step;
                 let moved = Plant::new(plant.structure().clone(), moved).expect("possible");
-                Prepared::<6>::new(&moved).expect("six").rate(&velocity, &down, &force)
+                Prepared::<6>::new(&moved).expect("six").rate(&velocity, &down, &force, &SIGNALS)
             };
             let found = (at(1e-6) - at(-1e-6)) / 2e-6;
             assert!((found - column).amax() < DIFFERENCE, "{}", plant.structure().terms()[k]);
@@ -296,17 +382,19 @@ pub(crate) mod tests {
 
     #[test]
     fn the_regressors_add_up_to_the_force() {
-        let plant = vehicle();
+        let plant = with_rudder();
         let prepared = Prepared::<6>::new(&plant).expect("six axes");
         let (velocity, down, force) = motion();
-        let rate = prepared.rate(&velocity, &down, &force);
+        let rate = prepared.rate(&velocity, &down, &force, &SIGNALS);
+        let wrenches = &plant.structure().wrenches(&velocity, &SIGNALS);
         let at = Instant {
             acceleration: prepared.to_six(&rate, &Vector6::zeros()),
             velocity,
             down_body: down,
         };
         let terms = plant.structure().terms().iter().zip(plant.coefficients());
-        let sum: Vector6<f64> = terms.map(|(term, value)| *value * term.regressor(&at)).sum();
+        let regressor = |term| plant.structure().regressor(term, &at, wrenches);
+        let sum: Vector6<f64> = terms.map(|(term, value)| *value * regressor(term)).sum();
         assert!((sum - Vector6::from(force)).amax() < 1e-9);
     }
 }

@@ -1,9 +1,11 @@
 //! The motion of a plant from its forces alone.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3, Vector6};
 
 use super::{Whole, body_from_world, interpolated_attitude};
-use crate::plant::Plant;
+use crate::plant::{Plant, Signal};
 use crate::{Dof, Error, Timed};
 
 /// What drives a plant, and what is known of axes that it does not have.
@@ -18,6 +20,8 @@ pub struct Inputs {
     pub attitude: [Option<Timed>; 3],
     /// North and east velocity of the water, m/s.
     pub current: [f64; 2],
+    /// What the plant's effects read: angles, drives, air.
+    pub signals: BTreeMap<Signal, Timed>,
 }
 
 /// The motion of a plant.
@@ -46,7 +50,8 @@ const RUNAWAY: f64 = 1e3;
 /// `start` is velocity over ground, shape (6,); `time_s` increases.
 ///
 /// # Errors
-/// [`Error::Diverged`] if the velocity runs away; [`Error::Plant`] if M is singular.
+/// [`Error::Diverged`] if the velocity runs away; [`Error::Plant`] if M is singular, or if
+/// `inputs` lack a signal that an effect of the plant reads.
 ///
 /// # Example
 /// ```
@@ -75,6 +80,8 @@ pub fn simulate(
 /// A simulation.
 struct Run<'a> {
     plant: Whole,
+    /// What its effects read, in their order.
+    signals: Vec<(&'a Signal, &'a Timed)>,
     first: Dof,
     inputs: &'a Inputs,
     has: [bool; 6],
@@ -104,7 +111,14 @@ impl Turned {
 impl<'a> Run<'a> {
     fn new(plant: &Plant, inputs: &'a Inputs) -> Result<Self, Error> {
         let has = Dof::ALL.map(|dof| plant.axes().contains(&dof));
-        Ok(Self { plant: Whole::new(plant)?, first: plant.axes()[0], inputs, has })
+        let of = |signal: &Signal| {
+            inputs.signals.get_key_value(signal).ok_or_else(|| Error::Plant {
+                axes: plant.structure().name(),
+                reason: format!("its inputs lack {signal}, which it reads; add it"),
+            })
+        };
+        let signals = plant.structure().signals().iter().map(of).collect::<Result<_, _>>()?;
+        Ok(Self { plant: Whole::new(plant)?, signals, first: plant.axes()[0], inputs, has })
     }
 
     fn over(&self, start: &Vector6<f64>, time_s: &[f64]) -> Result<Simulated, Error> {
@@ -144,7 +158,9 @@ impl<'a> Run<'a> {
             let next = force.time_s().partition_point(|&t| t <= now + 1e-9);
             force.time_s().get(next).copied()
         };
-        let changes = self.inputs.force.iter().flatten().filter_map(change);
+        let held = self.signals.iter().filter(|(signal, _)| signal.is_held());
+        let held = held.map(|(_, series)| *series);
+        let changes = self.inputs.force.iter().flatten().chain(held).filter_map(change);
         let until = changes.fold(until, f64::min);
         let steps = ((until - now) / STEP_S).ceil().max(1.0);
         (until - now) / steps
@@ -161,10 +177,16 @@ impl<'a> Run<'a> {
         let force = Vector6::from_fn(|k, _| {
             self.inputs.force[k].as_ref().map_or(0.0, |force| force.held_at(now + 0.5 * h))
         });
+        let drive_at = now + 0.5 * h;
         let slopes = |v: Vector6<f64>, turned: Turned, t: f64| {
+            let value = |(signal, series): &(&Signal, &Timed)| {
+                // Like force, a held signal is that of the step's middle.
+                signal.value(series, if signal.is_held() { drive_at } else { t })
+            };
+            let signals: Vec<f64> = self.signals.iter().map(value).collect();
             let six = v + self.others(t);
             let down = self.to_body(turned, t) * Vector3::z();
-            (self.plant.rate(&six, &down, &force), self.turning(turned, &six, t))
+            (self.plant.rate(&six, &down, &force, &signals), self.turning(turned, &six, t))
         };
         let (a1, b1) = slopes(relative, turned, now);
         let (a2, b2) = slopes(relative + a1 * (0.5 * h), turned.plus(b1, 0.5 * h), now + 0.5 * h);

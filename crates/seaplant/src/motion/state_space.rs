@@ -75,7 +75,7 @@ impl StateSpace {
         let pose = self.pose(x, tau, current)?;
         let nu = velocity(x);
         let omega = nu.fixed_rows::<3>(3).into_owned();
-        let acceleration = self.whole.rate(&self.relative(&nu, &pose), &pose.down, tau)
+        let acceleration = self.whole.rate(&self.relative(&nu, &pose), &pose.down, tau, &[])
             - self.on_own(&omega.cross(&pose.water));
         let mut rate = State::zeros();
         rate.fixed_rows_mut::<3>(0).copy_from(&(pose.to_body.tr_mul(&nu.fixed_rows::<3>(0))));

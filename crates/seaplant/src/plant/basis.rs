@@ -70,6 +70,18 @@ impl Product {
         self.factors().map(|factor| factor.value(velocity)).product()
     }
 
+    /// The product with its last factor without a modulus of another velocity.
+    fn value_with_last(&self, velocity: &Vector6<f64>, reference: &Vector6<f64>) -> f64 {
+        // Moduli come first.
+        let last = self.factors().filter(|factor| !factor.modulus).count();
+        let moduli = self.factors().count() - last;
+        let at = |(k, factor): (usize, Factor)| match k + 1 == moduli + last && last > 0 {
+            true => factor.value(reference),
+            false => factor.value(velocity),
+        };
+        self.factors().enumerate().map(at).product()
+    }
+
     /// Adds `weight · ∂product/∂ν` to a row.
     pub fn add_slope(&self, velocity: &Vector6<f64>, weight: f64, row: &mut [f64; 6]) {
         for (k, factor) in self.factors().enumerate() {
@@ -107,6 +119,9 @@ pub enum Basis {
     Lever(usize),
     /// A constant force on one axis.
     One(Dof),
+    /// The structure's effect of this number: `−` what it pushes with, which
+    /// [`super::Structure::regressor`] knows.
+    Effect(usize),
 }
 
 impl Basis {
@@ -135,10 +150,50 @@ impl Basis {
                 Vector6::new(0.0, 0.0, 0.0, moment.x, moment.y, moment.z)
             }
             Self::One(on) => on_axis(on, 1.0),
+            Self::Effect(_) => Vector6::zeros(),
         }
     }
 
-    /// The axes on which it acts at all.
+    /// What it multiplies of the acceleration alone; zero of all but M.
+    pub(crate) fn inertial(&self, acceleration: &Vector6<f64>) -> Vector6<f64> {
+        match *self {
+            Self::Mass(i, j) => times_unit(i.index(), j.index(), acceleration),
+            _ => Vector6::zeros(),
+        }
+    }
+
+    /// The regressor of a reference motion: `Y_k` of `M ν̇_s + C(M, ν) ν_s + D(ν) ν_s + g(η)`.
+    ///
+    /// `at.acceleration` is ν̇_s, `reference` is ν_s; of a product of velocities the last factor
+    /// without a modulus is that of the reference. With ν_s = ν this is [`Self::regressor`].
+    ///
+    /// # Source
+    /// [Slotine1987]; in six axes [Fossen2021, ch. 16].
+    ///
+    /// # Example
+    /// ```
+    /// use nalgebra::{Vector3, Vector6};
+    /// use seaplant::plant::{Basis, Instant};
+    /// let drag: Basis = "surge: |u|u".parse()?;
+    /// let (acceleration, velocity) = (Vector6::zeros(), Vector6::x() * 2.0);
+    /// let at = Instant { acceleration, velocity, down_body: Vector3::z() };
+    /// assert_eq!(drag.reference_regressor(&at, &Vector6::x())[0], 2.0);
+    /// # Ok::<(), seaplant::Error>(())
+    /// ```
+    pub fn reference_regressor(&self, at: &Instant, reference: &Vector6<f64>) -> Vector6<f64> {
+        match *self {
+            Self::Mass(i, j) => {
+                let momentum = times_unit(i.index(), j.index(), &at.velocity);
+                kirchhoff(&momentum, reference) + self.inertial(&at.acceleration)
+            }
+            Self::Product(on, product) => {
+                on_axis(on, product.value_with_last(&at.velocity, reference))
+            }
+            _ => self.regressor(at),
+        }
+    }
+
+    /// The axes on which it acts at all; of an effect [`super::Structure::axes_of`] says them.
     pub fn axes(&self) -> Vec<Dof> {
         match *self {
             Self::Mass(i, j) if i == j => vec![i],
@@ -146,10 +201,11 @@ impl Basis {
             Self::Product(on, _) | Self::One(on) => vec![on],
             Self::WeightExcess => vec![Dof::Surge, Dof::Sway, Dof::Heave],
             Self::Lever(_) => vec![Dof::Roll, Dof::Pitch, Dof::Yaw],
+            Self::Effect(_) => Vec::new(),
         }
     }
 
-    /// The unit of its coefficient.
+    /// The unit of its coefficient; of an effect [`super::Structure::unit_of`] says it.
     pub fn unit(&self) -> String {
         let force = |on: Dof| on.units().force;
         match self {
@@ -165,6 +221,7 @@ impl Basis {
             Self::WeightExcess => "N".to_owned(),
             Self::Lever(_) => "N m".to_owned(),
             Self::One(on) => force(*on).to_owned(),
+            Self::Effect(_) => "1".to_owned(),
         }
     }
 }

@@ -38,7 +38,8 @@ impl Plant {
             )));
         }
         if let Some(at) = coefficients.iter().position(|x| !x.is_finite()) {
-            return Err(refuse(format!("{} is not finite", structure.terms()[at])));
+            let name = structure.name_of(&structure.terms()[at]);
+            return Err(refuse(format!("{name} is not finite")));
         }
         let plant = Self { structure, coefficients };
         if plant.mass_matrix().cholesky().is_none() {
@@ -47,6 +48,11 @@ impl Plant {
             return Err(Error::Plant { axes, reason });
         }
         Ok(plant)
+    }
+
+    /// The same without effects that it has no coefficient for.
+    pub(crate) fn pruned(&self) -> Result<Self, Error> {
+        Self::new(self.structure.pruned(), self.coefficients.clone())
     }
 
     /// Its terms.
@@ -117,11 +123,24 @@ impl Plant {
     }
 
     /// Σ of all terms that hold no acceleration: what stands beside M ν̇_r on the left of the
-    /// equation of motion, N and N m, shape (6,).
+    /// equation of motion, N and N m, shape (6,); its effects read zeros.
     pub fn resistance(&self, velocity: &Vector6<f64>, down_body: &Vector3<f64>) -> Vector6<f64> {
+        self.resistance_with(velocity, down_body, &[])
+    }
+
+    /// [`Self::resistance`] with the values of the structure's [`Structure::signals`].
+    pub fn resistance_with(
+        &self,
+        velocity: &Vector6<f64>,
+        down_body: &Vector3<f64>,
+        signals: &[f64],
+    ) -> Vector6<f64> {
         let acceleration = Vector6::zeros();
+        let wrenches = self.structure.wrenches(velocity, signals);
         let at = super::Instant { acceleration, velocity: *velocity, down_body: *down_body };
-        self.with_terms().map(|(term, value)| value * term.regressor(&at)).sum()
+        let of =
+            |(term, value): (&Basis, f64)| value * self.structure.regressor(term, &at, &wrenches);
+        self.with_terms().map(of).sum()
     }
 
     /// The power that damping takes from the water's point of view, W: `Σ ν_r · products`.

@@ -20,7 +20,8 @@ impl fmt::Display for Product {
 
 impl fmt::Display for Basis {
     /// The name of a coefficient in results: `mass.surge`, `mass.surge-pitch`, `yaw: |v|r`,
-    /// `weight-minus-buoyancy`, `lever.z`, `sway: 1`.
+    /// `weight-minus-buoyancy`, `lever.z`, `sway: 1`; of an effect its number, as
+    /// [`super::Structure::name_of`] knows its name.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Mass(i, j) if i == j => write!(f, "mass.{i}"),
@@ -29,6 +30,7 @@ impl fmt::Display for Basis {
             Self::WeightExcess => write!(f, "weight-minus-buoyancy"),
             Self::Lever(axis) => write!(f, "lever.{}", ['x', 'y', 'z'][*axis]),
             Self::One(on) => write!(f, "{on}: 1"),
+            Self::Effect(k) => write!(f, "effect {}", k + 1),
         }
     }
 }

@@ -53,6 +53,8 @@ pub struct Physical {
     blocks: Vec<Block>,
     rigid_body: Option<Matrix6<f64>>,
     lowest: Vec<Option<f64>>,
+    /// Coefficients that are known.
+    held: Vec<Option<f64>>,
     count: usize,
 }
 
@@ -76,11 +78,16 @@ impl Physical {
             matches!(term, Basis::Product(on, product)
                 if [Product::linear(*on), Product::quadratic(*on)].contains(product))
         };
-        let lowest = |term| is_own_damping(term).then_some(0.0);
+        let is_positive = |term: &Basis| {
+            matches!(term, Basis::Effect(k)
+            if structure.effects()[*k].is_positive())
+        };
+        let lowest = |term| (is_own_damping(term) || is_positive(term)).then_some(0.0);
         Self {
             blocks: blocks(structure),
             rigid_body,
             lowest: structure.terms().iter().map(lowest).collect(),
+            held: structure.terms().iter().map(|term| structure.held(term)).collect(),
             count: structure.terms().len(),
         }
     }
@@ -95,6 +102,15 @@ impl Physical {
             }
             _ => free[block.places[i][j]],
         })
+    }
+
+    /// The factor's corner of a block whose first mass is known: `L₁₁² = M₁₁ − M_RB,₁₁`.
+    fn hold_first(&self, block: &Block, free: &mut DVector<f64>) {
+        let place = block.places[0][0];
+        let Some(mass) = self.held[place] else { return };
+        let first = block.axes[0];
+        let corner = (mass - self.rigid_part(first, first)).max(0.0).sqrt();
+        free[place] = if self.rigid_body.is_none() { corner.ln() } else { corner };
     }
 
     fn rigid_part(&self, i: Dof, j: Dof) -> f64 {
@@ -137,6 +153,9 @@ impl Parameterisation for Physical {
                 }
             }
         }
+        for (x, held) in coefficients.iter_mut().zip(&self.held) {
+            *x = held.unwrap_or(*x);
+        }
         coefficients
     }
 
@@ -161,10 +180,17 @@ impl Parameterisation for Physical {
                 }
             }
         }
+        for (k, _) in self.held.iter().enumerate().filter(|(_, held)| held.is_some()) {
+            jacobian.column_mut(k).fill(0.0);
+        }
         jacobian
     }
 
     fn free(&self, coefficients: &DVector<f64>) -> DVector<f64> {
+        let mut coefficients = coefficients.clone();
+        for (x, held) in coefficients.iter_mut().zip(&self.held) {
+            *x = held.unwrap_or(*x);
+        }
         let mut free = coefficients.clone();
         for (x, lowest) in free.iter_mut().zip(&self.lowest) {
             *x = lowest.map_or(*x, |lowest| x.max(lowest));
@@ -188,6 +214,7 @@ impl Parameterisation for Physical {
                     free[place] = if i == j && self.rigid_body.is_none() { x.ln() } else { x };
                 }
             }
+            self.hold_first(block, &mut free);
         }
         free
     }
@@ -264,6 +291,22 @@ mod tests {
             let again = physical.coefficients(&physical.free(&coefficients));
             assert!((again - &coefficients).amax() < 1e-9 * coefficients.amax());
         }
+    }
+
+    #[test]
+    fn what_is_known_stays_as_it_is() {
+        let surge = Basis::Mass(Dof::Surge, Dof::Surge);
+        let structure = six().holding(surge, 20.0).expect("the first of its block");
+        for rigid in [None, Some(body())] {
+            let physical = Physical::new(&structure, rigid);
+            let light = DVector::from_element(structure.terms().len(), 3.0);
+            let free = physical.free(&light);
+            let place = structure.index_of(&surge).expect("there");
+            assert!((physical.coefficients(&free)[place] - 20.0).abs() < 1e-12);
+            assert_eq!(physical.jacobian(&free).column(place).amax(), 0.0);
+        }
+        let pitch = six().holding(Basis::Mass(Dof::Pitch, Dof::Pitch), 1.0);
+        assert!(pitch.expect_err("coupled with surge").to_string().contains("only the first"));
     }
 
     #[test]

@@ -2,10 +2,11 @@
 
 use std::fmt;
 
+use nalgebra::Vector6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Basis, Product};
+use super::{Basis, Effect, Instant, Product, Signal};
 use crate::{Dof, Error};
 
 /// Which axes a vehicle's shape lets M couple.
@@ -70,11 +71,18 @@ impl fmt::Display for Symmetry {
 /// assert_eq!(names.len(), 10);
 /// # Ok::<(), seaplant::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Structure {
     axes: Vec<Dof>,
     symmetry: Symmetry,
     terms: Vec<Basis>,
+    effects: Vec<Effect>,
+    /// What the effects read, each once.
+    signals: Vec<Signal>,
+    /// Where in `signals` those of each effect are.
+    places: Vec<[Option<usize>; 2]>,
+    /// Coefficients that are known, and stay as they are.
+    held: Vec<(Basis, f64)>,
 }
 
 impl Structure {
@@ -110,7 +118,15 @@ impl Structure {
         if sorted.contains(&Dof::Roll) || sorted.contains(&Dof::Pitch) {
             terms.push(Basis::Lever(2));
         }
-        Ok(Self { axes: sorted, symmetry, terms })
+        Ok(Self {
+            axes: sorted,
+            symmetry,
+            terms,
+            effects: Vec::new(),
+            signals: Vec::new(),
+            places: Vec::new(),
+            held: Vec::new(),
+        })
     }
 
     /// The same with one term more.
@@ -129,7 +145,10 @@ impl Structure {
         };
         let acts = match term {
             Basis::Product(..) | Basis::One(_) | Basis::Mass(..) => term.axes(),
-            Basis::WeightExcess | Basis::Lever(_) => Vec::new(),
+            Basis::Effect(k) if k >= self.effects.len() => {
+                return Err(refuse(format!("it has no effect of number {}", k + 1)));
+            }
+            Basis::WeightExcess | Basis::Lever(_) | Basis::Effect(_) => Vec::new(),
         };
         let strange = acts.into_iter().chain(reads).find(|dof| !self.axes.contains(dof));
         if let Some(dof) = strange {
@@ -139,6 +158,180 @@ impl Structure {
         }
         self.terms.push(term);
         Ok(self)
+    }
+
+    /// The same with one effect more, and its term if `as_term` says so.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if it has one of that name, or if it acts on none of the axes.
+    pub fn with_effect(mut self, effect: Effect, as_term: bool) -> Result<Self, Error> {
+        let refuse = |reason: String| Error::Plant { axes: name_of_axes(&self.axes), reason };
+        let name = &effect.name;
+        if self.effects.iter().any(|known| known.name == *name) {
+            return Err(refuse(format!("it has `{name}` twice; give each its own name")));
+        }
+        if !effect.axes().iter().any(|dof| self.axes.contains(dof)) {
+            return Err(refuse(format!("`{name}` acts on none of its axes; leave it out")));
+        }
+        let mut places = [None; 2];
+        for (place, signal) in places.iter_mut().zip(effect.signals()) {
+            let known = self.signals.iter().position(|known| *known == signal);
+            *place = Some(known.unwrap_or(self.signals.len()));
+            if known.is_none() {
+                self.signals.push(signal);
+            }
+        }
+        if as_term {
+            self.terms.push(Basis::Effect(self.effects.len()));
+        }
+        self.places.push(places);
+        self.effects.push(effect);
+        Ok(self)
+    }
+
+    /// The same with the coefficient of a term held at what is known of it.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if it has no such term; if the number is not finite, or not positive
+    /// where it must be; or for a mass that couples axes, or one of an axis that is coupled with
+    /// one before it.
+    pub fn holding(mut self, term: Basis, value: f64) -> Result<Self, Error> {
+        let name = self.name_of(&term);
+        let refuse = |reason: String| Error::Plant { axes: name_of_axes(&self.axes), reason };
+        if self.index_of(&term).is_none() {
+            let known = self.names().join(", ");
+            return Err(refuse(format!("`{name}` cannot be held: it has {known}")));
+        }
+        let is_mass = matches!(term, Basis::Mass(..));
+        if !value.is_finite() || is_mass && value <= 0.0 {
+            return Err(refuse(format!(
+                "`{name}` cannot be held at {value}; give a possible number"
+            )));
+        }
+        if let Basis::Mass(i, j) = term {
+            let is_first = |known: &Basis| matches!(known, Basis::Mass(a, b) if a != b && *b == i);
+            if i != j || self.terms.iter().any(is_first) {
+                return Err(refuse(format!(
+                    "`{name}` cannot be held: of axes that M couples only the first one's mass can; hold that"
+                )));
+            }
+        }
+        self.held.retain(|(known, _)| *known != term);
+        self.held.push((term, value));
+        Ok(self)
+    }
+
+    /// What the coefficient of a term is held at, if it is.
+    pub fn held(&self, term: &Basis) -> Option<f64> {
+        self.held.iter().find(|(known, _)| known == term).map(|(_, value)| *value)
+    }
+
+    /// The same without effects that no term refers to; terms keep their order.
+    pub(crate) fn pruned(&self) -> Self {
+        let mut pruned = Self {
+            terms: Vec::new(),
+            effects: Vec::new(),
+            signals: Vec::new(),
+            places: Vec::new(),
+            held: Vec::new(),
+            ..self.clone()
+        };
+        for term in &self.terms {
+            let mut own = *term;
+            if let Basis::Effect(k) = term {
+                own = Basis::Effect(pruned.effects.len());
+                let mut place = |of: Option<usize>| {
+                    let signal = &self.signals[of?];
+                    let known = pruned.signals.iter().position(|known| known == signal);
+                    if known.is_none() {
+                        pruned.signals.push(signal.clone());
+                    }
+                    known.or(Some(pruned.signals.len() - 1))
+                };
+                let places = self.places[*k].map(&mut place);
+                pruned.places.push(places);
+                pruned.effects.push(self.effects[*k].clone());
+            }
+            pruned.terms.push(own);
+            pruned.held.extend(self.held(term).map(|value| (own, value)));
+        }
+        pruned
+    }
+
+    /// Forces that read what was logged beside motion; a term refers to one by its number.
+    pub fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
+    /// What the effects read, each once.
+    pub fn signals(&self) -> &[Signal] {
+        &self.signals
+    }
+
+    /// What an effect reads of the values of [`Self::signals`].
+    pub(crate) fn read(&self, effect: usize, signals: &[f64]) -> [f64; 2] {
+        let of = |place: Option<usize>| place.and_then(|at| signals.get(at)).copied();
+        self.places[effect].map(|place| of(place).unwrap_or(0.0))
+    }
+
+    /// What a coefficient of one makes each effect push with, N and N m, each of shape (6,); zero
+    /// of one that no term refers to.
+    ///
+    /// `velocity` is ν_r, shape (6,); `signals` are the values of [`Self::signals`].
+    pub fn wrenches(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Vec<Vector6<f64>> {
+        let mut all = vec![Vector6::zeros(); self.effects.len()];
+        for term in &self.terms {
+            if let Basis::Effect(k) = *term {
+                all[k] = self.effects[k].wrench(velocity, self.read(k, signals)).0;
+            }
+        }
+        all
+    }
+
+    /// The regressor of a term: [`Basis::regressor`], or `−` what its effect pushes with, as
+    /// [`Self::wrenches`] gives it; shape (6,).
+    pub fn regressor(&self, term: &Basis, at: &Instant, wrenches: &[Vector6<f64>]) -> Vector6<f64> {
+        match term {
+            Basis::Effect(k) => wrenches.get(*k).map_or_else(Vector6::zeros, |wrench| -wrench),
+            _ => term.regressor(at),
+        }
+    }
+
+    /// The name of a term in results: that of an effect, or the field's notation.
+    pub fn name_of(&self, term: &Basis) -> String {
+        match term {
+            Basis::Effect(k) => {
+                self.effects.get(*k).map_or_else(|| term.to_string(), |effect| effect.name.clone())
+            }
+            _ => term.to_string(),
+        }
+    }
+
+    /// The term of a name in results, if it has it.
+    pub fn term_named(&self, name: &str) -> Option<Basis> {
+        self.terms.iter().find(|term| self.name_of(term) == name).copied()
+    }
+
+    /// The names of all terms, in their order.
+    pub fn names(&self) -> Vec<String> {
+        self.terms.iter().map(|term| self.name_of(term)).collect()
+    }
+
+    /// The axes of the plant on which a term acts.
+    pub fn axes_of(&self, term: &Basis) -> Vec<Dof> {
+        let all = match term {
+            Basis::Effect(k) => self.effects.get(*k).map(Effect::axes).unwrap_or_default(),
+            _ => term.axes(),
+        };
+        all.into_iter().filter(|dof| self.axes.contains(dof)).collect()
+    }
+
+    /// The unit of a term's coefficient.
+    pub fn unit_of(&self, term: &Basis) -> String {
+        match term {
+            Basis::Effect(k) if *k < self.effects.len() => self.effects[*k].unit().to_owned(),
+            _ => term.unit(),
+        }
     }
 
     /// The same without some terms.

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Parameter;
+use super::{Parameter, Verdict};
 use crate::exchange::Driven;
-use crate::plant::Symmetry;
+use crate::plant::{Effect, Symmetry};
 use crate::{Caveat, Dof, Method};
 
 /// A plant of several axes:
@@ -21,8 +21,11 @@ pub struct CoupledPlant {
     /// Which axes M may couple.
     pub symmetry: Symmetry,
     /// Its coefficients by name: `mass.surge`, `mass.surge-pitch`, `yaw: |v|r`,
-    /// `weight-minus-buoyancy`, `lever.z`.
+    /// `weight-minus-buoyancy`, `lever.z`, and those of `effects`.
     pub parameters: BTreeMap<String, Coefficient>,
+    /// Forces of rudders, fins, propellers of unknown strength and wind.
+    #[serde(default)]
+    pub effects: Vec<Effect>,
     /// M: rigid body plus added mass.
     pub mass_matrix: MatrixResult,
     /// M of the dry vehicle, where that is known.
@@ -57,6 +60,9 @@ pub struct CoupledPlant {
     /// coupling explains is what this has more.
     #[serde(default)]
     pub single_axes: BTreeMap<Dof, AxisScore>,
+    /// What to make of it.
+    #[serde(default)]
+    pub verdict: Verdict,
     /// How far each axis was driven in its trials.
     #[serde(default)]
     pub driven: BTreeMap<Dof, Driven>,
@@ -93,6 +99,8 @@ pub enum ToldBy {
     Limit,
     /// Neither: its interval is wider than the number itself.
     Nothing,
+    /// Not the trials: it was stated, and is held.
+    Stated,
 }
 
 /// A matrix with standard deviations, by row and column in the order of the axes.

@@ -257,6 +257,7 @@ mod tests {
             lever_rates: None,
             turning: None,
             position: Some(series(&slow, position)),
+            acceleration: None,
             cuts: Vec::new(),
         }
     }
@@ -290,6 +291,7 @@ mod tests {
             lever_rates: None,
             turning: None,
             position: Some(Timed::new("depth", slow, p).expect("valid")),
+            acceleration: None,
             cuts: Vec::new(),
         }
     }

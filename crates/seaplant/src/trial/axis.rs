@@ -1,6 +1,6 @@
 use super::plausible::is_coarse;
 use super::{LEAST_SAMPLES, ThrusterTrack, count};
-use crate::navigation::Motion;
+use crate::navigation::{MeanAcceleration, Motion};
 use crate::signal::{Stretches, differentiate, slope_around, uniform_stretches};
 use crate::{Caveat, CaveatCode, Dof, Error, Gap, Grid, Timed};
 
@@ -15,8 +15,12 @@ pub struct AxisRecord {
     pub force: Timed,
     /// The thrusters that make it; empty if only the force is known.
     pub thrusters: Vec<ThrusterTrack>,
-    /// Velocity, or the position that it is derived from.
+    /// Velocity, or the position that it is derived from; or acceleration, where neither was
+    /// measured.
     pub motion: Motion,
+    /// What an accelerometer shows beside position, or by itself; absent where an instrument
+    /// measures velocity.
+    pub acceleration: Option<MeanAcceleration>,
     /// What a metre of lever arm adds to the measured velocity, along the axes that
     /// [`lever_axes`] names; absent for positions, rotations and logs without attitude.
     pub lever_rates: Option<[Timed; 2]>,
@@ -133,7 +137,8 @@ impl ReadyStretch {
     /// Force and velocity at the instants of a part of the grid.
     ///
     /// # Errors
-    /// [`Error::TooShort`] for one instant, if velocity is derived from position.
+    /// [`Error::TooShort`] for one instant, if velocity is derived from position;
+    /// [`Error::NoVelocity`] without either.
     pub fn on(&self, grid: Grid) -> Result<UniformStretch, Error> {
         let v = self.velocity(grid)?;
         Ok(UniformStretch { grid, tau: self.force(grid), v })
@@ -153,6 +158,7 @@ impl ReadyStretch {
         match self.motion {
             Motion::Velocity(_) => Ok(values),
             Motion::Position(_) => differentiate(&values, grid.period_s),
+            Motion::Acceleration(_) => Err(Error::NoVelocity),
         }
     }
 }
@@ -168,7 +174,16 @@ impl Motion {
     /// The samples as measured: velocity or position.
     pub fn series(&self) -> &Timed {
         match self {
-            Self::Velocity(series) | Self::Position(series) => series,
+            Self::Velocity(series) | Self::Position(series) | Self::Acceleration(series) => series,
+        }
+    }
+
+    /// Another series of the same kind.
+    pub(crate) fn with(&self, series: Timed) -> Self {
+        match self {
+            Self::Velocity(_) => Self::Velocity(series),
+            Self::Position(_) => Self::Position(series),
+            Self::Acceleration(_) => Self::Acceleration(series),
         }
     }
 }
@@ -177,15 +192,13 @@ impl AxisRecord {
     /// The part of the record in a span, s; `None` without motion or force in it.
     pub(crate) fn window(&self, [from_s, to_s]: [f64; 2]) -> Option<Self> {
         let cut = |series: &Timed| series.window(from_s, to_s);
-        let motion = match &self.motion {
-            Motion::Velocity(velocity) => Motion::Velocity(cut(velocity)?),
-            Motion::Position(position) => Motion::Position(cut(position)?),
-        };
+        let motion = self.motion.with(cut(self.motion.series())?);
         let tracks = self.thrusters.iter();
         Some(Self {
             force: self.force.window_held(from_s - HISTORY_S, to_s)?,
             thrusters: tracks.filter_map(|track| track.window(from_s - HISTORY_S, to_s)).collect(),
             motion,
+            acceleration: self.acceleration.as_ref().and_then(|all| all.window(from_s, to_s)),
             position: self.position.as_ref().and_then(cut),
             cuts: within(&self.cuts, (from_s, to_s)),
             ..self.clone()
@@ -236,6 +249,11 @@ impl AxisRecord {
         matches!(self.motion, Motion::Velocity(_))
     }
 
+    /// Whether velocity was measured, or position that it can be derived from.
+    pub(crate) fn knows_velocity(&self) -> bool {
+        !matches!(self.motion, Motion::Acceleration(_))
+    }
+
     /// Whether thrust was logged so slowly, while it changed, that what it did between samples
     /// matters.
     pub(crate) fn thrust_is_slow(&self) -> bool {
@@ -266,10 +284,11 @@ impl AxisRecord {
     /// half a second to either side, or to the next samples where those are further away.
     ///
     /// # Errors
-    /// [`Error::TooShort`] if it must be derived from fewer than two positions.
+    /// [`Error::TooShort`] if it must be derived from fewer than two positions;
+    /// [`Error::NoVelocity`] if only acceleration was measured.
     pub fn velocity(&self) -> Result<Timed, Error> {
         let motion = self.motion.series();
-        if matches!(self.motion, Motion::Velocity(_)) || self.cuts.is_empty() {
+        if !matches!(self.motion, Motion::Position(_)) || self.cuts.is_empty() {
             return self.velocity_of(motion);
         }
         let (mut times, mut slopes) = (Vec::new(), Vec::new());
@@ -285,6 +304,7 @@ impl AxisRecord {
         match self.motion {
             Motion::Velocity(_) => Ok(motion.clone()),
             Motion::Position(_) => slope_around(motion, SLOPE_HALF_S),
+            Motion::Acceleration(_) => Err(Error::NoVelocity),
         }
     }
 
@@ -341,10 +361,7 @@ impl AxisRecord {
         let force_gaps = self.force_gaps();
         let mut stretches = Vec::new();
         for whole in found {
-            let motion = match self.motion {
-                Motion::Velocity(_) => Motion::Velocity(whole.series),
-                Motion::Position(_) => Motion::Position(whole.series),
-            };
+            let motion = self.motion.with(whole.series);
             let parts = without(whole.grid, &force_gaps, least).into_iter();
             stretches.extend(parts.map(|grid| ReadyStretch {
                 grid,
@@ -370,7 +387,7 @@ impl AxisRecord {
 
     fn uniform_between_cuts(&self, period_s: f64, least: usize) -> Result<Stretches, Error> {
         let motion = self.motion.series();
-        if matches!(self.motion, Motion::Velocity(_)) || self.cuts.is_empty() {
+        if !matches!(self.motion, Motion::Position(_)) || self.cuts.is_empty() {
             return uniform_stretches(motion, period_s, least);
         }
         let mut all = Stretches { stretches: Vec::new(), gaps: self.cuts.clone() };

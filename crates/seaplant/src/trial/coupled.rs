@@ -1,9 +1,13 @@
 //! What a trial says of several axes at once.
 
+use std::collections::BTreeMap;
+
 use super::force::force_along;
+use super::signals::signals;
 use super::{Role, TrialSetup};
 use crate::motion::smoothed_attitude;
 use crate::navigation::{Motion, Recording, navigate};
+use crate::plant::Signal;
 use crate::{Caveat, CaveatCode, Dof, Error, Grid, Timed, Vehicle};
 
 /// Forces, velocities and attitude of one trial, for a plant of several axes.
@@ -20,6 +24,8 @@ pub struct CoupledRecord {
     pub velocity: [Option<Timed>; 6],
     /// Roll, pitch and heading, unwrapped, smoothed by the rates where these were measured, rad.
     pub attitude: [Option<Timed>; 3],
+    /// What effects read: angles, drives, air.
+    pub signals: BTreeMap<Signal, Timed>,
     /// The time in which all of it is known, s.
     pub window_s: (f64, f64),
     /// What gives reason to doubt it.
@@ -62,12 +68,19 @@ impl CoupledRecord {
                 caveats.push(Caveat::warning(CaveatCode::Navigation, message));
             }
         }
-        let has_force = |dof: &&Dof| force[dof.index()].is_some();
-        if !axes.iter().any(|dof| has_force(&dof)) {
+        let signals = signals(recording, vehicle, &navigated, &velocity)?;
+        let signals: BTreeMap<Signal, Timed> = signals
+            .into_iter()
+            .map(|(signal, x)| (signal.clone(), signal_means(&signal, &x)))
+            .collect();
+        let is_pushed = signals.keys().any(|signal| !signal.is_of_wind());
+        let has_force = |dof: &Dof| force[dof.index()].is_some();
+        if !is_pushed && !axes.iter().any(has_force) {
             return Err(Error::MissingChannel {
                 trial: setup.name.clone(),
                 what: format!("force on any of {}", names(axes)),
-                advice: "give thrusters in vehicle.toml, or map wrench.surge, say".to_owned(),
+                advice: "give thrusters, rudders or fins in vehicle.toml, or map wrench.surge, say"
+                    .to_owned(),
             });
         }
         velocity = velocity.map(|series| Some(means(&series?)));
@@ -83,6 +96,7 @@ impl CoupledRecord {
             force,
             velocity,
             attitude,
+            signals,
             window_s: (0.0, 0.0),
             caveats,
         };
@@ -95,6 +109,12 @@ impl CoupledRecord {
     pub fn is_driven(&self, dof: Dof) -> bool {
         let force = self.force[dof.index()].as_ref();
         force.is_some_and(|force| force.values().iter().any(|x| *x != 0.0))
+    }
+
+    /// The values of some signals at an instant; zero of one that it lacks.
+    pub(crate) fn signals_at(&self, wanted: &[Signal], t_s: f64) -> Vec<f64> {
+        let of = |signal: &Signal| self.signals.get(signal).map_or(0.0, |x| signal.value(x, t_s));
+        wanted.iter().map(of).collect()
     }
 
     fn common_window(&self, setup: &TrialSetup, axes: &[Dof]) -> Result<(f64, f64), Error> {
@@ -123,6 +143,19 @@ impl CoupledRecord {
                 }
                 before = what;
             }
+        }
+        for (signal, series) in &self.signals {
+            let held = if signal.is_held() { series.period_s() } else { 0.0 };
+            (from, to) = (from.max(series.first_s()), to.min(series.last_s() + held));
+            let what = span(signal.to_string(), series);
+            if from >= to {
+                return Err(Error::NoOverlap {
+                    trial: self.trial.clone(),
+                    first: before,
+                    second: what,
+                });
+            }
+            before = what;
         }
         Ok((from, to))
     }
@@ -199,6 +232,11 @@ fn held_means(force: &Timed) -> Timed {
     let grid = Grid::spanning(first_s, force.last_s(), FINEST_S);
     let starts: Vec<f64> = grid.times().map(|t| t - 0.5 * FINEST_S).collect();
     Timed::new("force", starts, force.held_means(grid)).unwrap_or_else(|_| force.clone())
+}
+
+/// A signal of an effect, thinned as it is read.
+fn signal_means(signal: &Signal, series: &Timed) -> Timed {
+    if signal.is_held() { held_means(series) } else { means(series) }
 }
 
 /// The slope of a position between its samples.

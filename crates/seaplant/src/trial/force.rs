@@ -165,6 +165,10 @@ impl<'a> Thrusts<'a> {
                     track
                 }
             };
+            if thruster.azimuth_axis.is_some() {
+                tracks.push(self.turned(thruster, &track, dof)?);
+                continue;
+            }
             let lever = thruster.unit_wrench()[dof.index()];
             tracks.push(ThrusterTrack { lever, uncertainty: thruster.uncertainty, ..track });
         }
@@ -172,11 +176,64 @@ impl<'a> Thrusts<'a> {
             return Err(Error::MissingChannel {
                 trial: self.trial.to_owned(),
                 what: format!("thruster that acts in {dof}"),
-                advice: format!("give one in vehicle.toml, or map wrench.{dof}"),
+                advice: self.advice(dof),
             });
         }
         Ok(tracks)
     }
+
+    /// What to do if nothing pushes along `dof`.
+    fn advice(&self, dof: Dof) -> String {
+        if self.vehicle.effects().iter().any(|known| known.effect.axes().contains(&dof)) {
+            return format!(
+                "rudders, fins and thrusters whose curve is to be estimated act in a plant of several axes: add a [[plant]] with {dof} among its axes, and leave {dof} out of dof"
+            );
+        }
+        format!("give one in vehicle.toml, or map wrench.{dof}")
+    }
+
+    /// What a thruster that turns makes along `dof`.
+    fn turned(
+        &self,
+        thruster: &Thruster,
+        track: &ThrusterTrack,
+        dof: Dof,
+    ) -> Result<ThrusterTrack, Error> {
+        let quantity = Quantity::Azimuth(thruster.name.clone());
+        let azimuth = self.recording.get(&quantity).ok_or_else(|| Error::MissingChannel {
+            trial: self.trial.to_owned(),
+            what: quantity.to_string(),
+            advice: "map it under [channels], or take azimuth_axis away from the thruster".into(),
+        })?;
+        let first = azimuth.first_s().max(track.speed.first_s());
+        let mut times: Vec<f64> = [azimuth.time_s(), track.speed.time_s()].concat();
+        times.retain(|t| *t >= first);
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        let along = |&t: &f64| {
+            let lever = thruster.at_azimuth(azimuth.held_at(t)).unit_wrench()[dof.index()];
+            lever * track.thrust(track.speed.held_at(t))
+        };
+        let values = times.iter().map(along).collect::<Vec<f64>>();
+        let force = Timed::new(&thruster.name, times, values)?;
+        let uncertainty = thruster.uncertainty;
+        Ok(ThrusterTrack { uncertainty, ..ThrusterTrack::of_force(1.0, &force) })
+    }
+
+    /// The thrust of one thruster, N, held.
+    fn of_thruster(&mut self, name: &str) -> Option<Timed> {
+        let thruster = self.vehicle.thrusters.iter().find(|known| known.name == name)?;
+        let track = track(self.trial, thruster, &self.recording, &mut self.saturated).ok()?;
+        Some(track.speed.map(|speed| track.thrust(speed)))
+    }
+}
+
+/// The thrust of one thruster that a recording tells, N, held.
+pub(super) fn thrust_of(recording: &Recording, vehicle: &Vehicle, name: &str) -> Option<Timed> {
+    let setup = TrialSetup { dofs: Dof::ALL.to_vec(), ..TrialSetup::default() };
+    let of_thrust = recording.iter().filter(|(quantity, _)| quantity.is_of_thrust());
+    let of_thrust = of_thrust.map(|(quantity, x)| (quantity.clone(), x.clone())).collect();
+    Thrusts::new(&setup, of_thrust, vehicle).of_thruster(name)
 }
 
 /// The force along `dof` that a recording tells, N or N m, held; `None` if it lacks a thruster

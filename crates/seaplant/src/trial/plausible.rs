@@ -41,7 +41,10 @@ fn masked(quantity: &Quantity, series: &Timed) -> Option<Masked> {
         Quantity::Attitude(_) | Quantity::Rate(_) | Quantity::Depth | Quantity::Position(_) => {
             Some(of_spikes(series))
         }
-        Quantity::Thruster { .. } | Quantity::Wrench(_) | Quantity::SupplyVoltage => None,
+        Quantity::WorldVelocity(_) | Quantity::GroundSpeed => {
+            Some(Hampel { floor: VELOCITY_NOISE_FLOOR, ..VELOCITY_OUTLIERS }.mask(series))
+        }
+        _ => None,
     }
 }
 
@@ -84,11 +87,15 @@ const HIGHEST_SPEED_M_S: f64 = 20.0;
 const HIGHEST_RATE_RAD_S: f64 = 6.0;
 const DEEPEST_M: f64 = 12_000.0;
 const HIGHEST_ANGLE_RAD: f64 = 8.0;
+const HIGHEST_SURFACE_ANGLE_RAD: f64 = 1.6;
 
 fn suspicious(quantity: &Quantity, series: &Timed) -> Option<Caveat> {
     let peak = series.values().iter().fold(0.0_f64, |peak, x| peak.max(x.abs()));
     let low = series.values().iter().copied().fold(f64::INFINITY, f64::min);
     let (limit, hint) = match quantity.kind() {
+        Kind::Angle if matches!(quantity, Quantity::SurfaceAngle { .. }) => {
+            (HIGHEST_SURFACE_ANGLE_RAD, "is it deg?")
+        }
         Kind::Velocity => (HIGHEST_SPEED_M_S, "is it mm/s or cm/s?"),
         Kind::AngularVelocity if matches!(quantity, Quantity::Thruster { .. }) => {
             return None;

@@ -27,9 +27,11 @@ impl Records {
         let mut whole = Whole { setup, dof, thrust, navigated, cutter };
         let by_position = navigated.by_position.get(&dof);
         let Some(velocity) = navigated.measured.get(&dof) else {
-            let position = by_position.ok_or_else(|| Error::MissingChannel {
+            let accelerated = navigated.acceleration.get(&dof);
+            let alone = accelerated.map(|found| Motion::Acceleration(found.mean.clone()));
+            let position = by_position.or(alone.as_ref()).ok_or_else(|| Error::MissingChannel {
                 trial: setup.name.clone(),
-                what: format!("velocity or position for {dof}"),
+                what: format!("velocity, position or acceleration for {dof}"),
                 advice: motion_advice(dof).to_owned(),
             })?;
             let (_, record) = whole.record(position, None)?;
@@ -76,10 +78,7 @@ impl Whole<'_> {
             needed: LEAST_SAMPLES,
         };
         let samples = samples.filter(|_| found >= LEAST_SAMPLES).ok_or_else(too_short)?;
-        let motion = match motion {
-            Motion::Velocity(_) => Motion::Velocity(samples),
-            Motion::Position(_) => Motion::Position(samples),
-        };
+        let motion = motion.with(samples);
         let is_same = |(window, record): &&Windowed| {
             *window == window_s
                 && is_moved_by_turning(&record.motion) == is_moved_by_turning(&motion)
@@ -100,6 +99,7 @@ impl Whole<'_> {
         let rates = navigated.rates.as_ref().filter(|_| is_moved_by_turning(&motion));
         let rates = rates.and_then(|rates| lever_rates(*dof, rates));
         let position = navigated.position.get(dof);
+        let accelerated = navigated.acceleration.get(dof);
         let turning = navigated.turning.get(dof);
         let with_history = (window_s.0 - HISTORY_S, window_s.1);
         let tracks = thrust.tracks.iter();
@@ -109,6 +109,7 @@ impl Whole<'_> {
             force: cutter.window_held(&thrust.force, with_history)?,
             thrusters: tracks.filter_map(|track| track.cut(cutter, with_history)).collect(),
             motion,
+            acceleration: accelerated.and_then(|all| all.window(window_s.0, window_s.1)),
             lever_rates: rates.map(|rates| rates.map(|rate| cutter.around(&rate, window_s))),
             turning: turning.map(|turning| cutter.around(turning, window_s)),
             position: position.and_then(|path| cutter.window(path, window_s)),
@@ -154,10 +155,10 @@ impl Whole<'_> {
 fn motion_advice(dof: Dof) -> &'static str {
     match dof {
         Dof::Surge => {
-            "map velocity.surge, dvl.velocity.x, or position.north and .east with attitude.heading"
+            "map velocity.surge, dvl.velocity.x, position.north and .east with attitude.heading, or acceleration.x with attitude.roll and .pitch"
         }
         Dof::Sway => {
-            "map velocity.sway, dvl.velocity.y, or position.north and .east with attitude.heading"
+            "map velocity.sway, dvl.velocity.y, position.north and .east with attitude.heading, or acceleration.y with attitude.roll and .pitch"
         }
         Dof::Heave => "map depth, velocity.heave or dvl.velocity.z",
         Dof::Roll => "map attitude.roll or rate.roll",

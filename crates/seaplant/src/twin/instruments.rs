@@ -10,13 +10,15 @@ use super::motion::{Moved, STEP_S};
 use super::random::{Streams, normal};
 use super::vehicle::{DEPTH_QUANTUM_M, InstrumentNoise, pair};
 use super::water::{Attitude, Water};
-use super::{Disturbance, RPM, STEPS_PER_TICK, TwinSpec, tick_time};
+use super::{Disturbance, RPM, STEPS_PER_TICK, TwinAccelerometer, TwinSpec, tick_time};
 use crate::navigation::Recording;
 use crate::quantity::{Attitude as Angle, Axis};
-use crate::{Dof, Error, Quantity, Sensors, ThrusterInput};
+use crate::{Dof, Error, Quantity, Sensors, ThrusterInput, Timed};
 
 /// Rate of the depth sensor, Hz [Jason2, table 3].
 const DEPTH_HZ: f64 = 0.6;
+/// m/s².
+const GRAVITY: f64 = 9.80665;
 /// Resolution of the logged propeller speed, rad/s.
 const SPEED_QUANTUM: f64 = 10.0 * RPM;
 
@@ -58,7 +60,10 @@ pub(super) fn record(
     let sensors = &vehicle.sensors;
     let sensing = Sensing { attitudes, spec, dof, moved, water, sensors, streams, noise, faults };
     sensing.attitude(&mut recording)?;
-    sensing.dvl(&mut recording)?;
+    match &spec.accelerometer {
+        None => sensing.dvl(&mut recording)?,
+        Some(imu) => sensing.accelerometer(imu, &mut recording)?,
+    }
     sensing.depth(&mut recording)?;
     Ok(recording)
 }
@@ -116,6 +121,61 @@ impl Sensing<'_> {
             recording.insert(Quantity::DvlVelocity(axis), series);
         }
         Ok(())
+    }
+
+    /// Specific force `Rᵦₛᵀ (v̇ + ω × v + ω̇ × r + ω × (ω × r)) − Rᵀ g` in the middle of each step,
+    /// where the change of velocity over the step is v̇.
+    fn accelerometer(
+        &self,
+        imu: &TwinAccelerometer,
+        recording: &mut Recording,
+    ) -> Result<(), Error> {
+        let steps = self.moved.velocity.len() - 1;
+        let at_step = |step: usize| {
+            let (turned, turning) = (self.moved.position[step], self.moved.velocity[step]);
+            self.water.attitude(step as f64 * STEP_S, turned, turning)
+        };
+        let mut rngs = ["imu x", "imu y", "imu z"].map(|axis| self.streams.of(axis));
+        let mut leaks = [0, 1, 2].map(|k| imu.leak * normal(&mut rngs[k]));
+        let kept = (-STEP_S / imu.leak_s).exp();
+        let mut read: [Vec<f64>; 3] = Default::default();
+        let mut before = at_step(0);
+        for step in 0..steps {
+            let after = at_step(step + 1);
+            let felt = self.felt(step, &before, &after, &Vector3::from(imu.position_m));
+            for k in 0..3 {
+                let shock = imu.leak * (1.0 - kept * kept).sqrt() * normal(&mut rngs[k]);
+                leaks[k] = kept * leaks[k] + shock;
+                read[k].push(felt[k] + imu.offset + leaks[k] + imu.noise * normal(&mut rngs[k]));
+            }
+            before = after;
+        }
+        let times: Vec<f64> = (0..steps).map(|step| (step as f64 + 0.5) * STEP_S).collect();
+        for (axis, values) in [Axis::X, Axis::Y, Axis::Z].into_iter().zip(read) {
+            let series = Timed::new("acceleration", times.clone(), values)?;
+            recording.insert(Quantity::Acceleration(axis), series);
+        }
+        Ok(())
+    }
+
+    fn felt(
+        &self,
+        step: usize,
+        before: &Attitude,
+        after: &Attitude,
+        lever: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let (from, to) = (body_rates(before), body_rates(after));
+        let (omega, slope) = (0.5 * (from + to), (to - from) / STEP_S);
+        let (mut v, mut rate) = (Vector3::zeros(), Vector3::zeros());
+        if !self.dof.is_rotation() {
+            let moved = &self.moved.velocity[step..step + 2];
+            v[self.dof.index()] = 0.5 * (moved[0] + moved[1]);
+            rate[self.dof.index()] = (moved[1] - moved[0]) / STEP_S;
+        }
+        let down = before.rotation().inverse() * Vector3::z();
+        rate + omega.cross(&v) + slope.cross(lever) + omega.cross(&omega.cross(lever))
+            - GRAVITY * down
     }
 
     /// What the DVL would read at every tick without noise, m/s.
@@ -181,7 +241,6 @@ fn to_grid(x: f64, quantum: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Timed;
     use crate::navigation::navigate;
     use crate::twin::motion::move_vehicle;
     use crate::twin::plans;

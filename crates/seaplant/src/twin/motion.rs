@@ -33,13 +33,39 @@ pub(super) fn move_vehicle(
     water: &Water,
     streams: &Streams<'_>,
 ) -> Result<Moved, Error> {
+    let mut decide = |tick: usize, at: &At| pilot.force(tick, at.sunk, at.velocity);
+    move_by(spec, plan, &mut decide, water, streams)
+}
+
+/// Where the vehicle truly is at a tick.
+pub(super) struct At {
+    /// Displacement along the degree of freedom, m or rad.
+    pub(super) position: f64,
+    /// Velocity over the ground, m/s or rad/s.
+    pub(super) velocity: f64,
+    /// Depth below the start, m.
+    pub(super) sunk: f64,
+}
+
+/// Lets the vehicle move under whatever decides on the force at each tick.
+///
+/// # Errors
+/// [`Error::Diverged`] if it runs away.
+pub(super) fn move_by(
+    spec: &TwinSpec,
+    plan: &Plan,
+    decide: &mut dyn FnMut(usize, &At) -> f64,
+    water: &Water,
+    streams: &Streams<'_>,
+) -> Result<Moved, Error> {
     let Plan { dof, plant, .. } = plan;
     let mut propellers = Propellers::of(spec, &spec.true_vehicle()?, plan, streams);
     let mut moved = Moved::default();
     let (mut position, mut v, mut sunk) = (0.0, 0.0, 0.0);
     moved.push(position, v, sunk);
     for tick in 0..plan.ticks() {
-        let asked = propellers.allocate(pilot.force(tick, sunk, v), tick);
+        let force = decide(tick, &At { position, velocity: v, sunk });
+        let asked = propellers.allocate(force, tick);
         let vertical = vertical_part(water, *dof, tick_time(tick));
         moved.speeds.iter_mut().zip(asked).for_each(|(path, speed)| path.push(speed));
         for step in tick * STEPS_PER_TICK..(tick + 1) * STEPS_PER_TICK {

@@ -56,6 +56,8 @@ pub struct TwinSpec {
     pub steady: SteadyRuns,
     /// The thrusters, all alike.
     pub thrusters: TwinThrusters,
+    /// An accelerometer in place of the DVL, if the vehicle has none.
+    pub accelerometer: Option<TwinAccelerometer>,
     /// How strong each disturbance is, if it is on.
     pub strength: DisturbanceStrength,
 }
@@ -116,6 +118,28 @@ pub struct TwinThrusters {
     pub max_rpm: f64,
 }
 
+/// An accelerometer that is logged 50 times a second.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TwinAccelerometer {
+    /// Where it sits, m, body frame.
+    pub position_m: [f64; 3],
+    /// Standard deviation of vibration in each sample, m/s².
+    pub noise: f64,
+    /// What each axis reads at rest beside gravity, m/s².
+    pub offset: f64,
+    /// Standard deviation of gravity that slow attitude errors leak into each axis, m/s².
+    pub leak: f64,
+    /// How long these last, s.
+    pub leak_s: f64,
+}
+
+impl Default for TwinAccelerometer {
+    fn default() -> Self {
+        Self { position_m: [0.1, 0.0, -0.05], noise: 0.15, offset: 0.05, leak: 0.06, leak_s: 60.0 }
+    }
+}
+
 /// How noisy the instruments are.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
@@ -146,6 +170,7 @@ impl Default for TwinSpec {
             start_depth_m: 150.0,
             plants: jason2_plants(),
             excitation: jason2_excitation(),
+            accelerometer: None,
             steady: SteadyRuns::default(),
             thrusters: TwinThrusters::default(),
             strength: DisturbanceStrength::default(),

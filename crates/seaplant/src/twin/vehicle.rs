@@ -108,7 +108,13 @@ impl TwinSpec {
                 depth: sensor(DEPTH_POSITION_M, depth_std),
                 attitude: sensor([0.0; 3], noise.heading),
                 position: Sensor::default(),
+                imu: match &self.accelerometer {
+                    Some(imu) => sensor(imu.position_m, imu.noise),
+                    None => Sensor::default(),
+                },
+                imu_averages: false,
             },
+            ..Vehicle::default()
         })
     }
 

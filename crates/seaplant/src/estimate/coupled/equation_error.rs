@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Vector6};
 
 use crate::motion::{down_body, interpolated_attitude};
 use crate::plant::{Instant, Structure};
-use crate::{CoupledRecord, Dof, Error, Grid};
+use crate::{CoupledRecord, Error, Grid};
 
 /// What least squares on the equation of motion gives.
 #[derive(Clone, Debug)]
@@ -48,7 +48,14 @@ pub(super) fn fit(
     records: &[&CoupledRecord],
     window_s: f64,
 ) -> Result<EquationError, Error> {
-    let rows = rows(structure, records, window_s)?;
+    let mut rows = rows(structure, records, window_s)?;
+    let terms = structure.terms().iter().enumerate();
+    let held: Vec<(usize, f64)> =
+        terms.filter_map(|(k, term)| Some((k, structure.held(term)?))).collect();
+    for &(k, value) in &held {
+        rows.force -= rows.y.column(k) * value;
+        rows.y.column_mut(k).fill(0.0);
+    }
     let n = structure.axes().len();
     let mut weights = vec![1.0; n];
     let mut found = None;
@@ -58,7 +65,11 @@ pub(super) fn fit(
         let residual: Vec<f64> =
             (0..n).map(|axis| rms(misfit.iter().skip(axis).step_by(n))).collect();
         weights = residual.iter().map(|r| 1.0 / r.max(f64::MIN_POSITIVE)).collect();
-        found = Some(EquationError { residual, ..solved });
+        let terms = solved.terms - held.len();
+        found = Some(EquationError { residual, terms, ..solved });
+    }
+    if let Some(found) = &mut found {
+        held.iter().for_each(|(k, value)| found.coefficients[*k] = *value);
     }
     found.ok_or(Error::TooShort { name: "the fit".to_owned(), found: 0, needed: 1 })
 }
@@ -104,7 +115,7 @@ fn rows(structure: &Structure, records: &[&CoupledRecord], window_s: f64) -> Res
     let (n, p) = (structure.axes().len(), structure.terms().len());
     let (mut y, mut force) = (Vec::new(), Vec::new());
     for record in records {
-        let sampled = Sampled::of(record, structure.axes());
+        let sampled = Sampled::of(record, structure);
         let length = (window_s / sampled.grid.period_s).round().max(4.0) as usize;
         for first in (0..sampled.grid.len.saturating_sub(length)).step_by((length / OVERLAP).max(1))
         {
@@ -131,14 +142,16 @@ struct Sampled {
     velocity: Vec<Vector6<f64>>,
     force: Vec<Vector6<f64>>,
     down: Vec<nalgebra::Vector3<f64>>,
+    signals: Vec<Vec<f64>>,
 }
 
 /// Grids are no finer and no coarser, s.
 const PERIOD_S: std::ops::RangeInclusive<f64> = 0.02..=1.0;
 
 impl Sampled {
-    fn of(record: &CoupledRecord, axes: &[Dof]) -> Self {
-        let series = axes.iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
+    fn of(record: &CoupledRecord, structure: &Structure) -> Self {
+        let series =
+            structure.axes().iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
         let period_s = series.map(|series| series.period_s()).fold(f64::INFINITY, f64::min);
         let period_s = period_s.clamp(*PERIOD_S.start(), *PERIOD_S.end());
         let grid = Grid::spanning(record.window_s.0, record.window_s.1, period_s);
@@ -161,6 +174,7 @@ impl Sampled {
             velocity: columns(&record.velocity, false),
             force: columns(&record.force, true),
             down: grid.times().map(down).collect(),
+            signals: grid.times().map(|t| record.signals_at(structure.signals(), t)).collect(),
         }
     }
 
@@ -181,6 +195,7 @@ impl Sampled {
             let slope = 4.0 * sin.powi(3) * cos * std::f64::consts::PI
                 / (0.375 * width * width * self.grid.period_s);
             let velocity = self.velocity[first + k];
+            let wrenches = &structure.wrenches(&velocity, &self.signals[first + k]);
             let moving = Instant {
                 acceleration: Vector6::zeros(),
                 velocity,
@@ -193,7 +208,7 @@ impl Sampled {
                 down_body: moving.down_body,
             };
             for (column, term) in columns.iter_mut().zip(structure.terms()) {
-                *column += phi * term.regressor(&moving);
+                *column += phi * structure.regressor(term, &moving, wrenches);
                 if matches!(term, crate::plant::Basis::Mass(..)) {
                     *column += term.regressor(&turned);
                 }

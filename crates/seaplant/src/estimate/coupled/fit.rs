@@ -62,6 +62,9 @@ const CURRENT_STD: f64 = 1.0;
 const ACTUATOR_STD_S: f64 = 1.0;
 const MOST_ACTUATOR_S: f64 = 3.0;
 
+/// Information of a coefficient that is known, by its square: 1e-9 of it is its error.
+const KNOWN: f64 = 1e18;
+
 /// Steps after which a fit is given up.
 const MOST_STEPS: usize = 60;
 
@@ -114,14 +117,14 @@ impl Problem {
         rigid_body: Option<Matrix6<f64>>,
     ) -> Self {
         let axes = structure.axes();
-        let pieces = Schedule::pieces(records, axes);
+        let pieces = Schedule::pieces(records, structure);
         let samples: usize = pieces.iter().map(Schedule::samples).sum();
         let are_enough = samples >= SAMPLES_PER_TERM * structure.terms().len();
         Self {
             structure: structure.clone(),
             physical: Physical::new(structure, rigid_body),
             trials: records.iter().map(|record| record.trial.clone()).collect(),
-            schedules: Schedule::whole(records, axes),
+            schedules: Schedule::whole(records, structure),
             pieces: are_enough.then_some(pieces),
             rigid_body,
             fits: [true; Actuator::COUNT],
@@ -208,8 +211,20 @@ impl Problem {
             sum.gradient[plant.count() + k] += x / (std * std);
             sum.information[(plant.count() + k, plant.count() + k)] += 1.0 / (std * std);
         }
+        self.hold(&mut sum);
         sum.cost += self.prior(point);
         sum.cost.is_finite().then_some((sum, all_gains))
+    }
+
+    /// Coefficients that are known have no gradient, and no error.
+    fn hold(&self, slope: &mut Slope) {
+        for (k, term) in self.structure.terms().iter().enumerate() {
+            let Some(value) = self.structure.held(term) else { continue };
+            slope.gradient[k] = 0.0;
+            slope.information.row_mut(k).fill(0.0);
+            slope.information.column_mut(k).fill(0.0);
+            slope.information[(k, k)] = KNOWN / value.powi(2).max(f64::MIN_POSITIVE);
+        }
     }
 
     fn prior<const N: usize>(&self, point: &Point<N>) -> f64 {

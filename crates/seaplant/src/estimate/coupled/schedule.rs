@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3x2, Vector6};
 
 use crate::motion::{Slice, body_from_world, down_body, interpolated_attitude};
+use crate::plant::Structure;
 use crate::series::ROUNDING_S;
 use crate::{CoupledRecord, Dof, Timed};
 
@@ -45,23 +46,23 @@ pub(super) struct Schedule {
 
 impl Schedule {
     /// Cuts every record for a plant of some axes.
-    pub(super) fn whole(records: &[&CoupledRecord], axes: &[Dof]) -> Arc<[Self]> {
+    pub(super) fn whole(records: &[&CoupledRecord], structure: &Structure) -> Arc<[Self]> {
         let of = |(trial, record): (usize, &&CoupledRecord)| {
-            Self::of(trial, record, record.window_s, axes)
+            Self::of(trial, record, record.window_s, structure)
         };
         records.iter().enumerate().filter_map(of).collect()
     }
 
     /// A quarter of every record in evenly spread pieces, each with a state of its own to begin
     /// with.
-    pub(super) fn pieces(records: &[&CoupledRecord], axes: &[Dof]) -> Arc<[Self]> {
+    pub(super) fn pieces(records: &[&CoupledRecord], structure: &Structure) -> Arc<[Self]> {
         let of = |(trial, record): (usize, &&CoupledRecord)| {
             let (from, to) = record.window_s;
             let spacing = (to - from) / PIECES as f64;
             let piece = |k: usize| {
                 let middle = from + (k as f64 + 0.5) * spacing;
                 let half = 0.5 * PIECES_PART * spacing;
-                Self::of(trial, record, (middle - half, middle + half), axes)
+                Self::of(trial, record, (middle - half, middle + half), structure)
             };
             (0..PIECES).filter_map(piece).collect::<Vec<_>>()
         };
@@ -73,13 +74,17 @@ impl Schedule {
         trial: usize,
         record: &CoupledRecord,
         (from, to): (f64, f64),
-        axes: &[Dof],
+        structure: &Structure,
     ) -> Option<Self> {
+        let axes = structure.axes();
         let windowed = |dof: &Dof| record.velocity[dof.index()].as_ref()?.window(from, to);
         let measured: Vec<(Dof, Timed)> =
             axes.iter().filter_map(|dof| Some((*dof, windowed(dof)?))).collect();
         let times = union(measured.iter().map(|(_, series)| series.time_s()));
-        let changes = union(record.force.iter().flatten().map(Timed::time_s));
+        let drives = record.signals.iter().filter(|(signal, _)| signal.is_held());
+        let drives = drives.filter(|(signal, _)| structure.signals().contains(signal));
+        let held = record.force.iter().flatten().chain(drives.map(|(_, series)| series));
+        let changes = union(held.map(Timed::time_s));
         let mut before = *times.first()?;
         let mut schedule = Self {
             trial,
@@ -93,7 +98,7 @@ impl Schedule {
         let mut readers = vec![0; measured.len()];
         for &time_s in &times {
             let first = schedule.slices.len();
-            schedule.slice(record, axes, &changes, before, time_s);
+            schedule.slice(record, structure, &changes, before, time_s);
             let mut stop = Stop {
                 slices: first..schedule.slices.len(),
                 length_s: time_s - before,
@@ -119,7 +124,14 @@ impl Schedule {
         self.stops.iter().skip(1).map(of).sum()
     }
 
-    fn slice(&mut self, record: &CoupledRecord, axes: &[Dof], changes: &[f64], from: f64, to: f64) {
+    fn slice(
+        &mut self,
+        record: &CoupledRecord,
+        structure: &Structure,
+        changes: &[f64],
+        from: f64,
+        to: f64,
+    ) {
         let first = changes.partition_point(|&t| t <= from + ROUNDING_S);
         let inside = changes[first..].iter().copied().take_while(|&t| t < to - ROUNDING_S);
         let mut at = from;
@@ -127,14 +139,15 @@ impl Schedule {
             let count = ((until - at) / LONGEST_SLICE_S - 1e-9).ceil().max(1.0);
             let h = (until - at) / count;
             for k in 0..count as usize {
-                self.slices.push(slice(record, axes, at + k as f64 * h, h));
+                self.slices.push(slice(record, structure, at + k as f64 * h, h));
             }
             at = until;
         }
     }
 }
 
-fn slice(record: &CoupledRecord, axes: &[Dof], from: f64, h: f64) -> Slice {
+fn slice(record: &CoupledRecord, structure: &Structure, from: f64, h: f64) -> Slice {
+    let axes = structure.axes();
     let instants = [from, from + 0.5 * h, from + h];
     let down = |t: f64| {
         let [roll, pitch, _] = record.attitude.each_ref();
@@ -146,7 +159,22 @@ fn slice(record: &CoupledRecord, axes: &[Dof], from: f64, h: f64) -> Slice {
             known.map_or(0.0, |series| series.at(t))
         })
     };
-    Slice { from_s: from, length_s: h, down_body: instants.map(down), others: instants.map(others) }
+    // Like force, a drive is that of the slice's middle.
+    let held = record.signals_at(structure.signals(), instants[1]);
+    let signals = |t: f64| {
+        let mut now = record.signals_at(structure.signals(), t);
+        for (k, _) in structure.signals().iter().enumerate().filter(|(_, x)| x.is_held()) {
+            now[k] = held[k];
+        }
+        now
+    };
+    Slice {
+        from_s: from,
+        length_s: h,
+        down_body: instants.map(down),
+        others: instants.map(others),
+        signals: instants.map(signals),
+    }
 }
 
 fn water(record: &CoupledRecord, t: f64) -> Matrix3x2<f64> {

@@ -13,8 +13,8 @@ use crate::{CoupledRecord, Dof, Error};
 /// A term that was tried, and what came of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tried {
-    /// The term.
-    pub term: Basis,
+    /// The name of the term.
+    pub name: String,
     /// Whether the plant has it.
     pub admitted: bool,
     /// Twice what the log-likelihood gains by it, beside all others that are admitted.
@@ -42,6 +42,7 @@ pub(super) fn candidates(structure: &Structure) -> Vec<Basis> {
             all.push(Basis::Product(on, Product::quadratic(of)));
         }
     }
+    all.extend((0..structure.effects().len()).map(Basis::Effect));
     all.retain(|term| structure.index_of(term).is_none());
     all
 }
@@ -81,6 +82,14 @@ pub(super) fn scores<const N: usize>(
 /// A candidate of whose information less than this is left beside the others is not told.
 const COLLINEAR_PART: f64 = 1e-4;
 
+/// The axis whose innovations tell of a term: that it acts on most; of a rudder, which acts on
+/// surge only when it is turned, yaw.
+fn main_axis(structure: &Structure, term: &Basis) -> Dof {
+    let axes = structure.axes_of(term);
+    let first = if matches!(term, Basis::Effect(_)) { axes.last() } else { axes.first() };
+    first.copied().unwrap_or(structure.axes()[0])
+}
+
 pub(super) fn with_all(structure: &Structure, terms: &[Basis]) -> Result<Structure, Error> {
     terms.iter().try_fold(structure.clone(), |structure, term| structure.with(*term))
 }
@@ -95,16 +104,18 @@ fn refused(structure: &Structure) -> Error {
 /// The candidates whose scores admit them: those that pass whatever the whiteness of their axis
 /// exaggerates, and of each axis the one that gains most, whose lack may be what colours it.
 pub(super) fn admitted(
+    structure: &Structure,
     candidates: &[Basis],
     scores: &[f64],
     whiteness: impl Fn(Dof) -> f64,
 ) -> Vec<Basis> {
     let best = |axis: Dof| {
-        let own = candidates.iter().zip(scores).filter(|(term, _)| term.axes()[0] == axis);
+        let own =
+            candidates.iter().zip(scores).filter(|(term, _)| main_axis(structure, term) == axis);
         own.map(|(_, score)| *score).fold(0.0, f64::max)
     };
     let passes = |(term, &score): (&Basis, &f64)| {
-        let axis = term.axes()[0];
+        let axis = main_axis(structure, term);
         let is_admitted =
             score > ADMITTED * whiteness(axis) || score > ADMITTED && score >= best(axis);
         is_admitted.then_some(*term)
@@ -131,7 +142,7 @@ pub(super) fn dropped(
     let (mut c, mut gone) = (covariance.clone(), Vec::new());
     while !left.is_empty() {
         let worth = |(k, term): &(usize, Basis)| {
-            theta[*k].powi(2) / c[(*k, *k)] / whiteness(term.axes()[0])
+            theta[*k].powi(2) / c[(*k, *k)] / whiteness(main_axis(plant.structure(), term))
         };
         let worths = left.iter().map(worth).enumerate();
         let least = worths.min_by(|a, b| a.1.total_cmp(&b.1));
@@ -151,6 +162,7 @@ pub(super) fn dropped(
 
 /// What came of every candidate.
 pub(super) fn tried(
+    structure: &Structure,
     candidates: &[Basis],
     scores: &BTreeMap<Basis, f64>,
     admitted: &[Basis],
@@ -160,7 +172,7 @@ pub(super) fn tried(
         let gain = worths.get(term).or_else(|| scores.get(term));
         let likelihood_ratio = gain.copied().unwrap_or(0.0);
         Tried {
-            term: *term,
+            name: structure.name_of(term),
             admitted: admitted.contains(term),
             likelihood_ratio,
             p_value: p_value(likelihood_ratio),

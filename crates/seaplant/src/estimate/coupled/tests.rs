@@ -28,8 +28,38 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
     move || StandardNormal.sample(&mut random)
 }
 
+/// What acts of a logged force, by steps of 1 ms of `T τ̇ + τ = u(t − D)`.
+fn behind(logged: &Timed, Actuator { lag_s, delay_s }: Actuator) -> Timed {
+    const STEP_S: f64 = 1e-3;
+    if lag_s == 0.0 && delay_s == 0.0 {
+        return logged.clone();
+    }
+    let (mut time_s, mut values, mut force) = (Vec::new(), Vec::new(), logged.values()[0]);
+    for k in 0..(logged.last_s() / STEP_S) as usize {
+        let goal = logged.held_at((k as f64 * STEP_S - delay_s).max(0.0));
+        force += if lag_s > 0.0 { STEP_S / lag_s * (goal - force) } else { goal - force };
+        if k % 10 == 0 {
+            time_s.push(k as f64 * STEP_S);
+            values.push(force);
+        }
+    }
+    Timed::new("force", time_s, values).expect("valid")
+}
+
 /// A vehicle driven freely in a current, as its sensors see it.
 fn record(plant: &Plant, trial: &str, seed: u64, seconds: usize, noise: f64) -> CoupledRecord {
+    record_behind(plant, trial, seed, seconds, noise, Actuator::default())
+}
+
+/// The same with thrust that is behind its log.
+fn record_behind(
+    plant: &Plant,
+    trial: &str,
+    seed: u64,
+    seconds: usize,
+    noise: f64,
+    actuator: Actuator,
+) -> CoupledRecord {
     let mut random = random(seed);
     let time_s: Vec<f64> = (0..10 * seconds).map(|k| 0.1 * k as f64).collect();
     let mut series = |amplitude: f64, dwell: usize| {
@@ -48,7 +78,7 @@ fn record(plant: &Plant, trial: &str, seed: u64, seconds: usize, noise: f64) -> 
     let heading = Timed::new("heading", vec![0.0], vec![0.3]).expect("valid");
     let current = [0.1, -0.05];
     let inputs = Inputs {
-        force: force.clone(),
+        force: force.clone().map(|logged| Some(behind(&logged?, actuator))),
         attitude: [None, None, Some(heading)],
         current,
         ..Inputs::default()
@@ -67,6 +97,7 @@ fn record(plant: &Plant, trial: &str, seed: u64, seconds: usize, noise: f64) -> 
         force,
         velocity: [surge, sway, None, None, None, yaw],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
+        signals: std::collections::BTreeMap::new(),
         window_s: (0.0, time_s[time_s.len() - 1]),
         caveats: Vec::new(),
     }
@@ -84,7 +115,7 @@ fn noise() -> Noise<3> {
 fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     let plant = planar();
     let record = record(&plant, "a", 1, 20, 0.005);
-    let schedules = schedule::Schedule::whole(&[&record], plant.axes());
+    let schedules = schedule::Schedule::whole(&[&record], plant.structure());
     let schedule = &schedules[0];
     let noise = noise();
     // Away from the optimum, where slopes are steep.
@@ -147,7 +178,7 @@ const LINEARISATION: f64 = 0.02;
 fn the_noises_slope_is_that_of_the_likelihood() {
     let plant = planar();
     let record = record(&plant, "a", 1, 60, 0.005);
-    let schedules = schedule::Schedule::whole(&[&record], plant.axes());
+    let schedules = schedule::Schedule::whole(&[&record], plant.structure());
     let schedule = &schedules[0];
     let prepared = Prepared::<3>::new(&plant).expect("three axes");
     let logarithms = noise().logarithms();
@@ -183,8 +214,35 @@ fn a_simulated_vehicle_comes_back_within_its_intervals() {
         assert!((found - expected).abs() < 4.0 * std, "{term}: {found} ± {std}, {expected}");
         assert!(std < 0.1 * expected.abs(), "{term}: {found} ± {std}");
     }
+    assert_eq!((fit.actuator, fit.actuator_std), (Actuator::default(), [None, None]));
     let [north, east] = fit.current_of("a");
     assert!((north - 0.1).abs() < 0.01 && (east + 0.05).abs() < 0.01, "{north} {east}");
+}
+
+#[test]
+fn thrust_that_lags_or_is_late_does_not_pass_for_mass() {
+    let truth = planar();
+    for (lag_s, delay_s) in [(0.3, 0.0), (0.0, 0.15), (0.2, 0.1)] {
+        let actuator = Actuator { lag_s, delay_s };
+        let records = [("a", 8), ("b", 9)]
+            .map(|(name, seed)| record_behind(&truth, name, seed, 150, 0.005, actuator));
+        let records: Vec<&CoupledRecord> = records.iter().collect();
+        let fit = fit_coupled(truth.structure(), &records, None, false).expect("an optimum");
+        let found = [fit.actuator.lag_s, fit.actuator.delay_s];
+        for ((found, expected), std) in
+            found.into_iter().zip([lag_s, delay_s]).zip(fit.actuator_std)
+        {
+            // Forces of the simulation are held for 0.01 s.
+            let off = (found - expected).abs() - 0.005;
+            assert!(off < 4.0 * std.unwrap_or(0.0), "{actuator:?}: {found} ± {std:?}");
+        }
+        for dof in PLANAR {
+            let mass = Basis::Mass(dof, dof);
+            let (found, expected) = (fit.plant.coefficient(&mass), truth.coefficient(&mass));
+            let off = found.zip(expected).map_or(f64::INFINITY, |(a, b)| (a / b - 1.0).abs());
+            assert!(off < 0.02, "{actuator:?}, {dof}: {found:?}, {expected:?}");
+        }
+    }
 }
 
 #[test]
@@ -195,7 +253,7 @@ fn a_coupling_that_is_there_is_found_and_none_is_invented() {
     let records: Vec<&CoupledRecord> = records.iter().collect();
     let fit = fit_coupled(&usual, &records, None, true).expect("an optimum");
     let admitted = fit.tried.iter().filter(|tried| tried.admitted);
-    let admitted: Vec<String> = admitted.map(|tried| tried.term.to_string()).collect();
+    let admitted: Vec<String> = admitted.map(|tried| tried.name.clone()).collect();
     assert_eq!(admitted, ["sway: r"]);
     assert_eq!(fit.tried.len(), 4);
 }

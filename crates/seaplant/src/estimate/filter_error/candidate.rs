@@ -43,9 +43,9 @@ pub enum Candidate {
     Exponent,
     /// A velocity sensor that reads a part too much, beside position.
     VelocityScale,
-    /// A velocity sensor with a first-order lag.
+    /// A velocity sensor, or an accelerometer by itself, with a first-order lag.
     SensorLag,
-    /// A velocity sensor that averages.
+    /// The same, if it averages.
     SensorWindow,
     /// Waves: a force in a narrow band of frequencies.
     Swell,
@@ -158,15 +158,24 @@ impl Candidate {
     pub(crate) fn exists_in(self, axes: &[AxisRecord]) -> bool {
         let has_velocity = || axes.iter().all(AxisRecord::measures_velocity);
         match self {
-            Self::Current | Self::CurrentDrift => axes.iter().all(|axis| !axis.dof.is_rotation()),
+            // An accelerometer feels the same in every steady current.
+            Self::Current | Self::CurrentDrift => {
+                axes.iter().all(|axis| !axis.dof.is_rotation() && axis.knows_velocity())
+            }
             Self::LeverFirst | Self::LeverSecond => {
-                axes.iter().all(|axis| axis.lever_rates.is_some())
+                axes.iter().all(|axis| axis.lever_rates.is_some() && axis.knows_velocity())
             }
             Self::Turning => axes.iter().all(|axis| axis.turning.is_some()),
             Self::VelocityScale => {
                 has_velocity() && axes.iter().all(|axis| axis.believable_position().is_some())
             }
-            Self::SensorLag | Self::SensorWindow => has_velocity(),
+            Self::SensorLag | Self::SensorWindow => {
+                has_velocity() || axes.iter().all(|axis| !axis.knows_velocity())
+            }
+            // Acceleration alone does not tell what thrust loses with speed from drag.
+            Self::Inflow | Self::InflowAhead | Self::Exponent => {
+                axes.iter().all(AxisRecord::knows_velocity)
+            }
             Self::LinearThrust => axes.iter().all(AxisRecord::thrust_is_slow),
             _ => true,
         }

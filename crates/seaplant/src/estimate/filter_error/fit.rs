@@ -13,7 +13,7 @@ use super::minimise::{
 };
 use super::parameters::{Shape, Unknown, Usual, Values};
 use super::problem::{Belief, Kind, Prior, Problem, Record};
-use super::schedule::Measurements;
+use super::schedule::{Instrument, Measurements};
 use super::search::{Fitted, Search};
 use super::spikes::{innovations_of_another, strike_out};
 use super::strength::covariance_with_thrust;
@@ -24,6 +24,7 @@ use crate::estimate::{
     check_trials, fit_output_error,
 };
 use crate::judge::robust_covariance;
+use crate::judge::simulated_speed;
 use crate::regression::batch_s;
 use crate::signal::autocorrelation;
 use crate::terms::Term;
@@ -139,6 +140,7 @@ pub fn fit_filter_error(
         fit = join(fit, &fitted, &Search { records: &all, ..search.clone() }, &all_axes)?;
     }
     fit.caveats.extend(hurried_disturbance(&fit, axes));
+    fit.caveats.extend(accelerometer_doubts(&fit));
     fit.caveats.extend(struck_out(dof, spiked, &clean));
     if !candidates.is_empty() {
         fit.caveats.extend(lag_or_mass(&fit, &fitted, &search));
@@ -180,6 +182,35 @@ fn struck_out(dof: Dof, spikes: usize, records: &[Record]) -> Option<Caveat> {
         );
         Caveat::note(CaveatCode::Outliers, message)
     })
+}
+
+/// An accelerometer that reads as much at rest is tilted by more than two degrees, m/s².
+const TILTED: f64 = 0.35;
+
+/// What the fit says of the accelerometer.
+fn accelerometer_doubts(fit: &Fit) -> Vec<Caveat> {
+    let offsets = fit.nuisances.acceleration_offset.iter();
+    let most = offsets.max_by(|a, b| a.1.value.abs().total_cmp(&b.1.value.abs()));
+    let tilted = most.filter(|(_, offset)| offset.low95.max(-offset.high95) > TILTED);
+    let tilted = tilted.map(|(trial, offset)| {
+        let message = format!(
+            "trial `{trial}`: along {} the accelerometer reads {:.2} m/s² at rest, as if it were tilted by {:.1}° beside the attitude sensor; the offset is allowed for, but not what a tilt brings over from other axes: set [sensor.imu] rotation_deg, or level it",
+            fit.dof,
+            offset.value,
+            (offset.value.abs() / 9.81).clamp(0.0, 1.0).asin().to_degrees()
+        );
+        Caveat::warning(CaveatCode::TiltedAccelerometer, message)
+    });
+    let smooths = [("lag", fit.nuisances.sensor_lag_s), ("window", fit.nuisances.sensor_window_s)];
+    let smooths = smooths.into_iter().filter_map(|(what, time)| Some((what, time?)));
+    let smooths = smooths.filter(|_| most.is_some()).map(|(what, time)| {
+        let message = format!(
+            "the accelerometer in {} is smoothed before it is logged, with a {what} of {:.2} ± {:.2} s, which is allowed for here",
+            fit.dof, time.value, time.std
+        );
+        Caveat::note(CaveatCode::LagOrDelay, message)
+    });
+    tilted.into_iter().chain(smooths).collect()
 }
 
 /// Whether another mass, with the lags of propeller and vehicle exchanged, explains the logs as
@@ -280,7 +311,8 @@ impl Beginning {
     fn of(axes: &[AxisRecord], start: &DelayedFit, dry_mass_kg: Option<f64>) -> Self {
         let propellers = Propellers::of(axes);
         let alpha = start.fit.lumped.alpha.abs();
-        let usual = Usual { speed: speed_rms(axes), thrust: force_rms(axes), alpha };
+        let speed = usual_speed(axes, start);
+        let usual = Usual { speed, thrust: force_rms(axes), alpha };
         let full_speed = propellers.full_speed;
         let mut values = Values::none(Shape { full_speed, usual, ..Shape::default() });
         for (unknown, start) in Candidate::ALL.into_iter().flat_map(Candidate::unknowns) {
@@ -298,6 +330,8 @@ impl Beginning {
         plant(&mut values, &start.fit.lumped);
         values.set(Unknown::LogDisturbance, disturbance.ln());
         values.set(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln());
+        values.set(Unknown::LogLeak, TYPICAL_LEAK.ln());
+        values.set(Unknown::LogLeakCorrelation, TYPICAL_CORRELATION_S.ln());
         let mut priors = priors(axes, &propellers, dry_mass_kg);
         priors.push(normal(Unknown::LogDisturbance, disturbance.ln(), 2.0));
         priors.extend(noise.iter().map(|(unknown, log_std)| normal(*unknown, *log_std, 2.0)));
@@ -312,6 +346,9 @@ impl Beginning {
             Unknown::LogCorrelation,
             Unknown::LogVelocityNoise,
             Unknown::LogPositionNoise,
+            Unknown::LogAccelerationNoise,
+            Unknown::LogLeak,
+            Unknown::LogLeakCorrelation,
         ] {
             fixed.set(unknown, self.values.get(unknown));
         }
@@ -322,9 +359,13 @@ impl Beginning {
     fn unknowns(&self, terms: Option<Terms>) -> Vec<Unknown> {
         let terms = terms.map_or(vec![Term::Force, Term::Quadratic], |terms| terms.fitted());
         let noise = [Unknown::LogDisturbance, Unknown::LogCorrelation];
-        let offset = (self.noise.len() > 1).then_some(Unknown::VelocityOffset);
+        let has = |unknown| self.noise.contains(&unknown);
+        let beside = has(Unknown::LogVelocityNoise) && has(Unknown::LogPositionNoise);
+        let felt = [Unknown::LogLeak, Unknown::LogLeakCorrelation, Unknown::AccelerationOffset];
+        let felt = felt.into_iter().filter(|_| has(Unknown::LogAccelerationNoise));
+        let offset = beside.then_some(Unknown::VelocityOffset);
         let of_terms = terms.into_iter().map(unknown_of);
-        of_terms.chain(noise).chain(self.noise.iter().copied()).chain(offset).collect()
+        of_terms.chain(noise).chain(self.noise.iter().copied()).chain(offset).chain(felt).collect()
     }
 }
 
@@ -333,9 +374,11 @@ fn instrument_noise(axes: &[AxisRecord], speed: f64) -> Vec<(Unknown, f64)> {
     let measurements: Vec<Measurements> = axes.iter().flat_map(Measurements::parts_of).collect();
     let velocities = measurements.iter().filter_map(Measurements::velocity);
     let positions = measurements.iter().filter_map(Measurements::position);
+    let felt = measurements.iter().filter_map(|m| m.of_instrument(Instrument::Acceleration));
     [
         (Unknown::LogVelocityNoise, sample_noise(velocities), VELOCITY_PRECISION),
         (Unknown::LogPositionNoise, sample_noise(positions), POSITION_PRECISION_S),
+        (Unknown::LogAccelerationNoise, sample_noise(felt), 0.0),
     ]
     .into_iter()
     .filter_map(|(unknown, std, precision)| {
@@ -389,6 +432,8 @@ fn priors(axes: &[AxisRecord], propellers: &Propellers, dry_mass_kg: Option<f64>
         unknown: Unknown::Alpha,
         belief: Belief::AtMost { limit: 1.0 / dry, log_std: DRY_MASS_LOG_STD },
     });
+    // Without a velocity, a quick disturbance stands in for drag that the model lacks.
+    let memory = if axes.iter().all(AxisRecord::knows_velocity) { 1.5 } else { 0.7 };
     // 1 N s²/(rad m) for thrusters of 0.04 N/(rad/s)², and alike for others.
     let inflow = 5.0 * propellers.gain;
     [
@@ -411,7 +456,10 @@ fn priors(axes: &[AxisRecord], propellers: &Propellers, dry_mass_kg: Option<f64>
         normal(Unknown::LogSwellFrequency, 0.0, 1.0),
         normal(Unknown::LogSwellDamping, (0.1_f64).ln(), 1.0),
         normal(Unknown::LogDrift, (0.05_f64).ln(), 1.0),
-        normal(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln(), 1.5),
+        normal(Unknown::LogCorrelation, TYPICAL_CORRELATION_S.ln(), memory),
+        normal(Unknown::LogLeak, TYPICAL_LEAK.ln(), 1.0),
+        normal(Unknown::LogLeakCorrelation, TYPICAL_CORRELATION_S.ln(), 1.0),
+        normal(Unknown::AccelerationOffset, 0.0, USUAL_OFFSET),
     ]
     .into_iter()
     .chain(dry)
@@ -477,6 +525,18 @@ const LEAST_LAG_S: f64 = 0.05;
 const TYPICAL_DISTURBANCE: f64 = 0.03;
 /// … and changes over half a minute.
 const TYPICAL_CORRELATION_S: f64 = 30.0;
+/// Attitude is off by a third of a degree, which leaks as much gravity, m/s².
+const TYPICAL_LEAK: f64 = 0.05;
+/// An accelerometer reads about so much at rest, m/s²: its own offset, and a mount three degrees off.
+const USUAL_OFFSET: f64 = 0.5;
+
+/// As measured; of acceleration alone, as the first plant moves from rest.
+fn usual_speed(axes: &[AxisRecord], start: &DelayedFit) -> f64 {
+    if axes.iter().any(AxisRecord::knows_velocity) {
+        return speed_rms(axes);
+    }
+    simulated_speed(&start.fit.lumped.into(), axes)
+}
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
@@ -560,6 +620,7 @@ fn into_fit(
         structure,
         steady_test: None,
         innovations: axes.iter().zip(&innovations).map(|(axis, e)| of_trial(axis, e)).collect(),
+        history: None,
         caveats: Vec::new(),
     };
     fit.caveats = caveats(&fit, &innovations);
@@ -570,15 +631,28 @@ fn into_fit(
 /// nobody saw what they did between samples.
 const PRECISION: f64 = 1e-3;
 
+/// Where velocity is known only by integrating acceleration, it is known to a tenth, and the filter,
+/// which goes by the slope of drag there, leaves out its bend: drag is off by some hundredths …
+const PRECISION_OF_DRAG: f64 = 0.02;
+/// … and mass by less.
+const PRECISION_OF_MASS: f64 = 0.01;
+
 /// A covariance with that.
 fn with_precision(
     problem: &Problem<'_>,
     optimum: &Optimum,
     mut covariance: DMatrix<f64>,
 ) -> DMatrix<f64> {
-    for unknown in [Unknown::Alpha, Unknown::Beta, Unknown::Mu] {
+    let has = |unknown| problem.index(unknown, 0).is_some();
+    let alone = has(Unknown::LogAccelerationNoise)
+        && !has(Unknown::LogVelocityNoise)
+        && !has(Unknown::LogPositionNoise);
+    let of_drag = if alone { PRECISION_OF_DRAG } else { PRECISION };
+    let of_mass = if alone { PRECISION_OF_MASS } else { PRECISION };
+    let parts = [(Unknown::Alpha, of_mass), (Unknown::Beta, of_drag), (Unknown::Mu, of_drag)];
+    for (unknown, part) in parts {
         if let Some(place) = problem.index(unknown, 0) {
-            covariance[(place, place)] += (PRECISION * optimum.theta[place]).powi(2);
+            covariance[(place, place)] += (part * optimum.theta[place]).powi(2);
         }
     }
     covariance
@@ -641,6 +715,10 @@ fn nuisances(
         lever_m: [estimate(Unknown::LeverFirst, 0), estimate(Unknown::LeverSecond, 0)],
         disturbance: estimate(Unknown::LogDisturbance, 0).map(exponential),
         correlation_s: estimate(Unknown::LogCorrelation, 0).map(exponential),
+        acceleration_noise: estimate(Unknown::LogAccelerationNoise, 0).map(exponential),
+        acceleration_offset: by_trial(Unknown::AccelerationOffset),
+        leak: estimate(Unknown::LogLeak, 0).map(exponential),
+        leak_correlation_s: estimate(Unknown::LogLeakCorrelation, 0).map(exponential),
         velocity_noise: estimate(Unknown::LogVelocityNoise, 0).map(exponential),
         position_noise: estimate(Unknown::LogPositionNoise, 0).map(exponential),
     }

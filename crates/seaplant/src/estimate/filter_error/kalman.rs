@@ -3,7 +3,8 @@
 //! States velocity v, a slow disturbance d and, where the model has them, position p, what the
 //! velocity sensor makes of v, waves and a current that varies:
 //! `v̇ = α τ* + (β|r| + μ − α k_in γ) r + bias + d + ẇ` with r = v − u − c, `ḋ = −d/T + noise`,
-//! `ṗ = v`.
+//! `ṗ = v`. Where an accelerometer measures, what velocity gains since its last mean, with what
+//! gravity leaks into it, `ṡ = v̇ + b`, and that leak itself, `ḃ = −b/T_b + noise`, are states too.
 
 #![expect(clippy::needless_range_loop, reason = "states are numbered as in the matrices")]
 
@@ -100,11 +101,13 @@ struct Layout {
     /// w and ẇ.
     waves: Option<usize>,
     current: Option<usize>,
+    /// What velocity gains while an acceleration is averaged; the leak of gravity is next to it.
+    gained: Option<usize>,
     states: usize,
 }
 
 impl Layout {
-    fn of(values: &Values, has_position: bool) -> Self {
+    fn of(values: &Values, has_position: bool, has_acceleration: bool) -> Self {
         let mut states = 2;
         let mut take = |wanted: bool, n: usize| {
             let at = states;
@@ -116,7 +119,8 @@ impl Layout {
         let seen = take(sensor != Sensor::Prompt, Sensing::states(sensor)).unwrap_or(V);
         let waves = take(values.shape.swell, 2);
         let current = take(values.shape.drift, 1);
-        Self { position, seen, sensor, waves, current, states }
+        let gained = take(has_acceleration, 2);
+        Self { position, seen, sensor, waves, current, gained, states }
     }
 
     /// Which states each state depends on a step later.
@@ -132,6 +136,15 @@ impl Layout {
                 // Neither position nor a sensor acts on anything else.
                 let acts = Some(from) != self.position && !self.sensing().contains(&from);
                 let own_sensor = self.sensing().contains(&k) && self.sensing().contains(&from);
+                // The leak acts on nothing but what an accelerometer sees, and that on nothing.
+                let of_gained = |at: usize| self.gained.is_some_and(|g| (g..g + 2).contains(&at));
+                if of_gained(k) || of_gained(from) {
+                    if k == from || Some(k) == self.gained && Some(from) != self.position {
+                        sources.at[sources.len] = from;
+                        sources.len += 1;
+                    }
+                    continue;
+                }
                 if k == from || own_wave || own_sensor || (moved_by_all(k) && acts) {
                     sources.at[sources.len] = from;
                     sources.len += 1;
@@ -177,6 +190,8 @@ struct Discrete {
     waves_by_frequency: Waves,
     waves_by_damping: Waves,
     drift: Slow,
+    leak: Slow,
+    leak_by_t: Slow,
 }
 
 /// The filter of one trial at one set of values, with `S` states and `N` columns of
@@ -196,10 +211,11 @@ struct Kalman<'a, const S: usize, const N: usize> {
     turning: f64,
     lever: [f64; 2],
     offset: f64,
+    acceleration_offset: f64,
     scale: f64,
     sigma2: f64,
     inverse_t: f64,
-    noise: [f64; 2],
+    noise: [f64; 3],
     state: State<S, N>,
     cost: f64,
     gradient: Row<N>,
@@ -287,7 +303,8 @@ pub(crate) fn likelihood(
     wanted: Wanted,
 ) -> Likelihood {
     let columns = wanted.columns(active);
-    let layout = Layout::of(values, measurements.position().is_some());
+    let has_acceleration = measurements.of_instrument(Instrument::Acceleration).is_some();
+    let layout = Layout::of(values, measurements.position().is_some(), has_acceleration);
     macro_rules! run {
         ($s:literal, $n:literal) => {
             Kalman::<$s, $n>::new(active, values, layout, start)
@@ -309,9 +326,11 @@ pub(crate) fn likelihood(
         (4..=5, 0) => run!(5, 0),
         (4..=5, 1..=16) => run!(5, 16),
         (4..=5, _) => run!(5, 32),
-        (_, 0) => run!(8, 0),
-        (_, 1..=20) => run!(8, 20),
-        (_, _) => run!(8, 32),
+        (6..=8, 0) => run!(8, 0),
+        (6..=8, 1..=20) => run!(8, 20),
+        (6..=8, _) => run!(8, 32),
+        (_, 0) => run!(10, 0),
+        (_, _) => run!(10, 32),
     }
 }
 
@@ -319,7 +338,8 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
     fn new(active: &'a Active, values: &'a Values, layout: Layout, start: Start) -> Self {
         let of = |unknown| values.get(unknown);
         let sigma2 = (2.0 * of(Unknown::LogDisturbance)).exp();
-        let noise = [Unknown::LogVelocityNoise, Unknown::LogPositionNoise];
+        let noise =
+            [Unknown::LogVelocityNoise, Unknown::LogPositionNoise, Unknown::LogAccelerationNoise];
         Self {
             active,
             values,
@@ -334,6 +354,7 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
             turning: of(Unknown::Turning),
             lever: [of(Unknown::LeverFirst), of(Unknown::LeverSecond)],
             offset: of(Unknown::VelocityOffset),
+            acceleration_offset: of(Unknown::AccelerationOffset),
             scale: 1.0 + of(Unknown::VelocityScale),
             sigma2,
             inverse_t: (-of(Unknown::LogCorrelation)).exp(),
@@ -402,7 +423,16 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
             })
         };
         let drift = (2.0 * self.values.get(Unknown::LogDrift)).exp();
+        let (leak, leak_by_t) = match self.layout.gained {
+            Some(_) => {
+                let sigma2 = (2.0 * self.values.get(Unknown::LogLeak)).exp();
+                Slow::over(h, sigma2, (-self.values.get(Unknown::LogLeakCorrelation)).exp())
+            }
+            None => Default::default(),
+        };
         Discrete {
+            leak,
+            leak_by_t,
             h,
             slow,
             slow_by_t,
@@ -499,7 +529,33 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
         if let Some(c) = self.layout.current {
             to[c] *= step.drift.rho;
         }
+        if let Some(g) = self.layout.gained {
+            to[g] += to[first] - from[first] + step.leak.once * from[g + 1];
+            to[g + 1] *= step.leak.rho;
+        }
         to
+    }
+
+    /// Gives what is gained the row of what the sensor sees: it changes by as much.
+    fn mirror_row<T: Copy>(&self, rows: &mut [T; S]) {
+        if let Some(g) = self.layout.gained {
+            rows[g] = rows[self.layout.seen];
+        }
+    }
+
+    /// Adds noise of the states to a covariance, and to what is gained what the sensor sees of it.
+    fn add_noise(&self, to: &mut Square<S>, add: impl Fn(&mut Square<S>)) {
+        let Some(g) = self.layout.gained else { return add(to) };
+        let mut q = [[0.0; S]; S];
+        add(&mut q);
+        let seen = self.layout.seen;
+        let row: [f64; S] = std::array::from_fn(|k| q[seen.min(k)][seen.max(k)]);
+        for k in 0..S {
+            q[k.min(g)][k.max(g)] = if k == g { row[seen] } else { row[k] };
+        }
+        for (to, q) in to.iter_mut().zip(&q) {
+            to.iter_mut().zip(q).for_each(|(to, q)| *to += q);
+        }
     }
 
     /// The derivative of the states after a step by those before.
@@ -554,6 +610,13 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
         if let Some(c) = current {
             phi[c][c] = step.drift.rho;
         }
+        self.mirror_row(&mut phi);
+        if let Some(g) = self.layout.gained {
+            phi[g][seen] -= 1.0;
+            phi[g][g] = 1.0;
+            phi[g][g + 1] = step.leak.once;
+            phi[g + 1][g + 1] = step.leak.rho;
+        }
         phi
     }
 
@@ -587,17 +650,23 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
                 row[c] -= row[V];
             }
         }
+        self.mirror_row(&mut phi);
         phi
     }
 
     fn process_noise(&self, step: &Discrete) -> Square<S> {
         let mut q = [[0.0; S]; S];
-        add_slow(&mut q, &step.slow);
-        if let Some(w) = self.layout.waves {
-            add_waves(&mut q, w, &step.waves);
-        }
+        self.add_noise(&mut q, |q| {
+            add_slow(q, &step.slow);
+            if let Some(w) = self.layout.waves {
+                add_waves(q, w, &step.waves);
+            }
+        });
         if let Some(c) = self.layout.current {
             q[c][c] = step.drift.q_dd;
+        }
+        if let Some(g) = self.layout.gained {
+            add_leak(&mut q, g, &step.leak);
         }
         q
     }
@@ -778,6 +847,11 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
             own[V][j] += 2.0 * h3 * sign * f * f;
         }
         self.own_of_noise(&mut own, now, step);
+        self.mirror_row(&mut own);
+        if let Some((g, j)) = self.layout.gained.zip(self.column(Unknown::LogLeakCorrelation)) {
+            own[g][j] += step.leak_by_t.once * x[g + 1];
+            own[g + 1][j] += step.leak_by_t.rho * x[g + 1];
+        }
         own
     }
 
@@ -841,7 +915,7 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
         now: &Now,
         phi: &Square<S>,
         step: &Discrete,
-    ) -> [Option<(usize, Square<S>)>; 7] {
+    ) -> [Option<(usize, Square<S>)>; 9] {
         let a = now.a;
         let h = step.h;
         let Layout { position, seen, sensor, waves, current, .. } = self.layout;
@@ -858,15 +932,16 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
                 let by_g1 = step.sense.j1[i] + 0.5 * step.sense.j2[i] * a;
                 psi[seen + i][D] = by_g1 * by.once / h;
             }
+            self.mirror_row(&mut psi);
             let mut change = self.turned(&psi, phi);
-            add_slow(&mut change, by);
+            self.add_noise(&mut change, |q| add_slow(q, by));
             (j, change)
         });
         let disturbance = self.column(Unknown::LogDisturbance).map(|j| {
             let mut change = [[0.0; S]; S];
             let Slow { q_vv, q_vd, q_dd, .. } = step.slow;
             let twice = Slow { q_vv: 2.0 * q_vv, q_vd: 2.0 * q_vd, q_dd: 2.0 * q_dd, ..step.slow };
-            add_slow(&mut change, &twice);
+            self.add_noise(&mut change, |q| add_slow(q, &twice));
             (j, change)
         });
         let sensor_time = |unknown| {
@@ -888,6 +963,7 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
                         psi[seen + i][c] = -by_force * a;
                     }
                 }
+                self.mirror_row(&mut psi);
                 (j, self.turned(&psi, phi))
             })
         };
@@ -907,14 +983,15 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
                     psi[seen + i][w + k] = by_force * by.e[0][k];
                 }
             }
+            self.mirror_row(&mut psi);
             let mut change = self.turned(&psi, phi);
-            add_waves(&mut change, w, by);
+            self.add_noise(&mut change, |q| add_waves(q, w, by));
             Some((j, change))
         };
         let swell = self.column(Unknown::LogSwell).zip(waves).map(|(j, w)| {
             let mut change = [[0.0; S]; S];
             let twice = Waves { q: step.waves.q.map(|q| 2.0 * q), ..step.waves };
-            add_waves(&mut change, w, &twice);
+            self.add_noise(&mut change, |q| add_waves(q, w, &twice));
             (j, change)
         });
         let drift = self.column(Unknown::LogDrift).zip(current).map(|(j, c)| {
@@ -934,6 +1011,23 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
             of_waves(Unknown::LogSwellDamping, &step.waves_by_damping),
             swell,
             drift,
+            self.column(Unknown::LogLeak).zip(self.layout.gained).map(|(j, g)| {
+                let mut change = [[0.0; S]; S];
+                let Slow { q_vv, q_vd, q_dd, .. } = step.leak;
+                let twice =
+                    Slow { q_vv: 2.0 * q_vv, q_vd: 2.0 * q_vd, q_dd: 2.0 * q_dd, ..step.leak };
+                add_leak(&mut change, g, &twice);
+                (j, change)
+            }),
+            self.column(Unknown::LogLeakCorrelation).zip(self.layout.gained).map(|(j, g)| {
+                let by = &step.leak_by_t;
+                let mut psi = [[0.0; S]; S];
+                psi[g][g + 1] = by.once;
+                psi[g + 1][g + 1] = by.rho;
+                let mut change = self.turned(&psi, phi);
+                add_leak(&mut change, g, by);
+                (j, change)
+            }),
         ]
     }
 
@@ -945,6 +1039,17 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
         if let Some((y, p)) = measured.position.zip(self.layout.position) {
             let error = y - self.state.x[p];
             self.take_in(Instrument::Position, p, 1.0, error, [0.0; N]);
+        }
+        if let Some(g) = self.layout.gained.filter(|_| measured.opens) {
+            if let Some((mean, over_s)) = measured.acceleration {
+                let error = mean - self.acceleration_offset - self.state.x[g] / over_s;
+                let mut own = [0.0; N];
+                if let Some(j) = self.column(Unknown::AccelerationOffset) {
+                    own[j] = -1.0;
+                }
+                self.take_in(Instrument::Acceleration, g, 1.0 / over_s, error, own);
+            }
+            self.state.forget(g);
         }
     }
 
@@ -974,10 +1079,11 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
         let noise_by = self.column(match instrument {
             Instrument::Velocity => Unknown::LogVelocityNoise,
             Instrument::Position => Unknown::LogPositionNoise,
+            Instrument::Acceleration => Unknown::LogAccelerationNoise,
         });
         let scale_by = match instrument {
             Instrument::Velocity => self.column(Unknown::VelocityScale),
-            Instrument::Position => None,
+            Instrument::Position | Instrument::Acceleration => None,
         };
         let s = &mut self.state;
         let column: [f64; S] = std::array::from_fn(|k| g * s.p[i.min(k)][i.max(k)]);
@@ -1061,6 +1167,13 @@ fn add_slow<const S: usize>(q: &mut Square<S>, slow: &Slow) {
     q[D][D] += slow.q_dd;
 }
 
+/// The leak moves what is gained by its integral.
+fn add_leak<const S: usize>(q: &mut Square<S>, g: usize, leak: &Slow) {
+    q[g][g] += leak.q_vv;
+    q[g][g + 1] += leak.q_vd;
+    q[g + 1][g + 1] += leak.q_dd;
+}
+
 /// The velocity that waves add in a step is the change of w, and so is its noise.
 fn add_waves<const S: usize>(q: &mut Square<S>, w: usize, waves: &Waves) {
     let [of_w, both, of_rate] = waves.q;
@@ -1104,6 +1217,16 @@ struct Map {
 }
 
 impl<const S: usize, const N: usize> State<S, N> {
+    /// Starts a state anew at zero.
+    fn forget(&mut self, k: usize) {
+        self.x[k] = 0.0;
+        self.x_by[k] = [0.0; N];
+        for l in 0..S {
+            self.p[k.min(l)][k.max(l)] = 0.0;
+            self.p_by[k.min(l)][k.max(l)] = [0.0; N];
+        }
+    }
+
     fn at(start: Start, layout: &Layout, values: &Values, active: &Active) -> Self {
         let sigma2 = (2.0 * values.get(Unknown::LogDisturbance)).exp();
         let mut state =
@@ -1137,6 +1260,13 @@ impl<const S: usize, const N: usize> State<S, N> {
             }
             if let Some(j) = column(Unknown::LogSwellFrequency) {
                 state.p_by[w][w][j] = -2.0 * of_w;
+            }
+        }
+        if let Some(g) = layout.gained {
+            let leak = (2.0 * values.get(Unknown::LogLeak)).exp();
+            state.p[g + 1][g + 1] = leak;
+            if let Some(j) = column(Unknown::LogLeak) {
+                state.p_by[g + 1][g + 1][j] = 2.0 * leak;
             }
         }
         if let Some(c) = layout.current {

@@ -36,6 +36,9 @@ const LEAST_NOISE: f64 = 1e-11;
 /// A step that gains less than this part of what it promised is a poor one.
 const POOR_GAIN: f64 = 0.02;
 
+/// The damping after one: it halves the step of a number that no other is correlated with.
+const AFTER_POOR_DAMPING: f64 = 1.0;
+
 /// After this many poor steps in a row the cost has a kink here.
 const POOR_STEPS: usize = 3;
 
@@ -70,7 +73,13 @@ pub(crate) fn minimise(
         }
         let before = here.0;
         here = problem.evaluate(&descent.theta);
-        descent.poor = if before - here.0 < POOR_GAIN * promise { descent.poor + 1 } else { 0 };
+        let is_poor = before - here.0 < POOR_GAIN * promise;
+        descent.poor = if is_poor { descent.poor + 1 } else { 0 };
+        if is_poor {
+            // The cost is more curved than the information says: whole steps go to and fro over
+            // its minimum.
+            descent.damping = descent.damping.max(AFTER_POOR_DAMPING);
+        }
         if descent.poor >= POOR_STEPS && !descent.at_kink {
             descent.leave_at_kink();
         }
@@ -208,6 +217,9 @@ pub(crate) const VELOCITY_PRECISION: f64 = 1e-3;
 /// … nor a position more precisely than to what is passed in this time, s.
 pub(crate) const POSITION_PRECISION_S: f64 = 3e-4;
 
+/// No accelerometer is better than this, m/s².
+const LEAST_ACCELERATION_NOISE: f64 = 1e-5;
+
 /// Where a number means something in a model of that shape.
 pub(crate) fn limits(unknown: Unknown, shape: &Shape) -> (f64, f64) {
     let Shape { sensor, usual, .. } = *shape;
@@ -217,6 +229,7 @@ pub(crate) fn limits(unknown: Unknown, shape: &Shape) -> (f64, f64) {
         Unknown::Alpha => (f64::MIN_POSITIVE, f64::INFINITY),
         Unknown::LogVelocityNoise => (log(VELOCITY_PRECISION * usual.speed), 5.0),
         Unknown::LogPositionNoise => (log(POSITION_PRECISION_S * usual.speed), 5.0),
+        Unknown::LogAccelerationNoise => (LEAST_ACCELERATION_NOISE.ln(), 5.0),
         // Drag brakes, and inflow takes thrust away.
         Unknown::Beta | Unknown::Mu => (f64::NEG_INFINITY, 0.0),
         Unknown::Inflow | Unknown::InflowAhead => (0.0, f64::INFINITY),
@@ -238,12 +251,16 @@ pub(crate) fn limits(unknown: Unknown, shape: &Shape) -> (f64, f64) {
         Unknown::LogSwellDamping => (-5.0, -0.4),
         // A disturbance of an hour is a bias, and one that forgets in 0.05 s is noise.
         Unknown::LogCorrelation => (-3.0, 8.0),
+        // Attitude errors take seconds to hours; what is quicker is noise.
+        Unknown::LogLeakCorrelation => (1.0, 8.0),
+        Unknown::LogLeak => (LEAST_ACCELERATION_NOISE.ln(), 2.0),
         Unknown::LogDisturbance | Unknown::LogSwell | Unknown::LogDrift => (LEAST_NOISE.ln(), 5.0),
         Unknown::Bias
         | Unknown::Current
         | Unknown::LeverFirst
         | Unknown::LeverSecond
         | Unknown::VelocityOffset
+        | Unknown::AccelerationOffset
         | Unknown::Turning => (f64::NEG_INFINITY, f64::INFINITY),
     }
 }
@@ -261,16 +278,19 @@ fn within(
         let (near, far) = match unknowns[j] {
             Unknown::Alpha => (from / 4.0, from * 4.0),
             Unknown::Current => (from - 0.2, from + 0.2),
-            Unknown::LogCorrelation | Unknown::LogSensorLag | Unknown::LogSensorWindow => {
-                (from - 1.0, from + 1.0)
-            }
+            Unknown::LogCorrelation
+            | Unknown::LogLeakCorrelation
+            | Unknown::LogSensorLag
+            | Unknown::LogSensorWindow => (from - 1.0, from + 1.0),
             Unknown::LogSwellFrequency => (from - 0.2, from + 0.2),
             Unknown::LogDisturbance
             | Unknown::LogSwell
             | Unknown::LogSwellDamping
             | Unknown::LogDrift
             | Unknown::LogVelocityNoise
-            | Unknown::LogPositionNoise => (from - 1.5, from + 1.5),
+            | Unknown::LogPositionNoise
+            | Unknown::LogAccelerationNoise
+            | Unknown::LogLeak => (from - 1.5, from + 1.5),
             _ => (f64::NEG_INFINITY, f64::INFINITY),
         };
         (from + step[j]).clamp(near, far).clamp(low, high)

@@ -63,22 +63,37 @@ pub(crate) enum Unknown {
     LogVelocityNoise,
     /// Logarithm of the standard deviation of a position sample, m.
     LogPositionNoise,
+    /// Logarithm of the standard deviation of a mean acceleration, m/s².
+    LogAccelerationNoise,
+    /// What the accelerometer reads at rest, m/s²; one for each trial.
+    AccelerationOffset,
+    /// Logarithm of the standard deviation of what gravity leaks into acceleration, m/s².
+    LogLeak,
+    /// Logarithm of its correlation time, s.
+    LogLeakCorrelation,
 }
 
 impl Unknown {
     /// Whether each trial has its own: a current is of a place and a day.
     pub(crate) const fn is_of_trial(self) -> bool {
-        matches!(self, Self::Current | Self::VelocityOffset)
+        matches!(self, Self::Current | Self::VelocityOffset | Self::AccelerationOffset)
     }
 
     /// Whether it says how much is left to chance.
     pub(crate) const fn is_noise(self) -> bool {
-        matches!(self, Self::LogDisturbance | Self::LogVelocityNoise | Self::LogPositionNoise)
+        matches!(
+            self,
+            Self::LogDisturbance
+                | Self::LogVelocityNoise
+                | Self::LogPositionNoise
+                | Self::LogAccelerationNoise
+                | Self::LogLeak
+        )
     }
 }
 
 /// How many unknowns there are.
-pub(crate) const UNKNOWNS: usize = Unknown::LogPositionNoise as usize + 1;
+pub(crate) const UNKNOWNS: usize = Unknown::LogLeakCorrelation as usize + 1;
 
 /// Values of all unknowns for one trial; those that are not fitted keep theirs.
 #[derive(Clone, Copy, Debug, PartialEq)]

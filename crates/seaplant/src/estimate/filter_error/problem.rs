@@ -7,6 +7,7 @@ use super::kalman::{Innovation, Likelihood, Start, Wanted, likelihood};
 use super::parameters::{Active, Sensor, Shape, Unknown, Values};
 use super::schedule::{Instrument, Measurements};
 use super::spikes::spikes;
+use crate::navigation::{MeanAcceleration, MeanOver};
 use crate::{AxisRecord, ThrusterTrack, Timed};
 
 /// What is believed of an unknown before any log is read.
@@ -84,7 +85,9 @@ impl Record {
         let velocity = axis.velocity().ok();
         let speeds = velocity.iter().flat_map(|velocity| velocity.values());
         let fastest = speeds.fold(0.0_f64, |max, v| max.max(v.abs()));
-        let spread = (START_PART * fastest).max(f64::MIN_POSITIVE);
+        let gained = axis.acceleration.as_ref().filter(|_| velocity.is_none()).map(most_gained);
+        // Where nobody measured the first velocity, it may be any that is seen to be gained.
+        let spread = gained.unwrap_or(START_PART * fastest).max(f64::MIN_POSITIVE);
         let part = |measurements| Part::of(measurements, velocity.as_ref(), spread);
         let mean = |velocity: &Timed| velocity.values().iter().sum::<f64>() / velocity.len() as f64;
         Self {
@@ -123,6 +126,26 @@ impl Record {
         }
         count
     }
+}
+
+/// The most that velocity changes by within so long, s …
+const GAINED_OVER_S: f64 = 10.0;
+
+/// … by mean accelerations without their own mean, m/s.
+fn most_gained(felt: &MeanAcceleration) -> f64 {
+    let (values, count) = (felt.mean.values(), felt.mean.len().max(1) as f64);
+    let offset = values.iter().sum::<f64>() / count;
+    let (mut velocity, mut past) = (0.0, std::collections::VecDeque::new());
+    let mut most = 0.0_f64;
+    for MeanOver { from_s, to_s, mean } in felt.windows() {
+        velocity += (mean - offset) * (to_s - from_s);
+        past.push_back((to_s, velocity));
+        while past.front().is_some_and(|(t, _)| *t < to_s - GAINED_OVER_S) {
+            past.pop_front();
+        }
+        most = past.iter().fold(most, |most, (_, v)| most.max((velocity - v).abs()));
+    }
+    most
 }
 
 impl Part {
@@ -335,6 +358,9 @@ impl<'a> Problem<'a> {
         let measures = |unknown: &Unknown| match unknown {
             Unknown::LogVelocityNoise => other.period_s(Instrument::Velocity).is_some(),
             Unknown::LogPositionNoise => other.period_s(Instrument::Position).is_some(),
+            Unknown::LogAccelerationNoise | Unknown::LogLeak | Unknown::AccelerationOffset => {
+                other.period_s(Instrument::Acceleration).is_some()
+            }
             _ => true,
         };
         let own: Vec<Unknown> =

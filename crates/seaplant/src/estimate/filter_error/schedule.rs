@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::navigation::Motion;
+use crate::navigation::{MeanAcceleration, MeanOver, Motion};
 use crate::series::ROUNDING_S;
 use crate::{AxisRecord, Timed};
 
@@ -21,6 +21,10 @@ pub(crate) struct Measured {
     pub(crate) position: Option<f64>,
     /// What a metre of unknown lever arm adds to the velocity, for two axes.
     pub(crate) lever: [f64; 2],
+    /// A mean acceleration, m/s², and over how long, s.
+    pub(crate) acceleration: Option<(f64, f64)>,
+    /// Whether a mean acceleration begins here.
+    pub(crate) opens: bool,
 }
 
 /// What measures a degree of freedom.
@@ -30,6 +34,12 @@ pub(crate) enum Instrument {
     Velocity,
     /// m or rad.
     Position,
+    /// m/s².
+    Acceleration,
+}
+
+impl Instrument {
+    pub(crate) const ALL: [Self; 3] = [Self::Velocity, Self::Position, Self::Acceleration];
 }
 
 /// The end of a step.
@@ -48,6 +58,7 @@ pub(crate) struct Stop {
 pub(crate) struct Measurements {
     velocity: Option<Timed>,
     position: Option<Timed>,
+    acceleration: Option<MeanAcceleration>,
     /// For each sample of velocity; empty where the vehicle's turning is not known.
     lever: Vec<[f64; 2]>,
 }
@@ -57,11 +68,13 @@ impl Measurements {
         let (velocity, position) = match &axis.motion {
             Motion::Velocity(velocity) => (Some(velocity.clone()), axis.believable_position()),
             Motion::Position(position) => (None, Some(position.clone())),
+            Motion::Acceleration(_) => (None, None),
         };
+        let acceleration = axis.acceleration.clone();
         let lever = velocity.as_ref().zip(axis.lever_rates.as_ref()).map(|(velocity, [a, b])| {
             velocity.time_s().iter().map(|&t| [a.at(t), b.at(t)]).collect()
         });
-        Self { velocity, position, lever: lever.unwrap_or_default() }
+        Self { velocity, position, acceleration, lever: lever.unwrap_or_default() }
     }
 
     /// [`Measurements::of`] a record, apart where it must be followed from a new state: after
@@ -86,7 +99,9 @@ impl Measurements {
         let rows = self.velocity.as_ref().zip(velocity.as_ref());
         let rows = rows.map(|(all, part)| before(all)..before(all) + part.len());
         let lever = rows.and_then(|rows| self.lever.get(rows)).unwrap_or_default();
-        Self { lever: lever.to_vec(), position: self.position.as_ref().and_then(cut), velocity }
+        let acceleration = self.acceleration.as_ref().and_then(|all| all.window(from_s, to_s));
+        let position = self.position.as_ref().and_then(cut);
+        Self { lever: lever.to_vec(), position, acceleration, velocity }
     }
 
     pub(crate) fn velocity(&self) -> Option<&Timed> {
@@ -102,6 +117,7 @@ impl Measurements {
         match instrument {
             Instrument::Velocity => self.velocity(),
             Instrument::Position => self.position(),
+            Instrument::Acceleration => self.acceleration.as_ref().map(|all| &all.mean),
         }
     }
 
@@ -130,13 +146,14 @@ impl Measurements {
 
     /// How many measurements there are.
     pub(crate) fn samples(&self) -> usize {
-        [&self.velocity, &self.position].into_iter().flatten().map(Timed::len).sum()
+        Instrument::ALL.into_iter().filter_map(|one| self.of_instrument(one)).map(Timed::len).sum()
     }
 
     /// When the first was taken, s.
     pub(crate) fn first_s(&self) -> f64 {
-        let both = [&self.velocity, &self.position].into_iter().flatten();
-        both.map(Timed::first_s).fold(f64::INFINITY, f64::min)
+        let both = [&self.velocity, &self.position].into_iter().flatten().map(Timed::first_s);
+        let opened = self.acceleration.iter().map(|all| all.from_s[0]);
+        both.chain(opened).fold(f64::INFINITY, f64::min)
     }
 
     /// The steps through all of them: every measurement is the end of one, and none is
@@ -152,10 +169,12 @@ impl Measurements {
         }
         let mut velocity = samples(self.velocity()).peekable();
         let mut position = samples(self.position()).peekable();
+        let mut felt = self.acceleration.iter().flat_map(edges).peekable();
         std::iter::from_fn(move || {
             let next =
                 |sample: Option<&(usize, (f64, f64))>| sample.map_or(f64::INFINITY, |s| s.1.0);
-            let time_s = next(velocity.peek()).min(next(position.peek()));
+            let felt_s = felt.peek().map_or(f64::INFINITY, |edge| edge.0);
+            let time_s = next(velocity.peek()).min(next(position.peek())).min(felt_s);
             let mut measured = Measured::default();
             let is_now = |sample: &(usize, (f64, f64))| sample.1.0 <= time_s + ROUNDING_S;
             if let Some((k, (_, v))) = velocity.next_if(is_now) {
@@ -163,9 +182,25 @@ impl Measurements {
                 measured.lever = self.lever.get(k).copied().unwrap_or_default();
             }
             measured.position = position.next_if(is_now).map(|(_, (_, p))| p);
+            if let Some((_, mean)) = felt.next_if(|edge| edge.0 <= time_s + ROUNDING_S) {
+                measured.acceleration = mean;
+                measured.opens = true;
+            }
             time_s.is_finite().then_some((time_s, measured))
         })
     }
+}
+
+/// The ends of the windows of mean accelerations, each with its mean and length, and the beginnings
+/// of those that do not follow another.
+fn edges(all: &MeanAcceleration) -> impl Iterator<Item = (f64, Option<(f64, f64)>)> + '_ {
+    let mut before_s = f64::NEG_INFINITY;
+    all.windows().flat_map(move |MeanOver { from_s, to_s, mean }| {
+        let follows = from_s - before_s <= ROUNDING_S;
+        before_s = to_s;
+        let begins = (!follows).then_some((from_s, None));
+        begins.into_iter().chain([(to_s, Some((mean, to_s - from_s)))])
+    })
 }
 
 /// Steps from one instant to the next, cut to be at most 0.1 s long.
@@ -287,6 +322,7 @@ mod tests {
     fn two_instruments_are_met_in_order_and_once_where_they_meet() {
         let measurements = Measurements {
             velocity: Some(series(&[0.0, 0.1, 0.4], &[1.0, 2.0, 3.0])),
+            acceleration: None,
             position: Some(series(&[-0.05, 0.1 + 1e-9, 0.5], &[10.0, 11.0, 12.0])),
             lever: vec![[0.1, 0.0], [0.2, 0.0], [0.3, 0.0]],
         };
@@ -330,6 +366,7 @@ mod tests {
             lever_rates: Some([still(&times), still(&times)]),
             turning: None,
             position: None,
+            acceleration: None,
             cuts: Vec::new(),
         };
         let parts = Measurements::parts_of(&axis);
@@ -381,6 +418,7 @@ mod tests {
     fn what_is_struck_out_is_not_measured() {
         let mut measurements = Measurements {
             velocity: Some(series(&[0.0, 0.1, 0.2], &[1.0, 9.0, 3.0])),
+            acceleration: None,
             position: Some(series(&[0.0, 0.2], &[10.0, 12.0])),
             lever: vec![[0.1, 0.0], [0.2, 0.0], [0.3, 0.0]],
         };

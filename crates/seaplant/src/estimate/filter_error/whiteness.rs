@@ -30,7 +30,7 @@ impl Whiteness {
         let mut longest: (usize, Option<f64>) = (0, None);
         for (k, record) in fitted.problem.records.iter().enumerate() {
             let all = fitted.problem.innovations(&fitted.optimum.theta, k);
-            for instrument in [Instrument::Velocity, Instrument::Position] {
+            for instrument in Instrument::ALL {
                 let Some(period_s) = record.period_s(instrument) else { continue };
                 let errors = of_instrument(&all, instrument);
                 let n = errors.len();

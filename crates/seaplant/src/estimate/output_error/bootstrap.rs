@@ -53,6 +53,7 @@ const LEAST_BLOCKS: f64 = 8.0;
 ///     lever_rates: None,
 ///     turning: None,
 ///     position: None,
+///     acceleration: None,
 ///     cuts: Vec::new(),
 /// };
 /// let options = OutputErrorOptions::default();

@@ -253,6 +253,7 @@ pub(super) fn into_fit(
         structure: Vec::new(),
         steady_test: None,
         innovations: Vec::new(),
+        history: None,
         caveats: Vec::new(),
     })
 }

@@ -148,6 +148,7 @@ impl Readings {
     fn of(axis: &AxisRecord, motion: Timed) -> Self {
         match axis.motion {
             Motion::Position(_) => Self { velocity: None, position: Some(motion) },
+            Motion::Acceleration(_) => Self { velocity: None, position: None },
             Motion::Velocity(_) => {
                 let inside = |x: &Timed| x.window(motion.first_s(), motion.last_s());
                 let position = axis.believable_position().as_ref().and_then(inside);

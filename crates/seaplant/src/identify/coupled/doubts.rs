@@ -1,8 +1,9 @@
 //! Reasons to doubt a plant of several axes.
 
+use super::known;
 use crate::caveat::spoken;
 use crate::estimate::{CoupledFit, NEGLIGIBLE_POWER, damping_power};
-use crate::plant::Basis;
+use crate::plant::{Basis, EffectForce};
 use crate::results::{CoupledPlant, CoupledScore, ToldBy};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Vehicle};
 
@@ -11,6 +12,9 @@ const COLLINEAR: f64 = 0.98;
 
 /// A plant whose error is not below this part of that of one that never moves is no better.
 const NO_BETTER: f64 = 0.9;
+
+/// R² of a plant whose error is 0.85 of that of a model that keeps its mean speed.
+const LEAST_R2: f64 = 0.28;
 
 /// All doubts, the worst first.
 pub(super) fn doubts(
@@ -21,8 +25,11 @@ pub(super) fn doubts(
 ) -> Vec<Caveat> {
     let mut all: Vec<Caveat> = records.iter().flat_map(|record| record.caveats.clone()).collect();
     all.extend(untold(plant));
+    all.extend(known::doubts(fit, plant, records, vehicle));
     all.extend(collinear(plant));
-    all.extend(not_driven(plant, records));
+    all.extend(not_driven(fit, plant, records));
+    all.extend(turned_round(fit));
+    all.extend(drift_beyond(plant, records));
     all.extend(not_dissipative(fit, records));
     all.extend(restoring(fit, vehicle));
     all.extend(scores(plant));
@@ -65,8 +72,18 @@ fn collinear(plant: &CoupledPlant) -> Option<Caveat> {
     })
 }
 
-fn not_driven(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat> {
-    let undriven = |dof: &&Dof| !records.iter().any(|record| record.is_driven(**dof));
+fn not_driven(
+    fit: &CoupledFit,
+    plant: &CoupledPlant,
+    records: &[&CoupledRecord],
+) -> Option<Caveat> {
+    let structure = fit.plant.structure();
+    let is_pushed = |dof: &Dof| {
+        let of_effects = structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
+        of_effects.into_iter().any(|term| structure.axes_of(term).contains(dof))
+    };
+    let undriven =
+        |dof: &&Dof| !is_pushed(dof) && !records.iter().any(|record| record.is_driven(**dof));
     let names: Vec<&str> = plant.axes.iter().filter(undriven).map(|dof| dof.name()).collect();
     (!names.is_empty()).then(|| {
         let message = format!(
@@ -77,6 +94,63 @@ fn not_driven(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat
         );
         Caveat::note(CaveatCode::UndrivenAxis, message)
     })
+}
+
+/// A fin or propeller whose coefficient ends at zero pushes the other way than stated.
+fn turned_round(fit: &CoupledFit) -> Option<Caveat> {
+    let structure = fit.plant.structure();
+    let is_zero = |term: &&Basis| match term {
+        Basis::Effect(k) => {
+            let effect = &structure.effects()[*k];
+            let is_main = matches!(
+                effect.force,
+                EffectForce::Lift { .. }
+                    | EffectForce::Slipstream { .. }
+                    | EffectForce::Thrust { .. }
+            );
+            is_main && fit.plant.coefficient(term).is_some_and(|x| x <= 0.0)
+        }
+        _ => false,
+    };
+    let names: Vec<String> =
+        structure.terms().iter().filter(is_zero).map(|term| structure.name_of(term)).collect();
+    (!names.is_empty()).then(|| {
+        let message = format!(
+            "{} ended at zero: the trials turn or push the vehicle the other way than vehicle.toml says, or hardly at all; turn the axis or direction round, or negate the channel",
+            names.join(" and ")
+        );
+        Caveat::warning(CaveatCode::WrongSign, message)
+    })
+}
+
+/// Trials that drift further than those that were fitted ask the plant for more than it saw.
+fn drift_beyond(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat> {
+    let has = |dof| plant.axes.contains(&dof);
+    if !has(Dof::Surge) || !has(Dof::Sway) || !has(Dof::Yaw) {
+        return None;
+    }
+    let greatest = records.iter().map(|record| greatest_drift(record)).fold(0.0, f64::max);
+    (greatest > FAR_DRIFT).then(|| {
+        let message = format!(
+            "the trials drift by up to {:.0}°, where forces across the hull are no longer polynomials of sway and yaw rate near straight motion; trust the plant at the angles that its trials hold, and add terms such as \"sway: |v|r\" or \"yaw: |v|r\" if errors there matter",
+            greatest.to_degrees()
+        );
+        Caveat::note(CaveatCode::DriftBeyond, message)
+    })
+}
+
+/// Beyond this angle of drift, hull forces are those of cross flow, rad.
+const FAR_DRIFT: f64 = 0.52;
+/// Slower than this a drift angle says nothing, m/s.
+const UNDER_WAY: f64 = 0.1;
+
+fn greatest_drift(record: &CoupledRecord) -> f64 {
+    let [Some(surge), Some(sway), ..] = &record.velocity else { return 0.0 };
+    let of = |(&t, &u): (&f64, &f64)| {
+        let v = sway.at(t);
+        if u > UNDER_WAY { v.atan2(u).abs() } else { 0.0 }
+    };
+    surge.time_s().iter().zip(surge.values()).map(of).fold(0.0, f64::max)
 }
 
 /// Where the vehicle was, damping must take power.
@@ -137,15 +211,22 @@ fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
             let message = format!("simulated over {where_}, the plant diverges");
             return Some(Caveat::severe(CaveatCode::Unstable, message));
         };
-        (error > NO_BETTER * score.null_error).then(|| {
-            let units = dof.units().velocity;
-            let message = format!(
+        let units = dof.units().velocity;
+        let message = if error > NO_BETTER * score.null_error {
+            format!(
                 "on {where_} the error of {dof} is {} {units}, and that of a model that never moves {} {units}",
                 spoken(error),
                 spoken(score.null_error)
-            );
-            Caveat::warning(CaveatCode::NoBetterThanNull, message)
-        })
+            )
+        } else if score.r2.is_some_and(|r2| r2 < LEAST_R2) {
+            format!(
+                "on {where_} the plant explains {:.0} % of the variation of {dof}, hardly more than a model that keeps its mean speed",
+                100.0 * score.r2.unwrap_or(0.0).max(0.0)
+            )
+        } else {
+            return None;
+        };
+        Some(Caveat::warning(CaveatCode::NoBetterThanNull, message))
     };
     let mut found: Vec<Caveat> = score.by_axis.iter().filter_map(of).collect();
     found.dedup();

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector6;
 
-use crate::estimate::CoupledFit;
+use crate::estimate::Actuator;
 use crate::motion::{Inputs, Simulated, simulate};
+use crate::plant::Plant;
 use crate::results::{AxisScore, CoupledScore};
 use crate::{CoupledRecord, Dof, Error, Timed};
 
@@ -66,14 +67,15 @@ impl Sums {
 /// # Errors
 /// [`Error::Plant`] if M is singular; a simulation that runs away is no error but has no score.
 pub(super) fn score(
-    fit: &CoupledFit,
+    plant: &Plant,
+    actuator: Actuator,
     records: &[&CoupledRecord],
     current: impl Fn(&CoupledRecord) -> [f64; 2],
 ) -> Result<CoupledScore, Error> {
     let mut score = CoupledScore::default();
     let mut all: BTreeMap<Dof, Sums> = BTreeMap::new();
     for record in records {
-        let sums = of_trial(fit, record, current(record))?;
+        let sums = of_trial(plant, actuator, record, current(record))?;
         for (dof, sums) in &sums {
             let total = all.entry(*dof).or_default();
             *total = total.plus(*sums);
@@ -86,14 +88,14 @@ pub(super) fn score(
 }
 
 fn of_trial(
-    fit: &CoupledFit,
+    plant: &Plant,
+    actuator: Actuator,
     record: &CoupledRecord,
     current: [f64; 2],
 ) -> Result<BTreeMap<Dof, Sums>, Error> {
     let (from, to) = record.window_s;
     let velocity = |dof: Dof| record.velocity[dof.index()].as_ref();
-    let measured: Vec<(Dof, Timed)> = fit
-        .plant
+    let measured: Vec<(Dof, Timed)> = plant
         .axes()
         .iter()
         .filter_map(|&dof| Some((dof, velocity(dof)?.window(from, to)?)))
@@ -107,15 +109,16 @@ fn of_trial(
         Vector6::from_fn(|k, _| record.velocity[k].as_ref().map_or(0.0, |series| series.at(first)));
     let mut force = record.force.clone();
     for series in force.iter_mut().flatten() {
-        *series = fit.actuator.applied(series)?;
+        *series = actuator.applied(series)?;
     }
     let inputs = Inputs {
         force,
         velocity: record.velocity.clone(),
         attitude: record.attitude.clone(),
         current,
+        signals: record.signals.clone(),
     };
-    let simulated = match simulate(&fit.plant, &inputs, &start, &times) {
+    let simulated = match simulate(plant, &inputs, &start, &times) {
         Ok(simulated) => Some(simulated),
         Err(Error::Diverged { .. }) => None,
         Err(other) => return Err(other),

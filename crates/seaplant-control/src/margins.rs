@@ -1,0 +1,120 @@
+//! Margins of one axis in the frequency domain.
+
+use nalgebra::Complex;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How far a loop is from instability.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Margins {
+    /// Phase margin, degrees: the least over all crossings of one.
+    pub phase_deg: f64,
+    /// By what the gain may rise.
+    pub gain: f64,
+    /// How much later thrust may act, s.
+    pub delay_s: f64,
+    /// The frequency of the crossing, Hz.
+    pub crossover_hz: f64,
+}
+
+/// One axis by itself, with its controller: `L(s) = (K_d s + K_p + K_i/s) e^{−δ s} / ((1 + T s)
+/// (m s² + d s + g))`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Loop {
+    pub(crate) mass: f64,
+    pub(crate) damping: f64,
+    pub(crate) righting: f64,
+    pub(crate) kp: f64,
+    pub(crate) kd: f64,
+    pub(crate) ki: f64,
+    pub(crate) lag_s: f64,
+    /// Delay, half a period of holding included, s.
+    pub(crate) late_s: f64,
+}
+
+/// Frequencies in a decade.
+const IN_A_DECADE: usize = 200;
+
+impl Loop {
+    fn at(&self, omega: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, omega);
+        let controller = s * self.kd + self.kp + Complex::new(self.ki, 0.0) / s;
+        let plant = s * s * self.mass + s * self.damping + self.righting;
+        let late = Complex::from_polar(1.0, -self.late_s * omega);
+        controller * late / (plant * (s * self.lag_s + 1.0))
+    }
+
+    /// Margins over frequencies around those of the gains.
+    ///
+    /// A loop whose gain is below one throughout has all the margin that there is: 180°.
+    pub(crate) fn margins(&self) -> Margins {
+        let natural = (self.kp / self.mass).max(1e-12).sqrt();
+        let decades = 6;
+        let count = decades * IN_A_DECADE;
+        let omega =
+            |k: usize| natural * 10_f64.powf(k as f64 / IN_A_DECADE as f64 - decades as f64 / 2.0);
+        let mut found = Margins {
+            phase_deg: 180.0,
+            gain: f64::INFINITY,
+            delay_s: f64::INFINITY,
+            crossover_hz: 0.0,
+        };
+        let mut before = self.at(omega(0));
+        let mut phase = before.arg();
+        // An integrator or two begin near −180°, which rounding may make +180°.
+        if phase > std::f64::consts::FRAC_PI_2 {
+            phase -= std::f64::consts::TAU;
+        }
+        for k in 1..count {
+            let now = self.at(omega(k));
+            let turned = (now / before).arg();
+            let next = phase + turned;
+            if (before.norm() - 1.0) * (now.norm() - 1.0) <= 0.0 {
+                let margin = std::f64::consts::PI + next;
+                if margin.to_degrees() < found.phase_deg {
+                    found.phase_deg = margin.to_degrees();
+                    found.crossover_hz = omega(k) / std::f64::consts::TAU;
+                    found.delay_s = margin / omega(k);
+                }
+            }
+            let pi = std::f64::consts::PI;
+            if (phase + pi) * (next + pi) <= 0.0 && now.norm() < 1.0 {
+                found.gain = found.gain.min(1.0 / now.norm());
+            }
+            (before, phase) = (now, next);
+        }
+        found.gain = found.gain.min(GREATEST_GAIN);
+        found.delay_s = found.delay_s.min(GREATEST_GAIN);
+        found
+    }
+}
+
+/// Margins beyond this are this, so that files can hold them.
+const GREATEST_GAIN: f64 = 1e6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn margins_of_a_double_integrator_are_those_of_the_closed_form() {
+        // L = (2 ζ ω s + ω²)/s²: |L| = 1 at x = ω √(2ζ² + √(4ζ⁴ + 1)), margin atan(2 ζ x/ω).
+        let (omega, zeta) = (0.8, 1.0_f64);
+        let double = Loop {
+            mass: 50.0,
+            damping: 0.0,
+            righting: 0.0,
+            kp: 50.0 * omega * omega,
+            kd: 100.0 * zeta * omega,
+            ki: 0.0,
+            lag_s: 0.0,
+            late_s: 0.0,
+        };
+        let found = double.margins();
+        let x = (2.0 * zeta * zeta + (4.0 * zeta.powi(4) + 1.0).sqrt()).sqrt();
+        let expected = (2.0 * zeta * x).atan().to_degrees();
+        assert!((found.phase_deg - expected).abs() < 0.5, "{found:?} against {expected}");
+        assert!((found.crossover_hz * std::f64::consts::TAU / omega - x).abs() < 0.03);
+        assert_eq!(found.gain, GREATEST_GAIN);
+    }
+}

@@ -1,0 +1,155 @@
+//! All that a ULog file told so far.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::SYNC;
+use super::topic::{Definition, Layout, Topic};
+use crate::assemble::Assembly;
+use crate::readers::number::Kind;
+
+/// What messages told.
+#[derive(Default)]
+pub(super) struct Logbook {
+    definitions: HashMap<String, Definition>,
+    topics: Vec<Topic>,
+    places: HashMap<(String, u8), usize>,
+    /// Which topic each number stands for now.
+    numbers: HashMap<u16, usize>,
+    settings: BTreeMap<String, f64>,
+    /// Where later parts of the file start.
+    parts: Vec<u64>,
+    /// The latest time, s.
+    pub(super) latest_s: Option<f64>,
+    /// When the autopilot started, s since 1970, by satellite.
+    start_s: Option<f64>,
+}
+
+/// Satellite time counts from 1970 in microseconds; before 2010 there is no such log.
+const LEAST_UTC_US: f64 = 1.26e15;
+
+impl Logbook {
+    /// Whether a message may be what its letter says.
+    pub(super) fn may_be(&self, letter: u8, body: &[u8]) -> bool {
+        let topic = || self.topics.get(*self.numbers.get(&u16_of(body)?)?);
+        match letter {
+            b'D' => match topic() {
+                Some(topic) => topic.layout.fits(body.len() - 2),
+                // Of a topic that is not read, nothing tells.
+                None => body.len() > 2,
+            },
+            b'S' => body.len() >= SYNC.len() && body.starts_with(&SYNC),
+            b'O' => body.len() == 2,
+            b'B' => body.len() >= 40,
+            b'A' => body.len() > 3,
+            b'F' | b'I' | b'M' | b'P' | b'Q' => body.len() > 2,
+            _ => true,
+        }
+    }
+
+    /// Takes a message in.
+    pub(super) fn enter(&mut self, letter: u8, body: &[u8]) {
+        // Of a message that tells nothing nothing is kept.
+        let _ = match letter {
+            b'B' => self.note_parts(body),
+            b'F' => self.define(body),
+            b'P' => self.set(body),
+            b'A' => self.subscribe(body),
+            b'R' => self.unsubscribe(body),
+            b'D' => self.record(body),
+            _ => None,
+        };
+    }
+
+    /// Where the next part of the file starts that a logger appended.
+    pub(super) fn next_part(&self, at: u64) -> Option<u64> {
+        self.parts.iter().copied().filter(|part| *part > at).min()
+    }
+
+    /// s since 1970.
+    pub(super) fn start_s(&self) -> Option<f64> {
+        self.start_s
+    }
+
+    fn note_parts(&mut self, body: &[u8]) -> Option<()> {
+        let is_appended = body.get(8)? & 1 == 1;
+        let offsets = body.get(16..40)?.chunks_exact(8).filter_map(|eight| eight.try_into().ok());
+        let offsets = offsets.map(u64::from_le_bytes).filter(|offset| *offset > 0 && is_appended);
+        self.parts = offsets.collect();
+        Some(())
+    }
+
+    fn define(&mut self, body: &[u8]) -> Option<()> {
+        let definition = Definition::read(body)?;
+        self.definitions.entry(definition.name.clone()).or_insert(definition);
+        Some(())
+    }
+
+    fn set(&mut self, body: &[u8]) -> Option<()> {
+        let (&length, rest) = body.split_first()?;
+        let (key, value) = rest.split_at_checked(usize::from(length))?;
+        let (kind, name) = std::str::from_utf8(key).ok()?.split_once(' ')?;
+        let value = match kind {
+            "float" => Kind::F32.value(value),
+            "int32_t" => Kind::I32.value(value),
+            _ => return None,
+        };
+        if value.is_finite() {
+            self.settings.insert(name.to_owned(), value);
+        }
+        Some(())
+    }
+
+    fn subscribe(&mut self, body: &[u8]) -> Option<()> {
+        let (&instance, rest) = body.split_first()?;
+        let number = u16_of(rest)?;
+        let name = std::str::from_utf8(rest.get(2..)?).ok()?.to_owned();
+        let key = (name, instance);
+        let place = match self.places.get(&key) {
+            Some(place) => *place,
+            None => {
+                let layout = Layout::of(&key.0, &self.definitions)?;
+                self.topics.push(Topic::new(key.0.clone(), instance, layout));
+                self.places.insert(key, self.topics.len() - 1);
+                self.topics.len() - 1
+            }
+        };
+        self.numbers.insert(number, place);
+        Some(())
+    }
+
+    fn unsubscribe(&mut self, body: &[u8]) -> Option<()> {
+        self.numbers.remove(&u16_of(body)?).map(|_| ())
+    }
+
+    fn record(&mut self, body: &[u8]) -> Option<()> {
+        let topic = self.topics.get_mut(*self.numbers.get(&u16_of(body)?)?)?;
+        let time_s = topic.push(body.get(2..)?);
+        if time_s.is_finite() && self.latest_s.is_none_or(|latest_s| time_s > latest_s) {
+            self.latest_s = Some(time_s);
+        }
+        if self.start_s.is_none() {
+            let utc_us = topic.last("time_utc_usec").filter(|utc| *utc > LEAST_UTC_US);
+            self.start_s = utc_us.map(|utc| (utc / 1e6 - time_s).round()).filter(|s| s.is_finite());
+        }
+        Some(())
+    }
+
+    /// Makes channels of all records.
+    pub(super) fn into_groups(self, assembly: &mut Assembly) {
+        for (name, value) in self.settings {
+            assembly.setting(name, value);
+        }
+        let mut instances: HashMap<String, usize> = HashMap::new();
+        for topic in self.topics.iter().filter(|topic| topic.has_records()) {
+            *instances.entry(topic.name.clone()).or_default() += 1;
+        }
+        for topic in self.topics {
+            let apart = instances.get(&topic.name).is_some_and(|count| *count > 1);
+            topic.into_group(apart, assembly);
+        }
+    }
+}
+
+fn u16_of(bytes: &[u8]) -> Option<u16> {
+    bytes.first_chunk().map(|two| u16::from_le_bytes(*two))
+}

@@ -1,0 +1,572 @@
+//! Identification while samples come in, for plants of one to six axes.
+//!
+//! Three estimators share one equation of motion, averaged over the step between two samples:
+//! the adaptive observer of Smallwood and Whitcomb, recursive least squares with directional
+//! forgetting, and the extended Kalman filter whose state holds the coefficients. None needs an
+//! acceleration. [`Online`] is fed sample by sample; between its first sample and its last it
+//! allocates nothing.
+//!
+//! The water is taken as still, or its velocity as taken off before; thrust acts as it is given.
+
+mod adaptive;
+mod change;
+mod factor;
+mod joint;
+pub(crate) mod logs;
+mod possible;
+mod recursive;
+mod step;
+
+use nalgebra::{DMatrix, Vector3, Vector6};
+
+pub use change::Change;
+pub use logs::{OnlineFit, OnlineHistory, fit_online, fit_online_coupled};
+pub use possible::Possible;
+
+use crate::Error;
+use crate::plant::{Basis, Plant, RigidBody, Structure};
+use adaptive::Adaptive;
+use change::Changes;
+use factor::Factor;
+use joint::{Joint, JointNoise};
+use recursive::Recursive;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use step::Step;
+
+/// What is known at an instant; body frame, SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// When, s.
+    pub time_s: f64,
+    /// ν_r on all six axes, m/s and rad/s; of axes that the plant does not have, too.
+    pub velocity: Vector6<f64>,
+    /// k = Rᵀ e₃, see [`crate::motion::down_body`].
+    pub down_body: Vector3<f64>,
+    /// τ from this instant to the next, N and N m.
+    pub force: Vector6<f64>,
+}
+
+/// How to identify online.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// The adaptive observer.
+    #[default]
+    Adaptive,
+    /// Recursive least squares.
+    Recursive,
+    /// The joint extended Kalman filter.
+    Ekf,
+}
+
+/// The choices of online identification, in units that a person can choose by.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct OnlineOptions {
+    /// Least squares of so many seconds make the start, s.
+    pub start_s: f64,
+    /// How fast the observer follows measured velocity at most, 1/s; slower where that is noisy.
+    pub observer_rate: f64,
+    /// In what time the adaptive coefficients follow, s.
+    pub adaptation_s: f64,
+    /// Corner of the filter on every term of recursive least squares, Hz.
+    pub cutoff_hz: f64,
+    /// How long recursive least squares remembers, s; infinite for a plant that does not change.
+    pub memory_s: Option<f64>,
+    /// How far coefficients of the filter may wander in a minute, as a part of each.
+    pub wander_per_minute: f64,
+    /// The threshold of the sum that tells a change of the plant; higher is rarer.
+    pub change_threshold: f64,
+    /// A longer step is a gap, s.
+    pub longest_step_s: f64,
+}
+
+impl Default for OnlineOptions {
+    fn default() -> Self {
+        Self {
+            start_s: 20.0,
+            observer_rate: 8.0,
+            adaptation_s: 40.0,
+            cutoff_hz: 0.5,
+            memory_s: None,
+            wander_per_minute: 0.002,
+            change_threshold: 9.0,
+            longest_step_s: 1.0,
+        }
+    }
+}
+
+impl OnlineOptions {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a time, rate or threshold that is not above zero.
+    pub fn check(&self) -> Result<(), Error> {
+        let all = [
+            ("start_s", self.start_s),
+            ("observer_rate", self.observer_rate),
+            ("adaptation_s", self.adaptation_s),
+            ("cutoff_hz", self.cutoff_hz),
+            ("memory_s", self.memory_s.unwrap_or(1.0)),
+            ("change_threshold", self.change_threshold),
+            ("longest_step_s", self.longest_step_s),
+        ];
+        let wrong = all.into_iter().find(|(_, x)| !(*x > 0.0 && x.is_finite()));
+        let (name, found) = match wrong {
+            Some(wrong) => wrong,
+            None if self.wander_per_minute >= 0.0 && self.wander_per_minute.is_finite() => {
+                return Ok(());
+            }
+            None => ("wander_per_minute", self.wander_per_minute),
+        };
+        Err(Error::Setting {
+            name: name.to_owned(),
+            found: found.to_string(),
+            expected: "a finite number above zero".to_owned(),
+        })
+    }
+}
+
+/// What is estimated at an instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OnlineEstimate {
+    /// The plant; its M is positive definite and its damping takes power.
+    pub plant: Plant,
+    /// Standard deviation of each coefficient, shape (p,): infinite of those that nothing told.
+    pub std: Vec<f64>,
+    /// What each coefficient's variance is multiplied with because others look like it,
+    /// shape (p,).
+    pub inflation: Vec<f64>,
+    /// The least eigenvalue of the information, scaled to a unit diagonal: 1 if every
+    /// coefficient is told by itself, 0 if some combination is not told at all.
+    pub excitation: f64,
+    /// Covariance of the coefficients, shape (p, p).
+    pub covariance: DMatrix<f64>,
+    /// Root mean square of what the equation misses on each axis, N and N m.
+    pub residual: Vector6<f64>,
+    /// Samples that would say as much if they were independent.
+    pub independent_samples: f64,
+    /// Motion so far, s.
+    pub elapsed_s: f64,
+}
+
+/// The adaptive estimator's and the filter's own part.
+enum Engine {
+    Recursive,
+    Adaptive(Box<Adaptive>),
+    Ekf(Option<Box<Joint>>),
+}
+
+/// Identifies a plant sample by sample.
+///
+/// # Example
+/// ```
+/// use nalgebra::{Vector3, Vector6};
+/// use seaplant::Dof;
+/// use seaplant::estimate::online::{Online, OnlineOptions, Sample, Scheme};
+/// use seaplant::plant::{Structure, Symmetry};
+/// let surge = Structure::of(&[Dof::Surge], Symmetry::None)?;
+/// let mut online = Online::new(surge, Scheme::Adaptive, OnlineOptions::default(), None)?;
+/// // A vehicle of 100 kg with 5 N/(m/s) and 20 N/(m/s)², here without noise.
+/// let (mut v, h) = (0.0_f64, 0.05);
+/// for k in 0..4000 {
+///     let time_s = h * f64::from(k);
+///     let force = Vector6::x() * (40.0 * (0.7 * time_s).sin() + 25.0 * (0.2 * time_s).sin());
+///     let velocity = Vector6::x() * v;
+///     online.update(&Sample { time_s, velocity, down_body: Vector3::z(), force })?;
+///     for _ in 0..10 {
+///         v += 0.1 * h * (force[0] - 5.0 * v - 20.0 * v * v.abs()) / 100.0;
+///     }
+/// }
+/// let found = online.estimate()?;
+/// assert!((found.plant.mass_matrix()[(0, 0)] - 100.0).abs() < 2.0);
+/// # Ok::<(), seaplant::Error>(())
+/// ```
+pub struct Online {
+    options: OnlineOptions,
+    structure: Structure,
+    possible: Possible,
+    step: Step,
+    recent: [Option<Sample>; 3],
+    recursive: Recursive,
+    engine: Engine,
+    changes: Changes,
+    elapsed_s: f64,
+    is_started: bool,
+    /// Mean squares of third differences of velocity, of velocity, force and acceleration.
+    rough: Vector6<f64>,
+    speed: Vector6<f64>,
+    force: Vector6<f64>,
+    acceleration: Vector6<f64>,
+    projected: Vec<f64>,
+}
+
+/// The variance of a third difference of white noise over that of the noise.
+const THIRD_DIFFERENCE: f64 = 20.0;
+
+/// The observer's rate is at most this times the power of velocity over that of its noise, 1/s:
+/// noise biases damping by `a M σ²`.
+const QUIET_RATE: f64 = 0.002;
+
+/// … but no less than this, 1/s.
+const LEAST_RATE: f64 = 0.5;
+
+/// The variances that a filter starts from are those of least squares times this.
+const START_VARIANCE: f64 = 4.0;
+
+/// No own mass is below this part of typical force over typical acceleration.
+const LEAST_MASS: f64 = 0.05;
+
+/// What a change of the plant leaves of what was learnt.
+const KEPT: f64 = 0.05;
+
+impl Online {
+    /// An estimator of a structure; M ⪰ M_RB where the dry vehicle is known, else M ≻ 0.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for settings that cannot be.
+    pub fn new(
+        structure: Structure,
+        scheme: Scheme,
+        options: OnlineOptions,
+        rigid_body: Option<&RigidBody>,
+    ) -> Result<Self, Error> {
+        options.check()?;
+        let step = Step::of(&structure);
+        let p = step.count();
+        let memory_s = options.memory_s.unwrap_or(f64::INFINITY);
+        Ok(Self {
+            possible: Possible::of(&structure, rigid_body.map(RigidBody::mass_matrix)),
+            recursive: Recursive::new(&step, &touched(&structure), options.cutoff_hz, memory_s),
+            engine: match scheme {
+                Scheme::Recursive => Engine::Recursive,
+                Scheme::Adaptive => {
+                    let (rate, time_s) = (options.observer_rate, options.adaptation_s);
+                    Engine::Adaptive(Box::new(Adaptive::new(p, rate, time_s)))
+                }
+                Scheme::Ekf => Engine::Ekf(None),
+            },
+            changes: Changes::new(p, options.change_threshold),
+            step,
+            recent: [None; 3],
+            elapsed_s: 0.0,
+            is_started: false,
+            rough: Vector6::zeros(),
+            speed: Vector6::zeros(),
+            force: Vector6::zeros(),
+            acceleration: Vector6::zeros(),
+            projected: vec![0.0; p],
+            options,
+            structure,
+        })
+    }
+
+    /// The same, starting from a plant instead of least squares over its first seconds.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if it has other terms.
+    pub fn starting_from(mut self, plant: &Plant) -> Result<Self, Error> {
+        if plant.structure() != &self.structure {
+            let reason = "has other terms than what is to be identified; give one with the same";
+            return Err(Error::Plant { axes: plant.structure().name(), reason: reason.to_owned() });
+        }
+        match &mut self.engine {
+            Engine::Adaptive(adaptive) => {
+                adaptive.start(plant.coefficients(), &self.possible);
+                self.is_started = true;
+            }
+            Engine::Recursive | Engine::Ekf(_) => {}
+        }
+        self.projected.copy_from_slice(plant.coefficients());
+        Ok(self)
+    }
+
+    /// Takes a sample in; tells of a change of the plant when it is noticed.
+    ///
+    /// A step longer than the longest counts as a gap: motion begins anew after it, and what was
+    /// learnt stays.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] or [`Error::Setting`] for a sample that is not finite, or not after
+    /// the one before; the estimator is then as it was.
+    pub fn update(&mut self, sample: &Sample) -> Result<Option<Change>, Error> {
+        self.check(sample)?;
+        let [before, last, _] = self.recent;
+        self.recent = [Some(*sample), before, last];
+        let Some(from) = before else { return Ok(None) };
+        if sample.time_s - from.time_s > self.options.longest_step_s {
+            self.restart();
+            self.recent[0] = Some(*sample);
+            return Ok(None);
+        }
+        self.step.take(last.as_ref(), &from, sample);
+        self.elapsed_s += self.step.length_s;
+        self.measure(&[Some(*sample), before, last]);
+        self.recursive.update(&self.step);
+        let change = self.changed();
+        self.follow();
+        if change.is_some() {
+            self.recursive.forget(KEPT);
+            self.reopen();
+        }
+        Ok(change)
+    }
+
+    /// Motion begins anew with the next sample, as after a gap; what was learnt stays.
+    pub fn restart(&mut self) {
+        self.recent = [None; 3];
+        self.recursive.restart();
+        match &mut self.engine {
+            Engine::Adaptive(adaptive) => adaptive.restart(),
+            Engine::Ekf(Some(joint)) => joint.restart(),
+            Engine::Recursive | Engine::Ekf(None) => {}
+        }
+    }
+
+    fn check(&self, sample: &Sample) -> Result<(), Error> {
+        let numbers = sample.velocity.iter().chain(sample.force.iter()).chain(&sample.down_body);
+        if !(sample.time_s.is_finite() && numbers.into_iter().all(|x| x.is_finite())) {
+            return Err(Error::NotFinite {
+                name: "the sample".to_owned(),
+                index: self.recursive.samples(),
+            });
+        }
+        let after = self.recent[0].is_none_or(|last| sample.time_s > last.time_s);
+        after.then_some(()).ok_or_else(|| Error::Setting {
+            name: "the time of a sample".to_owned(),
+            found: format!("{} s", sample.time_s),
+            expected: "after that of the one before; restart() begins anew".to_owned(),
+        })
+    }
+
+    /// Mean squares that tell the noise.
+    fn measure(&mut self, recent: &[Option<Sample>; 3]) {
+        let part = (self.step.length_s / self.elapsed_s).min(1.0);
+        let square = |x: Vector6<f64>| x.component_mul(&x);
+        self.force += (square(self.step.force) - self.force) * part;
+        self.speed += (square(self.step.velocity[2]) - self.speed) * part;
+        self.acceleration += (square(self.step.acceleration) - self.acceleration) * part;
+        if let [Some(a), Some(b), Some(c)] = recent {
+            let bend = a.velocity - 2.0 * b.velocity + c.velocity;
+            // Second differences have 6 of 20 parts of what third ones have.
+            self.rough += (square(bend) * (THIRD_DIFFERENCE / 6.0) - self.rough) * part;
+        }
+    }
+
+    fn changed(&mut self) -> Option<Change> {
+        if self.elapsed_s < self.options.start_s {
+            return None;
+        }
+        for row in self.recursive.rows() {
+            self.changes.add(&row);
+        }
+        let until_s = self.recent[0].map_or(0.0, |sample| sample.time_s);
+        self.changes.end(until_s, self.step.length_s)
+    }
+
+    /// Lets the estimator itself follow.
+    fn follow(&mut self) {
+        if !self.is_started && self.elapsed_s >= self.options.start_s {
+            self.start();
+        }
+        match &mut self.engine {
+            Engine::Recursive => {}
+            Engine::Adaptive(adaptive) => {
+                if self.is_started {
+                    adaptive.update(&self.step, &self.possible, true);
+                }
+            }
+            Engine::Ekf(Some(joint)) => joint.update(&self.step, &self.possible),
+            Engine::Ekf(None) => {}
+        }
+    }
+
+    /// The observer's rate that the noise of measured velocity allows, 1/s.
+    fn quiet_rate(&self) -> f64 {
+        let of = |i: usize| {
+            let noise = self.rough[i] / THIRD_DIFFERENCE;
+            if noise > 0.0 { QUIET_RATE * self.speed[i] / noise } else { f64::INFINITY }
+        };
+        let least = self.structure.axes().iter().map(|dof| of(dof.index()));
+        let least = least.fold(f64::INFINITY, f64::min);
+        least.max(LEAST_RATE).min(self.options.observer_rate)
+    }
+
+    fn start(&mut self) {
+        let rate = self.quiet_rate();
+        for dof in self.structure.axes() {
+            let i = dof.index();
+            if self.acceleration[i] > 0.0 && self.force[i] > 0.0 {
+                let typical = (self.force[i] / self.acceleration[i]).sqrt();
+                self.possible.set_least(*dof, LEAST_MASS * typical);
+            }
+        }
+        self.projected.copy_from_slice(self.recursive.theta());
+        self.possible.project(&mut self.projected);
+        self.is_started = match &mut self.engine {
+            Engine::Recursive => true,
+            Engine::Adaptive(adaptive) => {
+                adaptive.set_rate(rate);
+                adaptive.start(&self.projected, &self.possible);
+                true
+            }
+            Engine::Ekf(joint) => {
+                let plant = Plant::new(self.structure.clone(), self.projected.clone());
+                let covariance = covariance(&self.recursive.information(), self.projected.len());
+                let variances: Vec<f64> = (0..self.projected.len())
+                    .map(|k| {
+                        START_VARIANCE
+                            * covariance[(k, k)]
+                                .min(self.projected[k].powi(2).max(f64::EPSILON) * 4.0)
+                    })
+                    .collect();
+                let wander = self.options.wander_per_minute / 60.0_f64.sqrt();
+                let axes: Vec<usize> =
+                    self.structure.axes().iter().map(|dof| dof.index()).collect();
+                let residual = residual(&self.recursive);
+                let noise = (self.rough / THIRD_DIFFERENCE).map(f64::sqrt);
+                let noise =
+                    JointNoise::of(&axes, &noise, &residual, &self.force.map(f64::sqrt), wander);
+                *joint = plant
+                    .and_then(|plant| Joint::new(&plant, &variances, noise))
+                    .ok()
+                    .map(Box::new);
+                joint.is_some()
+            }
+        };
+    }
+
+    /// What was learnt no longer holds.
+    fn reopen(&mut self) {
+        if let Engine::Ekf(Some(joint)) = &mut self.engine {
+            let theta = joint.theta();
+            for (variance, theta) in self.projected.iter_mut().zip(theta) {
+                *variance = (0.3 * theta).powi(2);
+            }
+            joint.reopen(&self.projected);
+        }
+    }
+
+    /// The coefficients as they are now, before projection where least squares makes them;
+    /// shape (p,).
+    pub fn coefficients(&self) -> &[f64] {
+        match &self.engine {
+            Engine::Adaptive(adaptive) if self.is_started => adaptive.theta(),
+            Engine::Ekf(Some(joint)) => joint.theta(),
+            _ => self.recursive.theta(),
+        }
+    }
+
+    /// The velocity that the plant as it is now has after so long under the last sample's force,
+    /// shape (6,); `None` before the first sample.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if the coefficients make no plant yet.
+    pub fn predict(&self, duration_s: f64) -> Result<Option<Vector6<f64>>, Error> {
+        let Some(last) = self.recent[0] else { return Ok(None) };
+        let plant = self.plant()?;
+        let steps = (duration_s / 0.02).ceil().max(1.0);
+        let h = duration_s / steps;
+        let mut velocity = last.velocity;
+        for _ in 0..steps as usize {
+            let middle =
+                velocity + plant.acceleration(&last.force, &velocity, &last.down_body)? * (0.5 * h);
+            velocity += plant.acceleration(&last.force, &middle, &last.down_body)? * h;
+        }
+        Ok(Some(velocity))
+    }
+
+    /// The adaptive observer's error Δ = ν̂ − ν, shape (6,); zero of other schemes.
+    pub fn observer_error(&self) -> Vector6<f64> {
+        match &self.engine {
+            Engine::Adaptive(adaptive) => *adaptive.error(),
+            Engine::Recursive | Engine::Ekf(_) => Vector6::zeros(),
+        }
+    }
+
+    fn plant(&self) -> Result<Plant, Error> {
+        let mut theta = self.coefficients().to_vec();
+        self.possible.project(&mut theta);
+        Plant::new(self.structure.clone(), theta)
+    }
+
+    /// What is estimated now.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if nothing was learnt yet.
+    pub fn estimate(&self) -> Result<OnlineEstimate, Error> {
+        let p = self.projected.len();
+        let information = self.recursive.information();
+        let mut covariance = covariance(&information, p);
+        let scaled = DMatrix::from_fn(p, p, |i, j| {
+            let (own, other) = (information[i * (p + 1)], information[j * (p + 1)]);
+            if own > 0.0 && other > 0.0 {
+                information[i * p + j] / (own * other).sqrt()
+            } else {
+                0.0
+            }
+        });
+        let excitation = scaled.symmetric_eigenvalues().min().max(0.0);
+        let inflation = (0..p).map(|k| covariance[(k, k)] * information[k * (p + 1)]).collect();
+        if let Engine::Ekf(Some(joint)) = &self.engine {
+            for k in 0..p {
+                let factor = (joint.variance(k) / covariance[(k, k)]).max(1.0).sqrt();
+                covariance.row_mut(k).scale_mut(factor);
+                covariance.column_mut(k).scale_mut(factor);
+            }
+        }
+        Ok(OnlineEstimate {
+            plant: self.plant()?,
+            std: (0..p).map(|k| covariance[(k, k)].sqrt()).collect(),
+            inflation,
+            excitation,
+            covariance,
+            residual: residual(&self.recursive),
+            independent_samples: self.recursive.independent_samples(),
+            elapsed_s: self.elapsed_s,
+        })
+    }
+}
+
+/// Root mean square of the residual of each axis.
+fn residual(recursive: &Recursive) -> Vector6<f64> {
+    let mut residual = Vector6::zeros();
+    for row in recursive.rows() {
+        residual[row.axis] = row.variance.sqrt();
+    }
+    residual
+}
+
+/// The inverse of information.
+fn covariance(information: &[f64], p: usize) -> DMatrix<f64> {
+    let mut factor = Factor::of(p);
+    factor.set(information, 1e-9);
+    let mut covariance = DMatrix::zeros(p, p);
+    for k in 0..p {
+        if information[k * (p + 1)] <= 0.0 {
+            covariance[(k, k)] = f64::INFINITY;
+            continue;
+        }
+        let mut unit = vec![0.0; p];
+        unit[k] = 1.0;
+        factor.solve(&mut unit);
+        covariance.column_mut(k).copy_from_slice(&unit);
+    }
+    covariance
+}
+
+/// The terms that act on each axis at all.
+fn touched(structure: &Structure) -> [Vec<usize>; 6] {
+    std::array::from_fn(|axis| {
+        let acts = |term: &Basis| match term {
+            // C(M) acts on every axis of a plant that turns.
+            Basis::Mass(..) => true,
+            _ => term.axes().iter().any(|dof| dof.index() == axis),
+        };
+        let terms = structure.terms().iter().enumerate();
+        terms.filter(|(_, term)| acts(term)).map(|(k, _)| k).collect()
+    })
+}

@@ -1,0 +1,262 @@
+//! The adaptive observer.
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::factor::Factor;
+use super::possible::Possible;
+use super::step::Step;
+
+/// Gains hold for so long, then for twice as long, and so on, s.
+const FIRST_GAIN_S: f64 = 10.0;
+
+/// The longest that gains hold, s.
+const LONGEST_GAIN_S: f64 = 600.0;
+
+/// The power of regressors has this added, as a part of its diagonal: directions that nothing
+/// excites are followed no faster.
+const RIDGE: f64 = 1e-4;
+
+/// An observer of ν with coefficients that adapt, and no acceleration measured.
+///
+/// ```text
+/// ν̂̇ = M̂⁻¹ (τ − n̂(ν, η)) − a Δ,   Δ = ν̂ − ν,   θ̂̇ = Γ Yᵀ(ν̂̇ + a Δ, ν, η) Δ
+/// ```
+///
+/// With `V = ½ Δᵀ M Δ + ½ θ̃ᵀ Γ⁻¹ θ̃` it has `V̇ = −a Δᵀ M Δ`. Γ is `(a/T) S⁻¹`, S the mean of
+/// `Yᵀ M̂⁻¹ Y` so far, and constant in between: what is excited is followed with the time constant
+/// T where motion is slower than a.
+///
+/// # Source
+/// [Smallwood2003] for one axis.
+pub(super) struct Adaptive {
+    observer_rate: f64,
+    adaptation_s: f64,
+    theta: Vec<f64>,
+    slope: Vec<f64>,
+    delta: Vector6<f64>,
+    mass: Matrix6<f64>,
+    inverse: Matrix6<f64>,
+    power: Vec<f64>,
+    gain: Factor,
+    gain_time_s: f64,
+    next_gain_s: f64,
+    has_gain: bool,
+    columns: Vec<Vector6<f64>>,
+}
+
+impl Adaptive {
+    pub(super) fn new(count: usize, observer_rate: f64, adaptation_s: f64) -> Self {
+        Self {
+            observer_rate,
+            adaptation_s,
+            theta: vec![0.0; count],
+            slope: vec![0.0; count],
+            delta: Vector6::zeros(),
+            mass: Matrix6::identity(),
+            inverse: Matrix6::identity(),
+            power: vec![0.0; count * count],
+            gain: Factor::of(count),
+            gain_time_s: 0.0,
+            next_gain_s: FIRST_GAIN_S,
+            has_gain: false,
+            columns: vec![Vector6::zeros(); count],
+        }
+    }
+
+    /// Takes coefficients to go on from.
+    pub(super) fn start(&mut self, theta: &[f64], possible: &Possible) {
+        self.theta.copy_from_slice(theta);
+        self.set_mass(possible);
+    }
+
+    /// Follows measured velocity at another rate, 1/s.
+    pub(super) fn set_rate(&mut self, observer_rate: f64) {
+        self.observer_rate = observer_rate;
+    }
+
+    fn set_mass(&mut self, possible: &Possible) {
+        possible.project(&mut self.theta);
+        self.mass = possible.mass(&self.theta);
+        if let Some(inverse) = self.mass.try_inverse() {
+            self.inverse = inverse;
+        }
+    }
+
+    /// Begins anew after a gap.
+    pub(super) fn restart(&mut self) {
+        self.delta = Vector6::zeros();
+    }
+
+    /// The coefficients.
+    pub(super) fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    /// Δ = ν̂ − ν.
+    pub(super) fn error(&self) -> &Vector6<f64> {
+        &self.delta
+    }
+
+    /// Takes a step in, solved exactly for coefficients that stay within it.
+    pub(super) fn update(&mut self, step: &Step, possible: &Possible, adapts: bool) {
+        let (h, a) = (step.length_s, self.observer_rate);
+        let rate = self.rate(step);
+        let fade = (-a * h).exp();
+        let after = self.delta * fade + (rate - step.acceleration) * ((1.0 - fade) / a);
+        let mean = (self.delta + after) * 0.5;
+        self.delta = after;
+        for (k, column) in self.columns.iter_mut().enumerate() {
+            *column = step.column(k, &rate);
+            self.slope[k] = column.dot(&mean);
+        }
+        self.measure_power(h);
+        if !(adapts && self.has_gain) {
+            return;
+        }
+        self.gain.solve(&mut self.slope);
+        let part = h * a / self.adaptation_s;
+        for (theta, slope) in self.theta.iter_mut().zip(&self.slope) {
+            *theta += part * slope;
+        }
+        for k in possible.not_negative() {
+            self.lift(k);
+        }
+        self.set_mass(possible);
+    }
+
+    /// Moves a coefficient from below zero to zero, by the way that is shortest by Γ⁻¹: V does
+    /// not rise.
+    fn lift(&mut self, k: usize) {
+        let below = self.theta[k];
+        if below >= 0.0 {
+            return;
+        }
+        self.slope.fill(0.0);
+        self.slope[k] = 1.0;
+        self.gain.solve(&mut self.slope);
+        let own = self.slope[k];
+        if own > 0.0 {
+            for (theta, slope) in self.theta.iter_mut().zip(&self.slope) {
+                *theta -= below / own * slope;
+            }
+        }
+    }
+
+    /// M̂⁻¹ (τ − n̂) on the plant's axes.
+    fn rate(&self, step: &Step) -> Vector6<f64> {
+        let push = step.force - step.resistance(&self.theta);
+        let rate = self.inverse * push;
+        Vector6::from_fn(|i, _| if step.own()[i] { rate[i] } else { 0.0 })
+    }
+
+    fn measure_power(&mut self, h: f64) {
+        let p = self.theta.len();
+        self.gain_time_s += h;
+        // A mean over all of the time so far.
+        let part = h / self.gain_time_s;
+        for i in 0..p {
+            let weighted = self.inverse * self.columns[i];
+            for j in 0..=i {
+                let now = weighted.dot(&self.columns[j]);
+                let power = &mut self.power[i * p + j];
+                *power += part * (now - *power);
+            }
+        }
+        if self.gain_time_s >= self.next_gain_s {
+            self.take_gain();
+        }
+    }
+
+    /// Γ from the mean power so far.
+    fn take_gain(&mut self) {
+        self.gain.set(&self.power, RIDGE);
+        self.next_gain_s += self.next_gain_s.min(LONGEST_GAIN_S);
+        self.has_gain = true;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::super::Sample;
+    use super::*;
+    use crate::Dof;
+    use crate::Timed;
+    use crate::motion::{Inputs, simulate};
+    use crate::plant::{Plant, Structure, Symmetry};
+
+    /// The part of V̇ that steps of 2 ms leave over.
+    const STEPS: f64 = 2e-2;
+
+    fn plant(structure: &Structure, by: f64) -> Plant {
+        // M11, M22, M26, M66, u, |u|u, v, |v|v, r, |r|r.
+        let truth = [20.0, 25.0, 0.6, 0.5, 5.0, 30.0, 8.0, 60.0, 0.1, 1.2];
+        Plant::new(structure.clone(), truth.map(|x| by * x).to_vec()).expect("possible")
+    }
+
+    /// Samples of a planar vehicle in seconds, at steps of h.
+    fn samples(truth: &Plant, h: f64, n: usize) -> Vec<Sample> {
+        let times: Vec<f64> = (0..=n).map(|k| h * k as f64).collect();
+        let mut inputs = Inputs::default();
+        for (axis, size, rate) in [(0, 30.0, 0.9), (1, 40.0, 1.3), (5, 0.8, 1.7)] {
+            let force: Vec<f64> =
+                times.iter().map(|t| size * (rate * (t + 0.5 * h)).sin()).collect();
+            inputs.force[axis] = Some(Timed::new("force", times.clone(), force).expect("valid"));
+        }
+        let moved = simulate(truth, &inputs, &Vector6::zeros(), &times).expect("stable");
+        let at = |k: usize| Sample {
+            time_s: times[k],
+            velocity: moved.velocity[k],
+            down_body: Vector3::z(),
+            force: Vector6::from_fn(|i, _| {
+                inputs.force[i].as_ref().map_or(0.0, |force| force.held_at(times[k]))
+            }),
+        };
+        (0..=n).map(at).collect()
+    }
+
+    #[test]
+    fn the_lyapunov_function_falls_at_the_rate_of_theory() {
+        let axes = [Dof::Surge, Dof::Sway, Dof::Yaw];
+        let structure = Structure::of(&axes, Symmetry::PortStarboard).expect("three axes");
+        let truth = plant(&structure, 1.0);
+        let (h, a) = (0.002, 1.5);
+        let samples = samples(&truth, h, 19_500);
+        let possible = Possible::of(&structure, None);
+        let mut step = Step::of(&structure);
+        let mut adaptive = Adaptive::new(structure.terms().len(), a, 10.0);
+        adaptive.start(plant(&structure, 1.15).coefficients(), &possible);
+        let (mut paid, mut first, mut last) = (0.0, None, 0.0);
+        let mass = possible.mass(truth.coefficients());
+        for k in 1..samples.len() {
+            let before = (k > 1).then(|| &samples[k - 2]);
+            step.take(before, &samples[k - 1], &samples[k]);
+            // After 20 s the gains stay as they are.
+            let had = adaptive.next_gain_s;
+            adaptive.update(&step, &possible, true);
+            if adaptive.next_gain_s < 40.0 {
+                continue;
+            }
+            let wrong: Vec<f64> =
+                adaptive.theta.iter().zip(truth.coefficients()).map(|(x, y)| x - y).collect();
+            let kinetic = 0.5 * adaptive.delta.dot(&(mass * adaptive.delta));
+            let v = kinetic + 0.5 * gain_norm(&adaptive, &wrong);
+            if first.is_none() || had < 40.0 {
+                (first, paid) = (Some(v), 0.0);
+            } else {
+                paid += 2.0 * a * h * kinetic;
+            }
+            last = v;
+        }
+        let first = first.expect("the gains are fixed");
+        let off = (first - last - paid).abs() / (first - last);
+        assert!(first > 1.2 * last && off < STEPS, "{first} − {last} against {paid}");
+    }
+
+    /// θ̃ᵀ Γ⁻¹ θ̃ with the power that the gain was made of.
+    fn gain_norm(adaptive: &Adaptive, wrong: &[f64]) -> f64 {
+        let scale = adaptive.adaptation_s / adaptive.observer_rate;
+        scale * adaptive.gain.norm(wrong)
+    }
+}

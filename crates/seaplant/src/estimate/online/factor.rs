@@ -1,0 +1,91 @@
+//! Symmetric systems solved in place: nothing is allocated between samples.
+
+/// A symmetric matrix A, lower half row by row, and the factor of its scaled sum with a ridge.
+#[derive(Clone)]
+pub(super) struct Factor {
+    n: usize,
+    lower: Vec<f64>,
+    scale: Vec<f64>,
+}
+
+impl Factor {
+    pub(super) fn of(n: usize) -> Self {
+        Self { n, lower: vec![0.0; n * n], scale: vec![1.0; n] }
+    }
+
+    /// Factors `A + ridge · diag(A)`; a row and column without anything in them count as those of
+    /// the unit matrix.
+    pub(super) fn set(&mut self, matrix: &[f64], ridge: f64) {
+        let n = self.n;
+        for i in 0..n {
+            let own = matrix[i * n + i];
+            self.scale[i] = if own > 0.0 { 1.0 / own.sqrt() } else { 0.0 };
+        }
+        for i in 0..n {
+            for j in 0..=i {
+                let scaled = matrix[i * n + j] * self.scale[i] * self.scale[j];
+                let mut x = if i == j { 1.0 + ridge } else { scaled };
+                for k in 0..j {
+                    x -= self.lower[i * n + k] * self.lower[j * n + k];
+                }
+                self.lower[i * n + j] =
+                    if i == j { x.max(ridge).sqrt() } else { x / self.lower[j * n + j] };
+            }
+        }
+    }
+
+    /// xᵀ A x of the matrix that was factored, ridge included; what nothing tells is left out.
+    #[cfg(test)]
+    pub(super) fn norm(&self, x: &[f64]) -> f64 {
+        let n = self.n;
+        let told = |k: usize| if self.scale[k] > 0.0 { x[k] / self.scale[k] } else { 0.0 };
+        let along = |j: usize| (j..n).map(|i| self.lower[i * n + j] * told(i)).sum::<f64>();
+        (0..n).map(|j| along(j).powi(2)).sum()
+    }
+
+    /// Solves for a right side, in its place.
+    pub(super) fn solve(&self, x: &mut [f64]) {
+        let n = self.n;
+        for i in 0..n {
+            x[i] *= self.scale[i];
+            for k in 0..i {
+                x[i] -= self.lower[i * n + k] * x[k];
+            }
+            x[i] /= self.lower[i * n + i];
+        }
+        for i in (0..n).rev() {
+            for k in i + 1..n {
+                x[i] -= self.lower[k * n + i] * x[k];
+            }
+            x[i] /= self.lower[i * n + i];
+        }
+        for (x, scale) in x.iter_mut().zip(&self.scale) {
+            *x *= scale;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scaled_system_is_solved() {
+        // [4, 2; 2, 1e6] x = [6, 2e6 + 4] has x = [0.5…, 2].
+        let matrix = [4.0, 2.0, 2.0, 1e6];
+        let mut factor = Factor::of(2);
+        factor.set(&matrix, 0.0);
+        let mut x = [4.0 * 0.5 + 2.0 * 2.0, 2.0 * 0.5 + 1e6 * 2.0];
+        factor.solve(&mut x);
+        assert!((x[0] - 0.5).abs() < 1e-12 && (x[1] - 2.0).abs() < 1e-12, "{x:?}");
+    }
+
+    #[test]
+    fn what_nothing_tells_stays_at_zero() {
+        let mut factor = Factor::of(2);
+        factor.set(&[4.0, 0.0, 0.0, 0.0], 1e-9);
+        let mut x = [8.0, 0.0];
+        factor.solve(&mut x);
+        assert!((x[0] - 2.0).abs() < 1e-8 && x[1] == 0.0, "{x:?}");
+    }
+}

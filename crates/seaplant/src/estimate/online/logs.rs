@@ -1,0 +1,343 @@
+//! Online identification over logs: trials one after the other, sample by sample.
+
+use nalgebra::{DMatrix, Matrix4, Vector3, Vector6};
+
+use super::{Change, Online, OnlineEstimate, OnlineOptions, Sample, Scheme};
+use crate::estimate::{Fit, Method};
+use crate::motion::{down_body, interpolated_attitude};
+use crate::plant::{Basis, Plant, Product, RigidBody, Structure, Symmetry};
+use crate::regression::LeastSquares;
+use crate::results::{OnlineHistory as HistoryResult, PlantChanged};
+use crate::terms::Term;
+use crate::{
+    AxisRecord, Caveat, CaveatCode, CoupledRecord, Dof, Error, Grid, LumpedParameters, Terms, Timed,
+};
+
+/// What online identification of some trials ends with.
+#[derive(Clone, Debug)]
+pub struct OnlineFit {
+    /// The last estimate.
+    pub estimate: OnlineEstimate,
+    /// How the coefficients went there.
+    pub history: OnlineHistory,
+    /// When the plant changed.
+    pub changes: Vec<(String, Change)>,
+    /// Samples taken.
+    pub samples: usize,
+}
+
+/// Coefficients over time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OnlineHistory {
+    /// Motion so far, s.
+    pub time_s: Vec<f64>,
+    /// The coefficients at each instant, one list for each term.
+    pub values: Vec<Vec<f64>>,
+}
+
+/// A part of a trial without gaps.
+struct Stretch {
+    trial: String,
+    samples: Vec<Sample>,
+}
+
+/// Instants that a history keeps.
+const INSTANTS: usize = 240;
+
+/// Stretches of fewer samples are left out.
+const LEAST_SAMPLES: usize = 30;
+
+/// Within this part of its last value a coefficient has settled.
+const SETTLED_PART: f64 = 0.05;
+
+/// A coefficient that only comes to its last value in the last part of the motion has not.
+const SETTLED_BY: f64 = 0.9;
+
+/// A combination of coefficients with less information than this part is not told.
+const LEAST_EXCITATION: f64 = 1e-4;
+
+/// Samples of one degree of freedom are taken in as those of a plant of one axis.
+///
+/// # Errors
+/// [`Error::NoTrial`] without records; [`Error::TooShort`] for records that are shorter than the
+/// start; those of [`Online`].
+///
+/// # Source
+/// [Smallwood2003]: adaptive identification of one axis.
+pub fn fit_online(
+    dof: Dof,
+    method: Method,
+    axes: &[AxisRecord],
+    terms: Terms,
+    options: &OnlineOptions,
+) -> Result<Fit, Error> {
+    if axes.is_empty() {
+        return Err(Error::NoTrial { dof });
+    }
+    let scheme = method.scheme().unwrap_or_default();
+    let structure = single(dof, terms)?;
+    let stretches =
+        axes.iter().map(|axis| of_axis(dof, axis)).collect::<Result<Vec<_>, Error>>()?.concat();
+    let online = Online::new(structure, scheme, *options, None)?;
+    let fit = run(online, &stretches, options)?;
+    Ok(single_fit(dof, method, terms, &fit))
+}
+
+/// Takes the samples of coupled records in.
+///
+/// # Errors
+/// As [`fit_online`].
+pub fn fit_online_coupled(
+    structure: &Structure,
+    scheme: Scheme,
+    records: &[&CoupledRecord],
+    rigid_body: Option<&RigidBody>,
+    options: &OnlineOptions,
+) -> Result<OnlineFit, Error> {
+    let stretches: Vec<Stretch> =
+        records.iter().map(|record| of_record(record, structure.axes())).collect();
+    let online = Online::new(structure.clone(), scheme, *options, rigid_body)?;
+    run(online, &stretches, options)
+}
+
+impl Clone for Stretch {
+    fn clone(&self) -> Self {
+        Self { trial: self.trial.clone(), samples: self.samples.clone() }
+    }
+}
+
+/// The plant of one axis with the terms asked for.
+fn single(dof: Dof, terms: Terms) -> Result<Structure, Error> {
+    let (linear, quadratic) = (Product::linear(dof), Product::quadratic(dof));
+    let structure = Structure::of(&[dof], Symmetry::Diagonal)?.without(|term| match term {
+        Basis::Product(_, product) if *product == linear => !terms.has(Term::Linear),
+        Basis::Product(_, product) if *product == quadratic => !terms.has(Term::Quadratic),
+        Basis::WeightExcess | Basis::Lever(_) | Basis::Effect(_) => true,
+        _ => false,
+    });
+    if terms.has(Term::Bias) { structure.with(Basis::One(dof)) } else { Ok(structure) }
+}
+
+fn of_axis(dof: Dof, axis: &AxisRecord) -> Result<Vec<Stretch>, Error> {
+    let unit = Vector6::from_fn(|i, _| f64::from(u8::from(i == dof.index())));
+    let stretches = axis.ready(LEAST_SAMPLES)?.stretches;
+    let of = |stretch: &crate::trial::ReadyStretch| {
+        let grid = stretch.grid;
+        let v = stretch.velocity(grid)?;
+        let tau = stretch.force(after(grid));
+        let samples = grid.times().zip(v.iter().zip(&tau)).map(|(time_s, (v, tau))| Sample {
+            time_s,
+            velocity: unit * *v,
+            down_body: Vector3::z(),
+            force: unit * *tau,
+        });
+        Ok(Stretch { trial: axis.trial.clone(), samples: samples.collect() })
+    };
+    stretches.iter().map(of).collect()
+}
+
+/// The grid whose intervals begin where those of another have their middle.
+fn after(grid: Grid) -> Grid {
+    Grid { start_s: grid.start_s + 0.5 * grid.period_s, ..grid }
+}
+
+/// Grids are no finer and no coarser, s.
+const PERIOD_S: [f64; 2] = [0.02, 1.0];
+
+fn of_record(record: &CoupledRecord, axes: &[Dof]) -> Stretch {
+    let series = axes.iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
+    let period_s = series.map(Timed::period_s).fold(f64::INFINITY, f64::min);
+    let (from_s, to_s) = record.window_s;
+    let grid = Grid::spanning(from_s, to_s, period_s.clamp(PERIOD_S[0], PERIOD_S[1]));
+    let columns = |of: &dyn Fn(usize) -> Option<Vec<f64>>| -> Vec<Vec<f64>> {
+        (0..6).map(|i| of(i).unwrap_or_else(|| vec![0.0; grid.len])).collect()
+    };
+    let velocity = columns(&|i| Some(record.velocity[i].as_ref()?.interpolate(grid)));
+    let force = columns(&|i| Some(record.force[i].as_ref()?.held_means(after(grid))));
+    let [roll, pitch, _] = record.attitude.each_ref();
+    let angle = |series: Option<&Timed>, t: f64| interpolated_attitude(series, t);
+    let sample = |(k, time_s): (usize, f64)| Sample {
+        time_s,
+        velocity: Vector6::from_fn(|i, _| velocity[i][k]),
+        down_body: down_body(angle(roll.as_ref(), time_s), angle(pitch.as_ref(), time_s)),
+        force: Vector6::from_fn(|i, _| force[i][k]),
+    };
+    Stretch { trial: record.trial.clone(), samples: grid.times().enumerate().map(sample).collect() }
+}
+
+fn run(
+    mut online: Online,
+    stretches: &[Stretch],
+    options: &OnlineOptions,
+) -> Result<OnlineFit, Error> {
+    let total: usize = stretches.iter().map(|stretch| stretch.samples.len()).sum();
+    let every = total.div_ceil(INSTANTS).max(1);
+    let mut history = OnlineHistory::default();
+    let (mut changes, mut samples) = (Vec::new(), 0);
+    for stretch in stretches {
+        online.restart();
+        for sample in &stretch.samples {
+            if let Some(change) = online.update(sample)? {
+                changes.push((stretch.trial.clone(), change));
+            }
+            samples += 1;
+            if samples % every == 0 && online.elapsed_s >= options.start_s {
+                history.push(online.elapsed_s, online.coefficients());
+            }
+        }
+    }
+    if online.elapsed_s < 1.5 * options.start_s {
+        let hz = samples as f64 / online.elapsed_s.max(f64::MIN_POSITIVE);
+        return Err(Error::TooShort {
+            name: "the motion to identify online from".to_owned(),
+            found: samples,
+            needed: (1.5 * options.start_s * hz).ceil() as usize,
+        });
+    }
+    let estimate = online.estimate()?;
+    history.push(online.elapsed_s, estimate.plant.coefficients());
+    Ok(OnlineFit { estimate, history, changes, samples })
+}
+
+impl OnlineHistory {
+    fn push(&mut self, time_s: f64, coefficients: &[f64]) {
+        self.time_s.push(time_s);
+        self.values.resize(coefficients.len(), Vec::new());
+        self.values.iter_mut().zip(coefficients).for_each(|(all, x)| all.push(*x));
+    }
+
+    /// When a coefficient came within 5 % of its last value to stay there, s of motion; `None` if
+    /// it did not before the last tenth.
+    pub fn settled_s(&self, k: usize) -> Option<f64> {
+        let (values, last) = (self.values.get(k)?, *self.values.get(k)?.last()?);
+        let is_off = |x: &f64| (x - last).abs() > SETTLED_PART * last.abs();
+        let from = values.iter().rposition(is_off).map_or(0, |at| at + 1);
+        let (time_s, end_s) = (*self.time_s.get(from)?, *self.time_s.last()?);
+        (time_s <= SETTLED_BY * end_s).then_some(time_s)
+    }
+
+    /// The same as data, by the names of the terms.
+    pub(crate) fn result(&self, names: &[String], fit: &OnlineFit) -> HistoryResult {
+        let named = |of: &dyn Fn(usize) -> Vec<f64>| {
+            names.iter().cloned().enumerate().map(|(k, name)| (name, of(k))).collect()
+        };
+        let settled = |(k, name): (usize, &String)| (name.clone(), self.settled_s(k));
+        HistoryResult {
+            time_s: self.time_s.clone(),
+            parameters: named(&|k| self.values[k].clone()),
+            settled_s: names.iter().enumerate().map(settled).collect(),
+            excitation: fit.estimate.excitation,
+            changes: fit.changes.iter().map(|(trial, change)| changed(trial, change)).collect(),
+        }
+    }
+}
+
+fn changed(trial: &str, change: &Change) -> PlantChanged {
+    let Change { since_s, noticed_s, statistic } = *change;
+    PlantChanged { trial: trial.to_owned(), since_s, noticed_s, statistic }
+}
+
+/// Doubts that an estimator itself has.
+pub(crate) fn doubts(what: &str, names: &[String], fit: &OnlineFit) -> Vec<Caveat> {
+    let mut all = Vec::new();
+    for (trial, change) in &fit.changes {
+        let message = format!(
+            "the {what} plant seems to change at {:.0} s of trial `{trial}` (noticed at {:.0} s): a payload, a fault, or a disturbance that began; the estimates hold for the time after it",
+            change.since_s, change.noticed_s
+        );
+        all.push(Caveat::warning(CaveatCode::PlantDrifts, message));
+    }
+    if fit.estimate.excitation < LEAST_EXCITATION {
+        let worst = worst(names, &fit.estimate.inflation);
+        let message = format!(
+            "the motion does not excite every combination of the {what} coefficients: the least told has {:.1e} of the information that it would have by itself, where {LEAST_EXCITATION:.0e} is the least that settles; {worst} are told least: vary speed and direction, or leave terms out",
+            fit.estimate.excitation
+        );
+        all.push(Caveat::warning(CaveatCode::Collinear, message));
+    }
+    let unsettled = |k: &usize| fit.history.settled_s(*k).is_none();
+    let late: Vec<&str> = (0..names.len()).filter(unsettled).map(|k| names[k].as_str()).collect();
+    if !late.is_empty() {
+        let message = format!(
+            "{} of {what} still moved by more than 5 % in the last tenth of {:.0} s of motion; a longer record would tell where they settle",
+            late.join(", "),
+            fit.estimate.elapsed_s
+        );
+        all.push(Caveat::note(CaveatCode::ShortTrial, message));
+    }
+    all
+}
+
+/// The two coefficients that others look most like.
+fn worst(names: &[String], inflation: &[f64]) -> String {
+    let mut order: Vec<usize> = (0..names.len()).collect();
+    order.sort_by(|a, b| inflation[*b].total_cmp(&inflation[*a]));
+    order.iter().take(2).map(|k| names[*k].as_str()).collect::<Vec<_>>().join(" and ")
+}
+
+/// Which lumped parameter a term of one axis is.
+fn term_of(term: &Basis) -> Term {
+    match term {
+        Basis::Mass(..) => Term::Force,
+        Basis::Product(_, product) if product.factors().count() == 1 => Term::Linear,
+        Basis::Product(..) => Term::Quadratic,
+        _ => Term::Bias,
+    }
+}
+
+/// As results name it.
+fn name_of(term: &Basis) -> &'static str {
+    match term_of(term) {
+        Term::Force => "mass",
+        Term::Quadratic => "quadratic_drag",
+        Term::Linear => "linear_drag",
+        Term::Bias => "bias_force",
+    }
+}
+
+fn single_fit(dof: Dof, method: Method, terms: Terms, fit: &OnlineFit) -> Fit {
+    let plant = &fit.estimate.plant;
+    let all = plant.structure().terms();
+    let names: Vec<String> = all.iter().map(|term| name_of(term).to_owned()).collect();
+    let (lumped, covariance) = lumped(plant, &fit.estimate.covariance);
+    let inflation = all.iter().zip(&fit.estimate.inflation);
+    let found = LeastSquares {
+        lumped,
+        covariance,
+        t_freedom: fit.samples as f64,
+        condition: (1.0 / fit.estimate.excitation.max(f64::MIN_POSITIVE)).sqrt(),
+        inflation: inflation
+            .map(|(term, x)| (term_of(term), *x))
+            .filter(|(term, _)| *term != Term::Bias)
+            .collect(),
+        samples: fit.samples,
+        effective_samples: fit.estimate.independent_samples,
+        residual_rms: fit.estimate.residual[dof.index()] * lumped.alpha,
+    };
+    let caveats = doubts(dof.name(), &names, fit);
+    let fitted = Fit::of_regression(dof, method, terms, found, Default::default(), caveats);
+    Fit { history: Some(fit.history.result(&names, fit)), ..fitted }
+}
+
+/// The lumped parameters of a plant of one axis, and their covariance.
+fn lumped(plant: &Plant, covariance: &DMatrix<f64>) -> (LumpedParameters, Matrix4<f64>) {
+    let places: Vec<usize> =
+        plant.structure().terms().iter().map(|term| term_of(term) as usize).collect();
+    // m, d_Q, d_L and b become α, β, μ and bias by the same formulas that lead back.
+    let (mut physical, mut of_physical) = ([0.0; 4], Matrix4::zeros());
+    for (a, &i) in places.iter().enumerate() {
+        physical[i] = plant.coefficients()[a];
+        for (b, &j) in places.iter().enumerate() {
+            of_physical[(i, j)] = covariance[(a, b)];
+        }
+    }
+    let [alpha, beta, mu, bias] = physical;
+    let physical = LumpedParameters { alpha, beta, mu, bias };
+    let lumped = LumpedParameters {
+        alpha: 1.0 / alpha,
+        beta: -beta / alpha,
+        mu: -mu / alpha,
+        bias: -bias / alpha,
+    };
+    (lumped, physical.physical_covariance(&of_physical))
+}

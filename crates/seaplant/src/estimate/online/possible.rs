@@ -1,0 +1,209 @@
+//! Keeps coefficients those of a body: M ≻ 0, or M ⪰ M_RB, and damping that takes power.
+
+use nalgebra::{Matrix6, Vector6};
+
+use crate::Dof;
+use crate::plant::{Basis, Structure};
+
+/// Eigenvalues of M, scaled to a unit diagonal, are kept above this.
+const LEAST_PART: f64 = 0.02;
+
+/// Halvings of what couples damping until it takes power.
+const HALVINGS: usize = 20;
+
+/// What coefficients a structure may have: those of a body, with damping that takes power.
+///
+/// ```
+/// use seaplant::Dof;
+/// use seaplant::estimate::online::Possible;
+/// use seaplant::plant::{Structure, Symmetry};
+/// let surge = Structure::of(&[Dof::Surge], Symmetry::None)?;
+/// let mut theta = [100.0, -5.0, 20.0];
+/// Possible::of(&surge, None).project(&mut theta);
+/// assert_eq!(theta, [100.0, 0.0, 20.0]);
+/// # Ok::<(), seaplant::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Possible {
+    terms: Vec<Basis>,
+    rigid_body: Matrix6<f64>,
+    /// Least of each own mass, kg or kg m².
+    least: Vector6<f64>,
+    /// Linear damping, and damping by the modulus of each axis: term, row and column of each.
+    damping: Vec<Vec<(usize, usize, usize)>>,
+}
+
+impl Possible {
+    /// Those of a structure; M ⪰ M_RB where that is given, else M ≻ 0.
+    pub fn of(structure: &Structure, rigid_body: Option<Matrix6<f64>>) -> Self {
+        let terms = structure.terms().to_vec();
+        let mut damping = vec![Vec::new(); 7];
+        for (k, term) in terms.iter().enumerate() {
+            let Basis::Product(on, product) = term else { continue };
+            let factors: [Option<_>; 3] = {
+                let mut all = product.factors();
+                [all.next(), all.next(), all.next()]
+            };
+            let (group, of) = match factors {
+                [Some(of), None, None] if !of.modulus => (6, of.of),
+                [Some(by), Some(of), None] if by.modulus && !of.modulus => (by.of.index(), of.of),
+                _ => continue,
+            };
+            damping[group].push((k, on.index(), of.index()));
+        }
+        damping.retain(|group| !group.is_empty());
+        let rigid_body = rigid_body.unwrap_or_else(Matrix6::zeros);
+        Self { terms, rigid_body, least: Vector6::zeros(), damping }
+    }
+
+    /// Sets the least own masses: a part of what the vehicle is known to have, by axis.
+    pub(super) fn set_least(&mut self, dof: Dof, mass: f64) {
+        self.least[dof.index()] = mass;
+    }
+
+    /// M of the coefficients, with ones for axes that the plant does not have.
+    pub(super) fn mass(&self, theta: &[f64]) -> Matrix6<f64> {
+        let mut mass = Matrix6::zeros();
+        let mut is_own = [false; 6];
+        for (term, value) in self.terms.iter().zip(theta) {
+            if let Basis::Mass(i, j) = term {
+                mass[(i.index(), j.index())] = *value;
+                mass[(j.index(), i.index())] = *value;
+                is_own[i.index()] = true;
+            }
+        }
+        for i in (0..6).filter(|i| !is_own[*i]) {
+            mass[(i, i)] = 1.0;
+        }
+        mass
+    }
+
+    /// The coefficients that are not below zero: an axis's own damping.
+    pub(super) fn not_negative(&self) -> impl Iterator<Item = usize> + '_ {
+        self.damping.iter().flatten().filter(|(_, i, j)| i == j).map(|(k, ..)| *k)
+    }
+
+    /// Moves coefficients, shape (p,), to possible ones near them, where they are not.
+    ///
+    /// M's eigenvalues are lifted, an axis's own damping is not below zero, and what couples
+    /// damping is halved until every motion loses power.
+    pub fn project(&self, theta: &mut [f64]) {
+        self.project_mass(theta);
+        for group in &self.damping {
+            for &(k, i, j) in group {
+                if i == j {
+                    theta[k] = theta[k].max(0.0);
+                }
+            }
+            shrink(group, theta);
+        }
+    }
+
+    fn project_mass(&self, theta: &mut [f64]) {
+        let mass = self.mass(theta);
+        let excess = mass - self.rigid_body;
+        let scale = Vector6::from_fn(|i, _| mass[(i, i)].max(self.least[i]).max(f64::MIN_POSITIVE))
+            .map(f64::sqrt);
+        let floor = Matrix6::from_diagonal(&Vector6::from_fn(|i, _| {
+            if self.rigid_body[(i, i)] > 0.0 { 0.0 } else { LEAST_PART * scale[i] * scale[i] }
+        }));
+        let above = excess - floor;
+        if above.cholesky().is_some() && (0..6).all(|i| mass[(i, i)] >= self.least[i]) {
+            return;
+        }
+        let scaled = Matrix6::from_fn(|i, j| above[(i, j)] / (scale[i] * scale[j]));
+        let eigen = scaled.symmetric_eigen();
+        let values = eigen.eigenvalues.map(|value| value.max(0.0));
+        let lifted =
+            eigen.eigenvectors * Matrix6::from_diagonal(&values) * eigen.eigenvectors.transpose();
+        for (term, value) in self.terms.iter().zip(theta) {
+            if let Basis::Mass(i, j) = term {
+                let (i, j) = (i.index(), j.index());
+                *value =
+                    lifted[(i, j)] * scale[i] * scale[j] + floor[(i, j)] + self.rigid_body[(i, j)];
+                if i == j {
+                    *value = value.max(self.least[i]);
+                }
+            }
+        }
+    }
+}
+
+/// Makes what couples the axes of a group smaller until the group takes power from every motion.
+fn shrink(group: &[(usize, usize, usize)], theta: &mut [f64]) {
+    if group.iter().all(|(_, i, j)| i == j) {
+        return;
+    }
+    for _ in 0..HALVINGS {
+        if takes_power(group, theta) {
+            return;
+        }
+        for &(k, i, j) in group {
+            if i != j {
+                theta[k] *= 0.5;
+            }
+        }
+    }
+    for &(k, i, j) in group {
+        if i != j {
+            theta[k] = 0.0;
+        }
+    }
+}
+
+fn takes_power(group: &[(usize, usize, usize)], theta: &[f64]) -> bool {
+    let mut part = Matrix6::<f64>::zeros();
+    for &(k, i, j) in group {
+        part[(i, j)] += 0.5 * theta[k];
+        part[(j, i)] += 0.5 * theta[k];
+    }
+    let scale = Vector6::from_fn(|i, _| if part[(i, i)] > 0.0 { part[(i, i)].sqrt() } else { 1.0 });
+    let scaled = Matrix6::from_fn(|i, j| part[(i, j)] / (scale[i] * scale[j]));
+    (scaled + Matrix6::identity() * 1e-9).cholesky().is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::{Plant, Symmetry};
+
+    fn sway_yaw() -> Structure {
+        let structure = Structure::of(&[Dof::Sway, Dof::Yaw], Symmetry::PortStarboard);
+        let more = ["sway: r", "yaw: v"];
+        more.iter().fold(structure, |s, term| s?.with(term.parse()?)).expect("two axes")
+    }
+
+    #[test]
+    fn an_impossible_mass_becomes_that_of_a_body_and_damping_takes_power() {
+        let structure = sway_yaw();
+        let possible = Possible::of(&structure, None);
+        // M22, M26, M66, v, |v|v, r, |r|r, sway: r, yaw: v.
+        let mut theta = [100.0, 90.0, 20.0, 1.0, -5.0, 1.0, 3.0, 9.0, 2.0];
+        possible.project(&mut theta);
+        let plant = Plant::new(structure, theta.to_vec()).expect("M is positive definite");
+        assert_eq!(theta[4], 0.0);
+        for k in 0..100 {
+            let (v, r) = (f64::from(k) * 0.063).sin_cos();
+            let power = plant.damping_power(&Vector6::new(0.0, v, 0.0, 0.0, 0.0, r));
+            assert!(power > -1e-6, "{power} at {v}, {r}");
+        }
+    }
+
+    #[test]
+    fn possible_coefficients_stay_as_they_are() {
+        let possible = Possible::of(&sway_yaw(), None);
+        let theta = [100.0, 10.0, 20.0, 10.0, 5.0, 8.0, 3.0, 2.0, -1.0];
+        let mut projected = theta;
+        possible.project(&mut projected);
+        assert_eq!(projected, theta);
+    }
+
+    #[test]
+    fn mass_is_not_below_the_rigid_body() {
+        let structure = Structure::of(&[Dof::Surge], Symmetry::None).expect("surge");
+        let possible = Possible::of(&structure, Some(Matrix6::identity() * 13.5));
+        let mut theta = [12.0, 1.0, 1.0];
+        possible.project(&mut theta);
+        assert!((theta[0] - 13.5).abs() < 1e-9, "{theta:?}");
+    }
+}

@@ -1,0 +1,283 @@
+//! Recursive least squares on the equation of motion, every term filtered alike.
+
+use nalgebra::Vector6;
+
+use super::factor::Factor;
+use super::step::Step;
+
+/// Scaled by its diagonal, information has this added: what nothing tells stays near zero.
+const RIDGE: f64 = 1e-9;
+
+/// Residuals are averaged over no more than this, s.
+const RESIDUAL_S: f64 = 60.0;
+
+/// The least variance of an axis's residual, as a part of the mean square of its terms.
+const LEAST_VARIANCE: f64 = 1e-9;
+
+/// Residuals this many time constants of the filter apart are compared for their colour.
+const COLOUR_LAGS: f64 = 3.0;
+
+/// A sample with less than this part of the usual power is one of rest.
+const REST_PART: f64 = 0.01;
+
+/// The longest such lag, samples.
+const MOST_LAGS: usize = 256;
+
+/// One axis: its information matrix Σ φ φᵀ and vector Σ φ y, over the terms that act on it.
+struct Axis {
+    index: usize,
+    terms: Vec<usize>,
+    information: Vec<f64>,
+    vector: Vec<f64>,
+    row: Vec<f64>,
+    along: Vec<f64>,
+    residual: f64,
+    /// Mean squares of residual and terms.
+    variance: f64,
+    size: f64,
+    past: Vec<f64>,
+    product: f64,
+}
+
+/// Recursive least squares with directional forgetting.
+///
+/// Each column of the equation, force included, passes `1/(1 + s/ω)²`. Information is forgotten
+/// only along what a sample tells, so that rest forgets nothing.
+///
+/// # Source
+/// [Cao2000]: directional forgetting of the information matrix.
+pub(super) struct Recursive {
+    cutoff_rad_s: f64,
+    memory_s: f64,
+    filtered: [Vec<Vector6<f64>>; 2],
+    force: [Vector6<f64>; 2],
+    axes: Vec<Axis>,
+    sum: Vec<f64>,
+    factor: Factor,
+    theta: Vec<f64>,
+    elapsed_s: f64,
+    samples: usize,
+}
+
+impl Recursive {
+    pub(super) fn new(
+        step: &Step,
+        touched: &[Vec<usize>; 6],
+        cutoff_hz: f64,
+        memory_s: f64,
+    ) -> Self {
+        let p = step.count();
+        let axes = (0..6).filter(|i| step.own()[*i]).map(|index| Axis {
+            index,
+            terms: touched[index].clone(),
+            information: vec![0.0; touched[index].len().pow(2)],
+            vector: vec![0.0; touched[index].len()],
+            row: vec![0.0; touched[index].len()],
+            along: vec![0.0; touched[index].len()],
+            residual: 0.0,
+            variance: 0.0,
+            size: 0.0,
+            past: Vec::with_capacity(MOST_LAGS),
+            product: 0.0,
+        });
+        Self {
+            cutoff_rad_s: std::f64::consts::TAU * cutoff_hz,
+            memory_s,
+            filtered: [vec![Vector6::zeros(); p], vec![Vector6::zeros(); p]],
+            force: [Vector6::zeros(); 2],
+            axes: axes.collect(),
+            sum: vec![0.0; p * p],
+            factor: Factor::of(p),
+            theta: vec![0.0; p],
+            elapsed_s: 0.0,
+            samples: 0,
+        }
+    }
+
+    /// Begins anew after a gap: filters are empty, on both sides of the equation alike.
+    pub(super) fn restart(&mut self) {
+        self.filtered.iter_mut().flatten().for_each(|column| *column = Vector6::zeros());
+        self.force = [Vector6::zeros(); 2];
+        self.axes.iter_mut().for_each(|axis| axis.past.clear());
+    }
+
+    /// Takes a step in; the residuals of it, before it, are then [`Self::rows`].
+    pub(super) fn update(&mut self, step: &Step) {
+        self.filter(step);
+        let h = step.length_s;
+        self.elapsed_s += h;
+        self.samples += 1;
+        let weight = (h / self.elapsed_s.min(RESIDUAL_S)).min(1.0);
+        let keep = if self.memory_s.is_finite() { (-h / self.memory_s).exp() } else { 1.0 };
+        // Information holds that of so many samples.
+        let held = (self.elapsed_s.min(self.memory_s) / h).max(1.0);
+        let lag = ((COLOUR_LAGS / (self.cutoff_rad_s * h)).ceil() as usize).clamp(1, MOST_LAGS);
+        for axis in &mut self.axes {
+            for (x, k) in axis.row.iter_mut().zip(&axis.terms) {
+                *x = self.filtered[1][*k][axis.index];
+            }
+            let y = self.force[1][axis.index];
+            axis.weigh(&self.theta, y, weight, lag);
+            let forgets = keep < 1.0 && !axis.is_at_rest(held);
+            axis.take(y, if forgets { keep } else { 1.0 });
+        }
+        self.solve();
+    }
+
+    fn filter(&mut self, step: &Step) {
+        let part = 1.0 - (-self.cutoff_rad_s * step.length_s).exp();
+        let [first, second] = &mut self.filtered;
+        for (k, (first, second)) in first.iter_mut().zip(second).enumerate() {
+            *first += (step.column(k, &step.acceleration) - *first) * part;
+            *second += (*first - *second) * part;
+        }
+        self.force[0] += (step.force - self.force[0]) * part;
+        self.force[1] += (self.force[0] - self.force[1]) * part;
+    }
+
+    /// θ of the information of all axes, each weighted by its residual.
+    fn solve(&mut self) {
+        let p = self.theta.len();
+        self.sum.fill(0.0);
+        self.theta.fill(0.0);
+        for axis in &self.axes {
+            let weight = 1.0 / axis.floored();
+            let n = axis.terms.len();
+            for (a, &i) in axis.terms.iter().enumerate() {
+                self.theta[i] += weight * axis.vector[a];
+                for (b, &j) in axis.terms.iter().enumerate() {
+                    self.sum[i * p + j] += weight * axis.information[a * n + b];
+                }
+            }
+        }
+        self.factor.set(&self.sum, RIDGE);
+        self.factor.solve(&mut self.theta);
+    }
+
+    /// Keeps so much of what was learnt only.
+    pub(super) fn forget(&mut self, keep: f64) {
+        for axis in &mut self.axes {
+            axis.information.iter_mut().chain(&mut axis.vector).for_each(|x| *x *= keep);
+        }
+    }
+
+    /// The coefficients.
+    pub(super) fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    /// Of each axis: the terms that act on it, their filtered regressors, the residual and its
+    /// variance.
+    pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+        self.axes.iter().map(|axis| Row {
+            axis: axis.index,
+            terms: &axis.terms,
+            regressors: &axis.row,
+            residual: axis.residual,
+            variance: axis.floored(),
+        })
+    }
+
+    /// The information of all axes, row by row, less for the colour of residuals; shape (p, p).
+    pub(super) fn information(&self) -> Vec<f64> {
+        let p = self.theta.len();
+        let mut sum = vec![0.0; p * p];
+        for axis in &self.axes {
+            let weight = 1.0 / (axis.floored() * axis.colour());
+            let n = axis.terms.len();
+            for (a, &i) in axis.terms.iter().enumerate() {
+                for (b, &j) in axis.terms.iter().enumerate() {
+                    sum[i * p + j] += weight * axis.information[a * n + b];
+                }
+            }
+        }
+        sum
+    }
+
+    /// Samples that would say as much if they were independent, of the axis with least colour.
+    pub(super) fn independent_samples(&self) -> f64 {
+        let colour = self.axes.iter().map(Axis::colour).fold(f64::INFINITY, f64::min);
+        self.samples as f64 / colour.max(1.0)
+    }
+
+    /// Steps taken.
+    pub(super) fn samples(&self) -> usize {
+        self.samples
+    }
+}
+
+/// What one sample says of one axis.
+pub(super) struct Row<'a> {
+    pub(super) axis: usize,
+    pub(super) terms: &'a [usize],
+    pub(super) regressors: &'a [f64],
+    pub(super) residual: f64,
+    pub(super) variance: f64,
+}
+
+impl Axis {
+    /// The residual of a sample, and what it says of the noise.
+    fn weigh(&mut self, theta: &[f64], y: f64, weight: f64, lag: usize) {
+        let terms = self.row.iter().zip(&self.terms).map(|(x, k)| x * theta[*k]);
+        let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), x| (sum + x, size + x.abs()));
+        self.residual = y - sum;
+        self.variance += weight * (self.residual * self.residual - self.variance);
+        self.size += weight * ((size + y.abs()).powi(2) - self.size);
+        if self.past.len() >= lag {
+            // The oldest is as far back as the lag.
+            let product = self.past[0] * self.residual;
+            self.product += weight * (product - self.product);
+            self.past.remove(0);
+        }
+        self.past.push(self.residual);
+    }
+
+    fn floored(&self) -> f64 {
+        self.variance.max(LEAST_VARIANCE * self.size).max(f64::MIN_POSITIVE)
+    }
+
+    /// How many samples say as much as one that is independent.
+    fn colour(&self) -> f64 {
+        let rho = (self.product / self.floored()).clamp(0.0, 0.95);
+        self.past.len().max(1) as f64 * (1.0 + rho) / (1.0 - rho)
+    }
+
+    /// Whether the row says next to nothing beside what is held of so many samples.
+    fn is_at_rest(&self, held: f64) -> bool {
+        let n = self.row.len();
+        let part = |(k, phi): (usize, &f64)| {
+            let own = self.information[k * (n + 1)];
+            if own > 0.0 { held * phi * phi / own } else { 1.0 }
+        };
+        let power: f64 = self.row.iter().enumerate().map(part).sum();
+        power < REST_PART * n as f64
+    }
+
+    /// Adds the row to the information, after forgetting along it.
+    fn take(&mut self, y: f64, keep: f64) {
+        let n = self.row.len();
+        if keep < 1.0 {
+            for a in 0..n {
+                let row = &self.information[a * n..(a + 1) * n];
+                self.along[a] = row.iter().zip(&self.row).map(|(x, phi)| x * phi).sum();
+            }
+            let power: f64 = self.along.iter().zip(&self.row).map(|(x, phi)| x * phi).sum();
+            let told: f64 = self.vector.iter().zip(&self.row).map(|(x, phi)| x * phi).sum();
+            if power > f64::MIN_POSITIVE {
+                let part = (1.0 - keep) / power;
+                for a in 0..n {
+                    self.vector[a] -= part * self.along[a] * told;
+                    for b in 0..n {
+                        self.information[a * n + b] -= part * self.along[a] * self.along[b];
+                    }
+                }
+            }
+        }
+        for a in 0..n {
+            self.vector[a] += self.row[a] * y;
+            for b in 0..n {
+                self.information[a * n + b] += self.row[a] * self.row[b];
+            }
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! The equation of motion over one step, without an acceleration.
+
+use nalgebra::{Vector3, Vector6};
+
+use super::Sample;
+use crate::plant::{Basis, Instant, Structure};
+
+/// Means over a step between two samples.
+///
+/// ```text
+/// Σ θ_k Ȳ_k = τ̄,    Ȳ_k = E_k δν/h + (1/h) ∫ Y_k(0, ν, η) dt
+/// ```
+///
+/// with the integral by Simpson's rule: nothing is differentiated but what M multiplies, and
+/// that is an increment.
+pub(super) struct Step {
+    terms: Vec<Basis>,
+    own: [bool; 6],
+    /// Each regressor without acceleration, on the plant's axes.
+    still: Vec<Vector6<f64>>,
+    /// δν/h, m/s² and rad/s².
+    pub(super) acceleration: Vector6<f64>,
+    /// τ, N and N m.
+    pub(super) force: Vector6<f64>,
+    /// h, s.
+    pub(super) length_s: f64,
+    /// ν at the beginning, in the middle and at the end.
+    pub(super) velocity: [Vector6<f64>; 3],
+    /// k = Rᵀ e₃ at the same instants.
+    pub(super) down_body: [Vector3<f64>; 3],
+}
+
+impl Step {
+    pub(super) fn of(structure: &Structure) -> Self {
+        let terms = structure.terms().to_vec();
+        let mut own = [false; 6];
+        structure.axes().iter().for_each(|dof| own[dof.index()] = true);
+        Self {
+            still: vec![Vector6::zeros(); terms.len()],
+            terms,
+            own,
+            acceleration: Vector6::zeros(),
+            force: Vector6::zeros(),
+            length_s: 0.0,
+            velocity: [Vector6::zeros(); 3],
+            down_body: [Vector3::z(); 3],
+        }
+    }
+
+    /// Takes the step from a sample to the next; `before` is the one before both.
+    pub(super) fn take(&mut self, before: Option<&Sample>, from: &Sample, to: &Sample) {
+        let h = to.time_s - from.time_s;
+        self.length_s = h;
+        self.acceleration = self.masked((to.velocity - from.velocity) / h);
+        self.force = self.masked(from.force);
+        let bend = before.map_or(Vector6::zeros(), |before| {
+            let h0 = from.time_s - before.time_s;
+            let (now, then) =
+                ((to.velocity - from.velocity) / h, (from.velocity - before.velocity) / h0);
+            (now - then) * (2.0 / (h + h0))
+        });
+        let middle = (from.velocity + to.velocity) * 0.5 - bend * (h * h / 8.0);
+        self.velocity = [from.velocity, middle, to.velocity];
+        let across = (from.down_body + to.down_body).normalize();
+        self.down_body = [from.down_body, across, to.down_body];
+        for k in 0..self.terms.len() {
+            let mut sum = Vector6::zeros();
+            for (instant, weight) in SIMPSON.into_iter().enumerate() {
+                let at = Instant {
+                    acceleration: Vector6::zeros(),
+                    velocity: self.velocity[instant],
+                    down_body: self.down_body[instant],
+                };
+                sum += self.terms[k].regressor(&at) * weight;
+            }
+            self.still[k] = self.masked(sum);
+        }
+    }
+
+    fn masked(&self, x: Vector6<f64>) -> Vector6<f64> {
+        Vector6::from_fn(|i, _| if self.own[i] { x[i] } else { 0.0 })
+    }
+
+    /// How many terms there are.
+    pub(super) fn count(&self) -> usize {
+        self.terms.len()
+    }
+
+    /// Which axes are the plant's.
+    pub(super) fn own(&self) -> &[bool; 6] {
+        &self.own
+    }
+
+    /// Ȳ_k at an acceleration of the plant's axes.
+    pub(super) fn column(&self, k: usize, acceleration: &Vector6<f64>) -> Vector6<f64> {
+        match self.terms[k] {
+            Basis::Mass(..) => self.still[k] + self.masked(self.terms[k].inertial(acceleration)),
+            _ => self.still[k],
+        }
+    }
+
+    /// n̂ = Σ θ_k Ȳ_k without acceleration, N and N m.
+    pub(super) fn resistance(&self, theta: &[f64]) -> Vector6<f64> {
+        self.still.iter().zip(theta).map(|(column, theta)| column * *theta).sum()
+    }
+}
+
+/// Weights of the beginning, the middle and the end.
+const SIMPSON: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];

@@ -1,0 +1,325 @@
+//! Standard manoeuvres of a ship from its plant, with intervals as wide as its coefficients are
+//! uncertain.
+
+use nalgebra::{Rotation3, Vector3, Vector6};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::draws::band;
+use super::{Draws, Drive, PlantModel};
+use crate::motion::{Inputs, simulate};
+use crate::plant::Plant;
+use crate::{Error, Timed, parallel};
+
+/// A standard manoeuvre.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum Manoeuvre {
+    /// The rudder is put to an angle and held.
+    TurningCircle {
+        /// That angle, rad.
+        angle: f64,
+    },
+    /// The rudder is put over each time the heading has changed by so much.
+    Zigzag {
+        /// Angle of the rudder, rad.
+        angle: f64,
+        /// Change of heading, rad.
+        heading: f64,
+    },
+    /// Thrust is taken away or reversed until the ship stands.
+    Stop,
+}
+
+/// A number that a manoeuvre gives.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ManoeuvreNumber {
+    /// What it is: `advance`, `first overshoot`.
+    pub name: String,
+    /// By the estimate.
+    pub value: f64,
+    /// Its 95 % interval, where the errors of the coefficients are known.
+    pub interval95: Option<[f64; 2]>,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// How a manoeuvre is driven.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Approach {
+    /// The rudder that is turned.
+    pub rudder: String,
+    /// Thrusters and forces during the manoeuvre.
+    pub drive: Drive,
+    /// Forward speed at its beginning, m/s.
+    pub speed: f64,
+    /// How long it is followed at most, s.
+    pub longest_s: f64,
+}
+
+/// How fast a rudder is turned, rad/s: 2.3 degrees a second, the least that SOLAS asks of a ship.
+const RUDDER_RATE: f64 = 0.0404;
+
+/// From one instant of a manoeuvre to the next, s.
+const STEP_S: f64 = 0.1;
+
+/// Executes of a zigzag that are followed.
+const EXECUTES: usize = 5;
+
+/// Slower than this a ship stands, m/s.
+const STANDING: f64 = 0.01;
+
+/// The way of a ship: time, north, east, heading, speed ahead.
+struct Way {
+    time_s: Vec<f64>,
+    north: Vec<f64>,
+    east: Vec<f64>,
+    heading: Vec<f64>,
+    surge: Vec<f64>,
+}
+
+impl PlantModel {
+    /// The numbers of a manoeuvre: advance, transfer and tactical diameter of a turning circle,
+    /// overshoots of a zigzag, way and time to stop; lengths in m, angles in rad.
+    ///
+    /// The ship heads north at `approach.speed`, its rudder amidships; the rudder turns at
+    /// 2.3°/s.
+    ///
+    /// # Errors
+    /// As [`simulate`]; [`Error::Fin`] if the plant has no such rudder; [`Error::Plant`] if the
+    /// ship does not turn or stop in the time that is given.
+    pub fn manoeuvre(
+        &self,
+        manoeuvre: Manoeuvre,
+        approach: &Approach,
+        draws: Draws,
+    ) -> Result<Vec<ManoeuvreNumber>, Error> {
+        let own = self.numbers(&self.plant, manoeuvre, approach)?;
+        let plants = self.draws(draws)?;
+        let runs =
+            parallel::map(&plants, |plant: &Plant| self.numbers(plant, manoeuvre, approach).ok());
+        let runs: Vec<_> = runs.into_iter().flatten().collect();
+        let number = |(k, (name, value, unit)): (usize, (String, f64, &'static str))| {
+            let all: Vec<f64> =
+                runs.iter().filter_map(|run| run.get(k)).map(|(_, value, _)| *value).collect();
+            let interval95 = (!all.is_empty()).then(|| band(all));
+            ManoeuvreNumber { name, value, interval95, unit: unit.to_owned() }
+        };
+        Ok(own.into_iter().enumerate().map(number).collect())
+    }
+
+    fn numbers(
+        &self,
+        plant: &Plant,
+        manoeuvre: Manoeuvre,
+        approach: &Approach,
+    ) -> Result<Vec<(String, f64, &'static str)>, Error> {
+        match manoeuvre {
+            Manoeuvre::TurningCircle { angle } => {
+                let way = self.way(plant, approach, &[(0.0, angle)])?;
+                let right = std::f64::consts::FRAC_PI_2;
+                let (quarter, half) = (self.turned(&way, right)?, self.turned(&way, 2.0 * right)?);
+                Ok(vec![
+                    ("advance".to_owned(), way.north[quarter], "m"),
+                    ("transfer".to_owned(), way.east[quarter].abs(), "m"),
+                    ("tactical diameter".to_owned(), way.east[half].abs(), "m"),
+                    ("time to turn 90°".to_owned(), way.time_s[quarter], "s"),
+                ])
+            }
+            Manoeuvre::Zigzag { angle, heading } => self.zigzag(plant, approach, angle, heading),
+            Manoeuvre::Stop => {
+                let way = self.way(plant, approach, &[])?;
+                let stands = way.surge.iter().position(|u| *u < STANDING);
+                let stands = stands.ok_or_else(|| self.too_long("stop", approach))?;
+                Ok(vec![
+                    ("way to stop".to_owned(), way.north[stands].hypot(way.east[stands]), "m"),
+                    ("time to stop".to_owned(), way.time_s[stands], "s"),
+                ])
+            }
+        }
+    }
+
+    /// Each execute follows from the motion that the ones before it lead to.
+    fn zigzag(
+        &self,
+        plant: &Plant,
+        approach: &Approach,
+        angle: f64,
+        heading: f64,
+    ) -> Result<Vec<(String, f64, &'static str)>, Error> {
+        let mut orders = vec![(0.0, angle)];
+        let mut numbers = Vec::new();
+        for execute in 1..=EXECUTES {
+            let way = self.way(plant, approach, &orders)?;
+            let (since, order) = orders[orders.len() - 1];
+            let side = order.signum();
+            let is_there = |k: &usize| way.time_s[*k] > since && side * way.heading[*k] >= heading;
+            let Some(at) = (0..way.time_s.len()).find(is_there) else {
+                return Err(self.too_long("reach the heading of its zigzag", approach));
+            };
+            if execute == 1 {
+                numbers.push(("time to the second execute".to_owned(), way.time_s[at], "s"));
+            }
+            orders.push((way.time_s[at], -order));
+            let after = self.way(plant, approach, &orders)?;
+            // The greatest heading before the ship swings back.
+            let back = (at..after.time_s.len())
+                .find(|k| *k > at && side * after.heading[*k] < side * after.heading[*k - 1])
+                .ok_or_else(|| self.too_long("swing back in its zigzag", approach))?;
+            let over = side * after.heading[back - 1] - heading;
+            numbers.push((format!("overshoot {execute}"), over, "rad"));
+        }
+        Ok(numbers)
+    }
+
+    /// The first instant at which the ship has turned so far.
+    fn turned(&self, way: &Way, by: f64) -> Result<usize, Error> {
+        let found = way.heading.iter().position(|heading| heading.abs() >= by);
+        found.ok_or_else(|| {
+            let seconds = way.time_s.last().copied().unwrap_or(0.0);
+            let reason = format!(
+                "it does not turn by {:.0}° in {seconds:.0} s; give more time, more rudder or more speed",
+                by.to_degrees()
+            );
+            Error::Plant { axes: self.plant.structure().name(), reason }
+        })
+    }
+
+    fn too_long(&self, what: &str, approach: &Approach) -> Error {
+        let reason = format!(
+            "it does not {what} in {:.0} s; give more time, or drive it otherwise",
+            approach.longest_s
+        );
+        Error::Plant { axes: self.plant.structure().name(), reason }
+    }
+
+    /// The way under orders `(time, angle)` of the rudder.
+    fn way(&self, plant: &Plant, approach: &Approach, orders: &[(f64, f64)]) -> Result<Way, Error> {
+        let mut drive = approach.drive.clone();
+        if !orders.is_empty() {
+            drive.angles.insert(approach.rudder.clone(), turned_by(orders)?);
+        }
+        let rows = (approach.longest_s / STEP_S).ceil().max(1.0) as usize;
+        let time_s: Vec<f64> = (0..=rows).map(|k| STEP_S * k as f64).collect();
+        let inputs = Inputs {
+            force: self.forces(&drive, approach.longest_s)?,
+            signals: self.signals(&drive)?,
+            ..Inputs::default()
+        };
+        let start = Vector6::new(approach.speed, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let moved = simulate(plant, &inputs, &start, &time_s)?;
+        let heading = crate::navigation::unwrap(&Timed::new(
+            "heading",
+            time_s.clone(),
+            moved.attitude.iter().map(|angles| angles[2]).collect::<Vec<_>>(),
+        )?);
+        let (mut north, mut east) = (vec![0.0], vec![0.0]);
+        let over_ground = |k: usize| {
+            let ([roll, pitch, heading], v) = (moved.attitude[k], moved.velocity[k]);
+            Rotation3::from_euler_angles(roll, pitch, heading) * Vector3::new(v[0], v[1], v[2])
+        };
+        for k in 1..time_s.len() {
+            let (before, now) = (over_ground(k - 1), over_ground(k));
+            north.push(north[k - 1] + 0.5 * STEP_S * (before.x + now.x));
+            east.push(east[k - 1] + 0.5 * STEP_S * (before.y + now.y));
+        }
+        let surge = moved.velocity.iter().map(|v| v[0]).collect();
+        Ok(Way { time_s, north, east, heading: heading.values().to_vec(), surge })
+    }
+}
+
+/// A rudder that turns from order to order at its rate.
+fn turned_by(orders: &[(f64, f64)]) -> Result<Timed, Error> {
+    let (mut times, mut values) = (Vec::new(), Vec::new());
+    let mut angle = 0.0_f64;
+    for (k, &(from, goal)) in orders.iter().enumerate() {
+        if times.last().is_none_or(|last| from > *last) {
+            times.push(from);
+            values.push(angle);
+        }
+        let needed = (goal - angle).abs() / RUDDER_RATE;
+        let next = orders.get(k + 1).map_or(f64::INFINITY, |(next, _)| *next);
+        let lasts = needed.min(next - from);
+        angle += (goal - angle).signum() * RUDDER_RATE * lasts;
+        if lasts > 0.0 {
+            times.push(from + lasts);
+            values.push(angle);
+        }
+    }
+    Timed::new("rudder", times, values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exchange::PlantFile;
+
+    fn ship() -> PlantModel {
+        let foil = serde_json::json!({
+            "kind": "rudder", "name": "rudder", "position_m": [-1.5, 0.0, 0.0],
+            "axis": [0.0, 0.0, -1.0], "stall_rad": null
+        });
+        let x = |value: f64| serde_json::json!({ "value": value, "std": 0.02 * value.abs() });
+        let file: PlantFile = serde_json::from_value(serde_json::json!({
+            "schema": "seaplant/plant/1", "name": "ship", "source": "worked by hand",
+            "axes": ["surge", "sway", "yaw"],
+            "effects": [{ "name": "rudder.lift", "force": { "kind": "lift", "foil": foil } }],
+            "coefficients": {
+                "mass.surge": x(260.0), "mass.sway": x(420.0), "mass.yaw": x(180.0),
+                "surge: u": x(8.0), "surge: |u|u": x(10.0), "sway: v": x(150.0),
+                "yaw: r": x(200.0), "rudder.lift": x(60.0)
+            }
+        }))
+        .expect("a table");
+        file.model().expect("possible")
+    }
+
+    fn approach() -> Approach {
+        let mut drive = Drive::default();
+        let thrust = Timed::new("thrust", vec![0.0], vec![18.0]).expect("valid");
+        drive.wrench.insert(crate::Dof::Surge, thrust);
+        Approach { rudder: "rudder".to_owned(), drive, speed: 1.0, longest_s: 400.0 }
+    }
+
+    #[test]
+    fn a_circle_to_port_is_that_to_starboard() {
+        let ship = ship();
+        let draws = Draws { count: 20, seed: 1 };
+        let numbers = |angle: f64| {
+            let circle = Manoeuvre::TurningCircle { angle };
+            ship.manoeuvre(circle, &approach(), draws).expect("it turns")
+        };
+        let (starboard, port) = (numbers(0.6), numbers(-0.6));
+        for (a, b) in starboard.iter().zip(&port) {
+            assert!((a.value - b.value).abs() < 1e-6 * a.value, "{a:?} {b:?}");
+            let [low, high] = a.interval95.expect("drawn");
+            assert!(low < a.value && a.value < high, "{a:?}");
+        }
+        let of = |name: &str| starboard.iter().find(|x| x.name == name).expect(name).value;
+        assert!(of("transfer") < of("tactical diameter"));
+    }
+
+    #[test]
+    fn a_zigzag_swings_over_and_a_ship_without_thrust_stops() {
+        let ship = ship();
+        let none = Draws { count: 0, seed: 1 };
+        let (angle, heading) = (10_f64.to_radians(), 10_f64.to_radians());
+        let zigzag = ship.manoeuvre(Manoeuvre::Zigzag { angle, heading }, &approach(), none);
+        let zigzag = zigzag.expect("it swings");
+        assert_eq!(zigzag.len(), 1 + EXECUTES);
+        assert!(zigzag.iter().all(|x| x.value > 0.0), "{zigzag:?}");
+        let idle = Approach { drive: Drive::default(), ..approach() };
+        let stop = ship.manoeuvre(Manoeuvre::Stop, &idle, none).expect("it stops");
+        // m u̇ = −d u − d_Q u²: x = m/d_Q ln((d + d_Q u₀)/(d + d_Q u₁)).
+        let expected = 260.0 / 10.0 * ((8.0 + 10.0) / (8.0 + 10.0 * STANDING)).ln();
+        assert!((stop[0].value - expected).abs() < 0.01 * expected, "{stop:?}");
+    }
+
+    #[test]
+    fn a_rudder_that_is_not_there_is_refused() {
+        let other = Approach { rudder: "helm".to_owned(), ..approach() };
+        let circle = Manoeuvre::TurningCircle { angle: 0.3 };
+        let error = ship().manoeuvre(circle, &other, Draws::default()).expect_err("no helm");
+        assert!(error.to_string().contains("no such rudder"), "{error}");
+    }
+}

@@ -1,0 +1,88 @@
+//! Whether the mass and drag of each axis are known, and possible.
+
+use crate::caveat::spoken;
+use crate::diagnose::impossible_mass;
+use crate::estimate::CoupledFit;
+use crate::plant::{Basis, Product};
+use crate::results::{Coefficient, CoupledPlant, Parameter};
+use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Vehicle};
+
+/// A mass interval whose ends are further apart than this factor says nothing of mass.
+const WIDEST_MASS: f64 = 2.0;
+
+/// Drag at working speed that is known no better than ± this part is not known.
+const WIDEST_DRAG: f64 = 0.5;
+
+/// Doubts about the axes that are pushed; those of others follow from what these do.
+pub(super) fn doubts(
+    fit: &CoupledFit,
+    plant: &CoupledPlant,
+    records: &[&CoupledRecord],
+    vehicle: &Vehicle,
+) -> Vec<Caveat> {
+    let is_driven = |dof: &&Dof| records.iter().any(|record| record.is_driven(**dof));
+    let driven = plant.axes.iter().filter(is_driven);
+    let of = |&dof: &Dof| {
+        let mass = parameter(plant.parameters.get(&Basis::Mass(dof, dof).to_string())?);
+        let drag = unknown_drag(fit, dof, records);
+        let impossible = impossible_mass(dof, &mass, vehicle);
+        Some([impossible, unknown_mass(dof, &mass), drag])
+    };
+    driven.filter_map(of).flatten().flatten().collect()
+}
+
+fn parameter(x: &Coefficient) -> Parameter {
+    let Coefficient { value, std, low95, high95, unit, .. } = x.clone();
+    Parameter { value, std, low95, high95, unit }
+}
+
+fn unknown_mass(dof: Dof, mass: &Parameter) -> Option<Caveat> {
+    (mass.low95 <= 0.0 || mass.high95 > WIDEST_MASS * mass.low95).then(|| {
+        let message = format!(
+            "the {dof} {} is anything from {} to {} {}: drive longer, faster, and at more than one frequency",
+            if dof.is_rotation() { "inertia" } else { "mass" },
+            spoken(mass.low95),
+            spoken(mass.high95),
+            mass.unit
+        );
+        Caveat::warning(CaveatCode::NotDetermined, message)
+    })
+}
+
+/// `d_L v + d_Q v²` at the usual speed of an axis.
+fn unknown_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Option<Caveat> {
+    let speed = usual_speed(dof, records);
+    let structure = fit.plant.structure();
+    let weights = [(Product::linear(dof), speed), (Product::quadratic(dof), speed * speed)];
+    let place =
+        |(product, weight)| Some((structure.index_of(&Basis::Product(dof, product))?, weight));
+    let terms: Vec<(usize, f64)> = weights.into_iter().filter_map(place).collect();
+    let drag: f64 = terms.iter().map(|(k, w)| w * fit.plant.coefficients()[*k]).sum();
+    let pairs = terms.iter().flat_map(|a| terms.iter().map(move |b| (a, b)));
+    let variance: f64 = pairs.map(|((i, a), (j, b))| a * b * fit.covariance[(*i, *j)]).sum();
+    let half = 1.96 * variance.max(0.0).sqrt();
+    let is_unknown = !terms.is_empty() && (half > WIDEST_DRAG * drag.abs() || !half.is_finite());
+    is_unknown.then(|| {
+        let units = dof.units();
+        let message = format!(
+            "drag in {dof} at {} {} is {} ± {} {}: drive longer, and faster",
+            spoken(speed),
+            units.velocity,
+            spoken(drag),
+            spoken(half),
+            units.force
+        );
+        Caveat::warning(CaveatCode::NotDetermined, message)
+    })
+}
+
+/// The root mean square of an axis's velocity over all trials.
+fn usual_speed(dof: Dof, records: &[&CoupledRecord]) -> f64 {
+    let series = records.iter().filter_map(|record| record.velocity[dof.index()].as_ref());
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for x in series.flat_map(|series| series.values()) {
+        sum += x * x;
+        count += 1;
+    }
+    (sum / count.max(1) as f64).sqrt()
+}

@@ -1,0 +1,76 @@
+//! Coupled plants by methods that work sample by sample.
+
+use std::collections::BTreeMap;
+
+use super::{Records, coefficient_of, score};
+use crate::estimate::CoupledFit;
+use crate::estimate::online::{OnlineFit, fit_online_coupled, logs::doubts};
+use crate::results::CoupledOnline;
+use crate::{CoupledRecord, Error, IdentifyOptions, Method, Vehicle};
+
+/// The plants of the methods that were asked for, with the terms that filter error found, under
+/// thrust with the lag and delay that it found, scored with its currents.
+pub(super) fn plants(
+    found: &CoupledFit,
+    records: &Records<'_>,
+    vehicle: &Vehicle,
+    options: &IdentifyOptions,
+) -> Result<BTreeMap<Method, CoupledOnline>, Error> {
+    let asked = options.methods.iter().filter_map(|method| Some((*method, method.scheme()?)));
+    let mut plants = BTreeMap::new();
+    // These methods do not read rudders, propellers and wind.
+    if !found.plant.structure().effects().is_empty() {
+        return Ok(plants);
+    }
+    let as_it_acts: Vec<CoupledRecord> =
+        records.fit.iter().map(|record| acting(found, record)).collect::<Result<_, Error>>()?;
+    let as_it_acts: Vec<&CoupledRecord> = as_it_acts.iter().collect();
+    for (method, scheme) in asked {
+        let structure = found.plant.structure();
+        let body = vehicle.rigid_body.as_ref();
+        let fit = fit_online_coupled(structure, scheme, &as_it_acts, body, &options.online)?;
+        let mut plant = result(method, &fit);
+        let as_found = &fit.estimate.plant;
+        plant.fit = score::score(as_found, found.actuator, &records.fit, |record| {
+            found.current_of(&record.trial)
+        })?;
+        plant.hold_out = match records.hold_out.as_slice() {
+            [] => None,
+            held => Some(score::score(as_found, found.actuator, held, |_| found.mean_current())?),
+        };
+        plants.insert(method, plant);
+    }
+    Ok(plants)
+}
+
+/// A record with thrust as it acts.
+fn acting(found: &CoupledFit, record: &CoupledRecord) -> Result<CoupledRecord, Error> {
+    let mut acting = record.clone();
+    for series in acting.force.iter_mut().flatten() {
+        *series = found.actuator.applied(series)?;
+    }
+    Ok(acting)
+}
+
+fn result(method: Method, fit: &OnlineFit) -> CoupledOnline {
+    let plant = &fit.estimate.plant;
+    let structure = plant.structure();
+    let names: Vec<String> = structure.terms().iter().map(ToString::to_string).collect();
+    let freedom = fit.estimate.independent_samples;
+    let parameter = |(k, name): (usize, &String)| {
+        // What nothing tells has no standard deviation that a file could hold.
+        let std = fit.estimate.std[k].min(f64::MAX.sqrt());
+        (name.clone(), coefficient_of(plant, k, std, freedom))
+    };
+    CoupledOnline {
+        axes: structure.axes().to_vec(),
+        method,
+        symmetry: structure.symmetry(),
+        parameters: names.iter().enumerate().map(parameter).collect(),
+        history: fit.history.result(&names, fit),
+        samples: fit.samples,
+        fit: Default::default(),
+        hold_out: None,
+        caveats: doubts(&structure.name(), &names, fit),
+    }
+}

@@ -1,0 +1,31 @@
+//! How far a plant of several axes may be trusted.
+
+use crate::results::{AxisScore, CoupledPlant, Trust, Verdict};
+use crate::{CaveatCode, Severity};
+
+/// Judges a plant by its caveats and its error on trials that it has not seen.
+pub(super) fn verdict(plant: &CoupledPlant) -> Verdict {
+    let with = |severity| plant.caveats.iter().filter(move |c| c.severity == severity);
+    let codes: Vec<CaveatCode> =
+        with(Severity::Severe).chain(with(Severity::Warning)).map(|c| c.code).collect();
+    let of = |trust, reason: String| Verdict { trust, reason, codes: codes.clone() };
+    let first_sentence = |message: &str| message.split(": ").next().unwrap_or_default().to_owned();
+    if let Some(severe) = with(Severity::Severe).next() {
+        return of(Trust::DoNotUse, format!("severe caveat: {}", severe.code.words()));
+    }
+    let Some(score) = &plant.hold_out else {
+        return of(Trust::Doubtful, "no held-out trial has tested it".to_owned());
+    };
+    let is_doubt = |code| matches!(code, CaveatCode::NotDetermined | CaveatCode::NoBetterThanNull);
+    if let Some(doubt) = with(Severity::Warning).find(|caveat| is_doubt(caveat.code)) {
+        return of(Trust::Doubtful, first_sentence(&doubt.message));
+    }
+    let r2 = score.by_axis.values().filter_map(|AxisScore { r2, .. }| *r2);
+    let least = r2.fold(f64::INFINITY, f64::min);
+    let predicts = format!("predicts every axis of held-out trials with R² of {least:.2} or more");
+    match with(Severity::Warning).count() {
+        0 => of(Trust::Usable, format!("no warning, {predicts}")),
+        1 => of(Trust::UsableWithCare, format!("1 warning, {predicts}")),
+        n => of(Trust::UsableWithCare, format!("{n} warnings, {predicts}")),
+    }
+}

@@ -1,0 +1,442 @@
+//! Forces that read what was logged beside motion: of fins, rudders, propellers and wind.
+
+use std::fmt;
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::quantity::Surface;
+use crate::{Dof, Timed};
+
+/// What an effect reads at an instant.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Signal {
+    /// The angle of a rudder or fin, rad.
+    Angle {
+        /// What it is.
+        kind: Surface,
+        /// Its name.
+        name: String,
+    },
+    /// How a thruster is driven: its thrust where its curve is known, N; else its speed, rad/s,
+    /// or command, as a ratio.
+    Drive(String),
+    /// Velocity of the air over ground along the body's x axis, m/s.
+    AirForward,
+    /// Velocity of the air over ground along the body's y axis, m/s.
+    AirStarboard,
+}
+
+impl Signal {
+    /// Whether a sample holds until the next: of a drive; angles and wind go straight.
+    pub fn is_held(&self) -> bool {
+        matches!(self, Self::Drive(_))
+    }
+
+    /// Whether it is of wind.
+    pub fn is_of_wind(&self) -> bool {
+        matches!(self, Self::AirForward | Self::AirStarboard)
+    }
+
+    /// Its value at an instant.
+    pub(crate) fn value(&self, series: &Timed, t_s: f64) -> f64 {
+        if self.is_held() { series.held_at(t_s) } else { series.at(t_s) }
+    }
+}
+
+impl fmt::Display for Signal {
+    /// As messages call it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Angle { kind, name } => write!(f, "{}.{name}.angle", kind.name()),
+            Self::Drive(name) => write!(f, "the drive of thruster `{name}`"),
+            Self::AirForward | Self::AirStarboard => write!(f, "the wind"),
+        }
+    }
+}
+
+/// A force that one coefficient scales, by its name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Effect {
+    /// What results call its coefficient: `rudder.lift`, `wind.sway`.
+    pub name: String,
+    /// What it does.
+    pub force: EffectForce,
+}
+
+/// A control surface as its force reads it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Foil {
+    /// What it is.
+    pub kind: Surface,
+    /// What channels call it.
+    pub name: String,
+    /// Where its force acts, m, body frame.
+    pub position_m: [f64; 3],
+    /// The axis that it turns about, a unit vector.
+    pub axis: [f64; 3],
+    /// Its stall angle, rad: beyond it, lift grows no more.
+    pub stall_rad: Option<f64>,
+}
+
+/// What scales with one coefficient.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum EffectForce {
+    /// A fin in the flow past the hull: `F = −|V| (V·n)` along its normal n, V being its
+    /// velocity through the water across its axis; N/(m/s)², equal to ½ρA ∂C_L/∂α.
+    Lift {
+        /// The fin.
+        foil: Foil,
+    },
+    /// A fin in a propeller's race: `F = T sin δ` along its normal, by positive thrust T.
+    Slipstream {
+        /// The fin.
+        foil: Foil,
+        /// The propeller ahead of it.
+        propeller: String,
+        /// Whether the drive is a speed or command n, so that T is n².
+        squared: bool,
+    },
+    /// What flow and race do together: `F = −|n| (V·n)` along its normal, n being √T.
+    Race {
+        /// The fin.
+        foil: Foil,
+        /// The propeller ahead of it.
+        propeller: String,
+        /// Whether the drive is a speed or command n, so that T is n².
+        squared: bool,
+    },
+    /// A propeller of unknown strength: `n|n|` along its direction.
+    Thrust {
+        /// The propeller.
+        propeller: String,
+        /// Where it pushes, m.
+        position_m: [f64; 3],
+        /// The way of positive thrust, a unit vector.
+        direction: [f64; 3],
+    },
+    /// Thrust that a propeller loses by its speed ahead: `−|n| (V·d)` along its direction d.
+    Advance {
+        /// The propeller.
+        propeller: String,
+        /// Where it pushes, m.
+        position_m: [f64; 3],
+        /// The way of positive thrust, a unit vector.
+        direction: [f64; 3],
+    },
+    /// What a propeller does otherwise when it turns astern: `n|n|` of negative n along a unit
+    /// force and moment, N and N m.
+    Astern {
+        /// The propeller.
+        propeller: String,
+        /// Force and moment by axis.
+        way: [f64; 6],
+    },
+    /// Wind: `½ρ_a A |w| w_x` in surge, `½ρ_a A |w| w_y` in sway, `½ρ_a A L |w| w_y` in yaw, w
+    /// being the air's velocity past the vehicle.
+    Wind {
+        /// On which axis.
+        on: Dof,
+        /// `½ρ_a A`, or `½ρ_a A L` in yaw; 1 if areas are not known.
+        scale: f64,
+    },
+    /// What wind on bow or quarter does in yaw: `½ρ_a A L w_x w_y`.
+    WindAcross {
+        /// `½ρ_a A L`; 1 if areas are not known.
+        scale: f64,
+    },
+}
+
+/// A foil at an instant.
+struct Flow {
+    /// `[n; r × n]` of its normal.
+    normal: Vector6<f64>,
+    /// `[V; r × V]` of its velocity across its axis.
+    across: Vector6<f64>,
+    /// |V|.
+    speed: f64,
+    /// V·n.
+    along_normal: f64,
+    /// sin δ.
+    sin: f64,
+}
+
+impl Foil {
+    fn at(&self, velocity: &Vector6<f64>, angle: f64) -> Flow {
+        let (r, axis) = (Vector3::from(self.position_m), Vector3::from(self.axis));
+        let chord = Vector3::x() - axis * axis.x;
+        let chord = chord.try_normalize(1e-6).unwrap_or_else(Vector3::x);
+        let (sin, cos) = angle.sin_cos();
+        let normal = axis.cross(&chord) * cos - chord * sin;
+        let own = velocity.fixed_rows::<3>(0) + velocity.fixed_rows::<3>(3).cross(&r);
+        let own = Vector3::new(own.x, own.y, own.z);
+        let across = own - axis * own.dot(&axis);
+        Flow {
+            normal: at_place(&r, &normal),
+            across: at_place(&r, &across),
+            speed: across.norm(),
+            along_normal: own.dot(&normal),
+            sin,
+        }
+    }
+}
+
+impl Flow {
+    /// `−|V| (V·n)`, the part along the normal being no more than that at the stall angle; and
+    /// its slope by ν.
+    fn lift(&self, stall_rad: Option<f64>) -> (f64, Vector6<f64>) {
+        let most = stall_rad.map_or(f64::INFINITY, |stall| stall.sin() * self.speed);
+        if self.along_normal.abs() > most {
+            let part = most.copysign(self.along_normal) / self.speed.max(f64::MIN_POSITIVE);
+            return (-part * self.speed * self.speed, self.across * (-2.0 * part));
+        }
+        let by_speed = self.along_normal / self.speed.max(SLOW);
+        let slope = -(self.across * by_speed + self.normal * self.speed);
+        (-self.speed * self.along_normal, slope)
+    }
+}
+
+/// Below this a foil's direction of flow is not told, m/s.
+const SLOW: f64 = 1e-9;
+
+/// `[f; r × f]`.
+fn at_place(r: &Vector3<f64>, force: &Vector3<f64>) -> Vector6<f64> {
+    let moment = r.cross(force);
+    Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+}
+
+impl Effect {
+    /// What it reads, in the order in which [`Self::wrench`] takes it.
+    pub fn signals(&self) -> Vec<Signal> {
+        let angle = |foil: &Foil| Signal::Angle { kind: foil.kind, name: foil.name.clone() };
+        match &self.force {
+            EffectForce::Lift { foil } => vec![angle(foil)],
+            EffectForce::Slipstream { foil, propeller, .. }
+            | EffectForce::Race { foil, propeller, .. } => {
+                vec![angle(foil), Signal::Drive(propeller.clone())]
+            }
+            EffectForce::Thrust { propeller, .. }
+            | EffectForce::Advance { propeller, .. }
+            | EffectForce::Astern { propeller, .. } => {
+                vec![Signal::Drive(propeller.clone())]
+            }
+            EffectForce::Wind { .. } | EffectForce::WindAcross { .. } => {
+                vec![Signal::AirForward, Signal::AirStarboard]
+            }
+        }
+    }
+
+    /// The force and moment that a coefficient of one makes on the vehicle, and `∂/∂ν` of it;
+    /// shapes (6,) and (6, 6).
+    ///
+    /// `signals` are the values of [`Self::signals`].
+    pub fn wrench(
+        &self,
+        velocity: &Vector6<f64>,
+        signals: [f64; 2],
+    ) -> (Vector6<f64>, Matrix6<f64>) {
+        let along = |way: &Vector6<f64>, force: f64, slope: Vector6<f64>| {
+            (way * force, way * slope.transpose())
+        };
+        let [first, second] = signals;
+        match &self.force {
+            EffectForce::Lift { foil } => {
+                let flow = foil.at(velocity, first);
+                let (force, slope) = flow.lift(foil.stall_rad);
+                along(&flow.normal, force, slope)
+            }
+            EffectForce::Slipstream { foil, squared, .. } => {
+                let flow = foil.at(velocity, first);
+                let drive = second.max(0.0);
+                let thrust = if *squared { drive * drive } else { drive };
+                along(&flow.normal, thrust * flow.sin, Vector6::zeros())
+            }
+            EffectForce::Race { foil, squared, .. } => {
+                let flow = foil.at(velocity, first);
+                let drive = second.max(0.0);
+                let speed = if *squared { drive } else { drive.sqrt() };
+                along(&flow.normal, -speed * flow.along_normal, flow.normal * -speed)
+            }
+            EffectForce::Thrust { position_m, direction, .. } => {
+                let way = at_place(&(*position_m).into(), &(*direction).into());
+                along(&way, first * first.abs(), Vector6::zeros())
+            }
+            EffectForce::Advance { position_m, direction, .. } => {
+                let way = at_place(&(*position_m).into(), &(*direction).into());
+                along(&way, -first.abs() * way.dot(velocity), way * -first.abs())
+            }
+            EffectForce::Astern { way, .. } => {
+                let astern = first.min(0.0);
+                along(&Vector6::from(*way), astern * astern.abs(), Vector6::zeros())
+            }
+            EffectForce::Wind { on, scale } => {
+                let (x, y) = (first - velocity[0], second - velocity[1]);
+                let speed = x.hypot(y).max(SLOW);
+                let (force, by_x, by_y) = match on {
+                    Dof::Surge => (speed * x, speed + x * x / speed, x * y / speed),
+                    _ => (speed * y, x * y / speed, speed + y * y / speed),
+                };
+                along(&unit(*on), scale * force, air_slope(scale * by_x, scale * by_y))
+            }
+            EffectForce::WindAcross { scale } => {
+                let (x, y) = (first - velocity[0], second - velocity[1]);
+                along(&unit(Dof::Yaw), scale * x * y, air_slope(scale * y, scale * x))
+            }
+        }
+    }
+
+    /// The unit of its coefficient.
+    pub fn unit(&self) -> &'static str {
+        match &self.force {
+            EffectForce::Lift { .. } => "N/(m/s)²",
+            EffectForce::Slipstream { squared: false, .. } => "1",
+            EffectForce::Slipstream { .. } => "N/(rad/s)²",
+            EffectForce::Race { squared: false, .. } => "√N/(m/s)",
+            EffectForce::Race { .. } => "N/((m/s)(rad/s))",
+            EffectForce::Thrust { .. } | EffectForce::Astern { .. } => "N/(rad/s)²",
+            EffectForce::Advance { .. } => "N/((m/s)(rad/s))",
+            EffectForce::Wind { scale, on } if *scale == 1.0 && *on == Dof::Yaw => "N m/(m/s)²",
+            EffectForce::WindAcross { scale } if *scale == 1.0 => "N m/(m/s)²",
+            EffectForce::Wind { scale, .. } if *scale == 1.0 => "N/(m/s)²",
+            EffectForce::Wind { .. } | EffectForce::WindAcross { .. } => "1",
+        }
+    }
+
+    /// The axes on which it acts.
+    pub fn axes(&self) -> Vec<Dof> {
+        let acts = |way: &Vector6<f64>| {
+            Dof::ALL.into_iter().filter(|dof| way[dof.index()].abs() > NO_LEVER).collect()
+        };
+        match &self.force {
+            EffectForce::Lift { foil }
+            | EffectForce::Slipstream { foil, .. }
+            | EffectForce::Race { foil, .. } => {
+                let straight = foil.at(&Vector6::zeros(), 0.0).normal;
+                let turned = foil.at(&Vector6::zeros(), 0.1).normal;
+                acts(&(straight.abs() + turned.abs()))
+            }
+            EffectForce::Thrust { position_m, direction, .. }
+            | EffectForce::Advance { position_m, direction, .. } => {
+                acts(&at_place(&(*position_m).into(), &(*direction).into()))
+            }
+            EffectForce::Astern { way, .. } => acts(&Vector6::from(*way)),
+            EffectForce::Wind { on, .. } => vec![*on],
+            EffectForce::WindAcross { .. } => vec![Dof::Yaw],
+        }
+    }
+
+    /// Whether a coefficient below zero is impossible: of a fin, which takes power out of its
+    /// flow, and of a propeller, but for what it does otherwise astern.
+    pub fn is_positive(&self) -> bool {
+        !matches!(
+            self.force,
+            EffectForce::Wind { .. } | EffectForce::WindAcross { .. } | EffectForce::Astern { .. }
+        )
+    }
+}
+
+/// A lever below a micrometre is the rounding of a rotated position.
+const NO_LEVER: f64 = 1e-6;
+
+fn unit(on: Dof) -> Vector6<f64> {
+    let mut unit = Vector6::zeros();
+    unit[on.index()] = 1.0;
+    unit
+}
+
+/// A slope by the air's velocity is one by the vehicle's, turned round.
+fn air_slope(by_x: f64, by_y: f64) -> Vector6<f64> {
+    Vector6::new(-by_x, -by_y, 0.0, 0.0, 0.0, 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Central differences over 1e-6 of numbers of order one to ten.
+    const DIFFERENCE: f64 = 1e-7;
+
+    fn foil(axis: [f64; 3], stall_rad: Option<f64>) -> Foil {
+        let position_m = [-0.638, 0.0, 0.0];
+        Foil { kind: Surface::Rudder, name: "rudder".into(), position_m, axis, stall_rad }
+    }
+
+    fn effect(force: EffectForce) -> Effect {
+        Effect { name: "it".into(), force }
+    }
+
+    #[test]
+    fn a_fin_is_tied_to_its_derivatives_as_prestero_has_them() {
+        // Y_uuδ = 9.64: N_uuδ = −6.15, Y_uv = −9.64, Y_ur = 6.15, N_uv = 6.15, N_ur = −3.92.
+        let lift = effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], None) });
+        let at = |v: f64, r: f64, angle: f64| {
+            9.64 * lift.wrench(&Vector6::new(1.0, v, 0.0, 0.0, 0.0, r), [angle, 0.0]).0
+        };
+        let small = 1e-4;
+        let found = [at(0.0, 0.0, small), at(small, 0.0, 0.0), at(0.0, small, 0.0)];
+        let parts = found.map(|wrench| [wrench[1] / small, wrench[5] / small]);
+        let expected = [[9.64, -6.15], [-9.64, 6.15], [6.15, -3.92]];
+        for (found, expected) in parts.as_flattened().iter().zip(expected.as_flattened()) {
+            assert!((found - expected).abs() < 5e-3, "{parts:?}");
+        }
+    }
+
+    #[test]
+    fn a_stern_plane_pushes_along_the_vertical_axis() {
+        // Turned about +y, its trailing edge goes down: the stern is pushed up, the bow down.
+        let lift = effect(EffectForce::Lift { foil: foil([0.0, 1.0, 0.0], None) });
+        let wrench = lift.wrench(&Vector6::new(2.0, 0.0, 0.0, 0.0, 0.0, 0.0), [0.1, 0.0]).0;
+        assert!(wrench[2] < 0.0 && wrench[4] < 0.0 && wrench[1].abs() < 1e-12, "{wrench}");
+        assert_eq!(lift.axes(), [Dof::Surge, Dof::Heave, Dof::Pitch]);
+    }
+
+    #[test]
+    fn a_fin_takes_power_out_of_every_motion() {
+        let lift = effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], Some(0.3)) });
+        for k in 0..50 {
+            let x = |j: f64| (1.7 * f64::from(k) + j).sin();
+            let velocity = Vector6::new(x(0.0), x(1.0), x(2.0), x(3.0), x(4.0), x(5.0));
+            assert!(lift.wrench(&velocity, [x(6.0), 0.0]).0.dot(&velocity) <= 1e-15);
+        }
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_wrench() {
+        let place = ([-0.7, 0.2, 0.1], [0.8, 0.6, 0.0]);
+        let (position_m, direction) = place;
+        let propeller = || "propeller".to_owned();
+        let foils = || foil([0.0, 0.6, 0.8], None);
+        let forces = [
+            EffectForce::Lift { foil: foils() },
+            EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], Some(0.05)) },
+            EffectForce::Slipstream { foil: foils(), propeller: propeller(), squared: true },
+            EffectForce::Race { foil: foils(), propeller: propeller(), squared: false },
+            EffectForce::Thrust { propeller: propeller(), position_m, direction },
+            EffectForce::Advance { propeller: propeller(), position_m, direction },
+            EffectForce::Astern { propeller: propeller(), way: [0.0, 1.0, 0.0, 0.0, 0.0, -0.7] },
+            EffectForce::Wind { on: Dof::Surge, scale: 0.3 },
+            EffectForce::Wind { on: Dof::Yaw, scale: 0.3 },
+            EffectForce::WindAcross { scale: 0.3 },
+        ];
+        let velocity = Vector6::new(1.5, 0.2, -0.1, 0.3, 0.1, 0.2);
+        for force in forces {
+            let effect = effect(force);
+            let signals = if effect.signals().len() == 1 { [0.2, 0.0] } else { [0.2, 3.0] };
+            let slope = effect.wrench(&velocity, signals).1;
+            for j in 0..6 {
+                let at = |step: f64| {
+                    let mut moved = velocity;
+                    moved[j] += step;
+                    effect.wrench(&moved, signals).0
+                };
+                let found = (at(1e-6) - at(-1e-6)) / 2e-6;
+                assert!((found - slope.column(j)).amax() < DIFFERENCE, "{effect:?} by {j}");
+            }
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! What methods that work sample by sample tell beside their plant, as data.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Coefficient, CoupledScore};
+use crate::plant::Symmetry;
+use crate::{Caveat, Dof, Method};
+
+/// How parameters went to where they ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct OnlineHistory {
+    /// Motion so far, s, over all fitted trials in turn.
+    pub time_s: Vec<f64>,
+    /// Each parameter at these instants.
+    pub parameters: BTreeMap<String, Vec<f64>>,
+    /// When each came within 5 % of its last value to stay there, s of motion; absent if it had
+    /// not before the last tenth.
+    pub settled_s: BTreeMap<String, Option<f64>>,
+    /// The least eigenvalue of the information at a unit diagonal: 1 if each parameter is told by
+    /// itself, 0 if some combination is not told at all.
+    pub excitation: f64,
+    /// When the plant seemed to change.
+    pub changes: Vec<PlantChanged>,
+}
+
+/// A change of the plant that was noticed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PlantChanged {
+    /// In which trial.
+    pub trial: String,
+    /// When it began, as far as blocks of 15 s tell, s of the log.
+    pub since_s: f64,
+    /// When it was noticed, s of the log.
+    pub noticed_s: f64,
+    /// The sum of what blocks exceed the usual by, in standard deviations.
+    pub statistic: f64,
+}
+
+/// A plant of several axes, found sample by sample.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CoupledOnline {
+    /// Its axes.
+    pub axes: Vec<Dof>,
+    /// How it was found.
+    pub method: Method,
+    /// Which axes M may couple.
+    pub symmetry: Symmetry,
+    /// Its coefficients by name, as those of a coupled plant.
+    pub parameters: BTreeMap<String, Coefficient>,
+    /// How they went there.
+    pub history: OnlineHistory,
+    /// Numbers measured.
+    pub samples: usize,
+    /// Its error on the trials that it was fitted to.
+    pub fit: CoupledScore,
+    /// Its error on trials that it had not seen.
+    pub hold_out: Option<CoupledScore>,
+    /// Doubts.
+    pub caveats: Vec<Caveat>,
+}

@@ -1,0 +1,162 @@
+//! The twin under a controller.
+
+use super::motion::{At, move_by};
+use super::random::{Streams, normal};
+use super::vehicle::InstrumentNoise;
+use super::water::Water;
+use super::{Plan, STEPS_PER_TICK, TICK_HZ, TwinSpec, tick_time};
+use crate::{Dof, Error, Role};
+
+/// What a controller of one degree of freedom is told, ten times a second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// When, s.
+    pub time_s: f64,
+    /// Displacement from the start, m or rad: the sum of measured velocity, as DVLNAV makes it,
+    /// or the heading.
+    pub position: f64,
+    /// Velocity over the ground, m/s or rad/s: of the DVL, or the filtered slope of heading.
+    pub velocity: f64,
+}
+
+/// What truly happened, ten times a second.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClosedLoop {
+    /// When, s.
+    pub time_s: Vec<f64>,
+    /// Displacement from the start, m or rad.
+    pub position: Vec<f64>,
+    /// Velocity over the ground, m/s or rad/s.
+    pub velocity: Vec<f64>,
+    /// The force that was asked for, N or N m.
+    pub force: Vec<f64>,
+    /// What a controller was told.
+    pub measured: Vec<Measured>,
+}
+
+/// Heading is differentiated with this time constant, s: the twin has no gyroscope.
+const SLOPE_S: f64 = 0.3;
+
+/// The instruments of one degree of freedom.
+struct Instruments {
+    dof: Dof,
+    noise: InstrumentNoise,
+    random: rand_chacha::ChaCha8Rng,
+    position: f64,
+    velocity: f64,
+    last: Option<f64>,
+}
+
+/// Closes the loop of one degree of freedom of the twin: its thrusters with limits, jitter, lag
+/// and delay, its water, and the noise of its instruments.
+///
+/// `controller` turns what is measured into the force that is asked for, N or N m.
+///
+/// # Errors
+/// [`Error::TwinSpec`] for a twin that cannot be, or lacks the degree of freedom;
+/// [`Error::Setting`] for a force that is not finite; [`Error::Diverged`] if it runs away.
+///
+/// # Example
+/// ```
+/// use seaplant::Dof;
+/// use seaplant::twin::{TwinSpec, close_loop};
+/// // A proportional and derivative controller that keeps a place.
+/// let mut hold = |at: &seaplant::twin::Measured| -2000.0 * at.position - 6000.0 * at.velocity;
+/// let run = close_loop(&TwinSpec::jason2(), Dof::Surge, 60.0, &mut hold)?;
+/// // The bias of 255.5 N pushes it ahead.
+/// assert!((run.position[599] - 0.128).abs() < 0.03);
+/// # Ok::<(), seaplant::Error>(())
+/// ```
+pub fn close_loop(
+    spec: &TwinSpec,
+    dof: Dof,
+    duration_s: f64,
+    controller: &mut dyn FnMut(&Measured) -> f64,
+) -> Result<ClosedLoop, Error> {
+    spec.validate()?;
+    let plant = spec.plants.get(&dof).filter(|_| spec.dofs.contains(&dof)).ok_or_else(|| {
+        super::validate::refused("dofs", dof.name(), "a degree of freedom that the twin has")
+    })?;
+    let name = format!("{dof} closed loop");
+    let plan = Plan {
+        name: name.clone(),
+        role: Role::Fit,
+        dof,
+        plant: plant.physical(),
+        duration_s,
+        thrust: 0.0,
+        spent: (0.0, 0.0),
+    };
+    let streams = Streams { seed: spec.seed, trial: &name };
+    let water = Water::of(spec, dof, &streams, plan.ticks());
+    let mut instruments = Instruments::of(spec, dof, &streams);
+    let mut run = ClosedLoop::default();
+    let mut refused = None;
+    let mut decide = |tick: usize, at: &At| {
+        let measured = instruments.read(tick, at);
+        let mut force = controller(&measured);
+        if !force.is_finite() {
+            refused.get_or_insert(measured.time_s);
+            force = 0.0;
+        }
+        run.measured.push(measured);
+        run.force.push(force);
+        force
+    };
+    let moved = move_by(spec, &plan, &mut decide, &water, &streams)?;
+    if let Some(time_s) = refused {
+        return Err(Error::Setting {
+            name: format!("the controller's {dof} force at {time_s:.1} s"),
+            found: "not finite".to_owned(),
+            expected: "a number".to_owned(),
+        });
+    }
+    for tick in 0..plan.ticks() {
+        run.time_s.push(tick_time(tick));
+        run.position.push(moved.position[tick * STEPS_PER_TICK]);
+        run.velocity.push(moved.velocity[tick * STEPS_PER_TICK]);
+    }
+    Ok(run)
+}
+
+impl TwinSpec {
+    /// The most that a degree of freedom's thrusters give each way, N or N m: the weaker way.
+    pub fn force_limit(&self, dof: Dof) -> f64 {
+        self.reverse_limit(dof)
+    }
+}
+
+impl Instruments {
+    fn of(spec: &TwinSpec, dof: Dof, streams: &Streams<'_>) -> Self {
+        Self {
+            dof,
+            noise: InstrumentNoise::of(spec.noise),
+            random: streams.of("instruments"),
+            position: 0.0,
+            velocity: 0.0,
+            last: None,
+        }
+    }
+
+    fn read(&mut self, tick: usize, at: &At) -> Measured {
+        let noise = normal(&mut self.random);
+        if self.dof.is_rotation() {
+            let heading = at.position + self.noise.heading * noise;
+            let slope = self.last.map_or(0.0, |last| (heading - last) * TICK_HZ);
+            let part = 1.0 - (-1.0 / (TICK_HZ * SLOPE_S)).exp();
+            self.velocity += part * (slope - self.velocity);
+            self.last = Some(heading);
+            self.position = heading;
+        } else {
+            let velocity = at.velocity + self.noise.dvl * noise;
+            // The first sample begins at the start; later ones add the way since the last.
+            let before = self.last.unwrap_or(velocity);
+            if self.last.is_some() {
+                self.position += 0.5 * (before + velocity) / TICK_HZ;
+            }
+            self.last = Some(velocity);
+            self.velocity = velocity;
+        }
+        Measured { time_s: tick_time(tick), position: self.position, velocity: self.velocity }
+    }
+}

@@ -1,0 +1,230 @@
+//! Rudders, fins, propellers of unknown strength and wind: what pushes a vehicle beside thrusters
+//! whose curve is known.
+
+use nalgebra::Vector3;
+
+use super::{Thruster, Vehicle};
+use crate::plant::{Effect, EffectForce, Foil};
+use crate::quantity::Surface;
+use crate::{Dof, Error, ThrusterInput};
+
+/// A rudder or fin, in the body frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fin {
+    /// What it is.
+    pub kind: Surface,
+    /// How channels and messages call it.
+    pub name: String,
+    /// Where its force acts, m.
+    pub position_body: Vector3<f64>,
+    /// Unit vector of the axis that it turns about; a positive angle turns its leading edge
+    /// about this by the right hand.
+    pub axis_body: Vector3<f64>,
+    /// Its area, m².
+    pub area_m2: Option<f64>,
+    /// `∂C_L/∂α`, 1/rad, where it is known; to be estimated otherwise.
+    pub lift_slope: Option<f64>,
+    /// Beyond this angle of attack lift grows no more, rad.
+    pub stall_rad: Option<f64>,
+    /// The greatest angle that it turns to, rad.
+    pub limit_rad: Option<f64>,
+    /// The thruster in whose race it stands.
+    pub slipstream: Option<String>,
+}
+
+impl Fin {
+    /// Checks and keeps a fin; `axis` may have any length but zero.
+    ///
+    /// # Errors
+    /// [`Error::Fin`] if a number is not finite or not possible, or if the axis is zero or points
+    /// ahead.
+    ///
+    /// # Example
+    /// ```
+    /// use seaplant::{Fin, Surface};
+    /// let rudder = Fin::new(Surface::Rudder, "stern", [-1.4, 0.0, 0.0], [0.0, 0.0, 2.0])?;
+    /// assert_eq!(rudder.axis_body.z, 1.0);
+    /// let ahead = Fin::new(Surface::Fin, "bow", [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
+    /// assert!(ahead.unwrap_err().to_string().contains("ahead"));
+    /// # Ok::<(), seaplant::Error>(())
+    /// ```
+    pub fn new(
+        kind: Surface,
+        name: &str,
+        position_m: [f64; 3],
+        axis: [f64; 3],
+    ) -> Result<Self, Error> {
+        let refuse = |reason: &str| {
+            let what = kind.name();
+            Err(Error::Fin { what, name: name.to_owned(), reason: reason.to_owned() })
+        };
+        let axis_body = Vector3::from(axis);
+        if !position_m.iter().chain(&axis).all(|x| x.is_finite()) {
+            return refuse("its position or axis is not finite");
+        }
+        let length = axis_body.norm();
+        if length == 0.0 {
+            return refuse("its axis is [0, 0, 0]; give what it turns about, such as [0, 0, 1]");
+        }
+        let axis_body = axis_body / length;
+        if axis_body.x.abs() > MOST_AHEAD {
+            return refuse(
+                "its axis points ahead, so that it cannot steer; give what it turns about, such as [0, 0, 1]",
+            );
+        }
+        Ok(Self {
+            kind,
+            name: name.to_owned(),
+            position_body: position_m.into(),
+            axis_body,
+            area_m2: None,
+            lift_slope: None,
+            stall_rad: None,
+            limit_rad: None,
+            slipstream: None,
+        })
+    }
+
+    /// The same, after a check of what is optional.
+    ///
+    /// # Errors
+    /// [`Error::Fin`] for an area, slope or angle that cannot be.
+    pub fn checked(self) -> Result<Self, Error> {
+        let refuse = |reason: String| {
+            Err(Error::Fin { what: self.kind.name(), name: self.name.clone(), reason })
+        };
+        let positive = [("area_m2", self.area_m2), ("lift_slope", self.lift_slope)];
+        for (key, value) in positive {
+            if value.is_some_and(|x| !(x > 0.0 && x.is_finite())) {
+                return refuse(format!("its {key} must be a positive number"));
+            }
+        }
+        for (key, angle) in [("stall_deg", self.stall_rad), ("limit_deg", self.limit_rad)] {
+            if angle.is_some_and(|x| !(x > 0.0 && x <= std::f64::consts::FRAC_PI_2)) {
+                return refuse(format!("its {key} must be above 0 and at most 90"));
+            }
+        }
+        if self.lift_slope.is_some() && self.area_m2.is_none() {
+            return refuse("has a lift_slope but no area_m2; add it".to_owned());
+        }
+        Ok(self)
+    }
+
+    fn foil(&self) -> Foil {
+        Foil {
+            kind: self.kind,
+            name: self.name.clone(),
+            position_m: self.position_body.into(),
+            axis: self.axis_body.into(),
+            stall_rad: self.stall_rad,
+        }
+    }
+}
+
+/// An axis that points ahead by more than this has no chord to turn.
+const MOST_AHEAD: f64 = 0.95;
+
+/// What the wind meets.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Windage {
+    /// Area above the water from ahead, m².
+    pub frontal_area_m2: Option<f64>,
+    /// Area above the water from the side, m².
+    pub lateral_area_m2: Option<f64>,
+    /// Length over all, m.
+    pub length_m: Option<f64>,
+}
+
+/// Density of air at 15 °C at sea level, kg/m³.
+const AIR_KG_M3: f64 = 1.225;
+
+impl Windage {
+    /// Wind forces in surge, sway and yaw, with dimensionless coefficients where areas are known.
+    ///
+    /// # Source
+    /// [Fossen2021, ch. 10].
+    fn effects(&self) -> Vec<Effect> {
+        let half = |area: Option<f64>| area.map_or(1.0, |area| 0.5 * AIR_KG_M3 * area);
+        let turning = match (self.lateral_area_m2, self.length_m) {
+            (Some(area), Some(length)) => 0.5 * AIR_KG_M3 * area * length,
+            _ => 1.0,
+        };
+        let wind = |on: Dof, scale: f64| {
+            let force = EffectForce::Wind { on, scale };
+            Effect { name: format!("wind.{on}"), force }
+        };
+        let force = EffectForce::WindAcross { scale: turning };
+        vec![
+            wind(Dof::Surge, half(self.frontal_area_m2)),
+            wind(Dof::Sway, half(self.lateral_area_m2)),
+            wind(Dof::Yaw, turning),
+            Effect { name: "wind.yaw-across".to_owned(), force },
+        ]
+    }
+}
+
+/// An effect of a vehicle on its plants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VehicleEffect {
+    /// The effect.
+    pub effect: Effect,
+    /// Whether a plant has it from the start; else it is tried.
+    pub is_usual: bool,
+    /// Its coefficient, where the vehicle file makes it known.
+    pub known: Option<f64>,
+}
+
+impl Vehicle {
+    /// What rudders, fins, propellers of unknown strength and wind do, each with one coefficient.
+    pub fn effects(&self) -> Vec<VehicleEffect> {
+        let mut all = Vec::new();
+        let mut push = |name: String, force: EffectForce, is_usual: bool, known: Option<f64>| {
+            all.push(VehicleEffect { effect: Effect { name, force }, is_usual, known });
+        };
+        for thruster in &self.propellers {
+            let (propeller, name) = (thruster.name.clone(), &thruster.name);
+            let position_m = thruster.position_body.into();
+            let direction = thruster.direction_body.into();
+            let thrust =
+                EffectForce::Thrust { propeller: propeller.clone(), position_m, direction };
+            push(format!("{name}.thrust"), thrust, true, None);
+            let advance = EffectForce::Advance { propeller, position_m, direction };
+            push(format!("{name}.advance"), advance, false, None);
+            let d = thruster.direction_body;
+            let moment = thruster.position_body.cross(&d);
+            let along = [d.x, d.y, d.z, moment.x, moment.y, moment.z];
+            let mut astern = |what: &str, way: [f64; 6]| {
+                let force = EffectForce::Astern { propeller: name.clone(), way };
+                push(format!("{name}.{what}"), force, false, None);
+            };
+            astern("astern", along);
+            astern("astern-sway", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+            astern("astern-yaw", [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        }
+        for fin in &self.fins {
+            let (foil, name) = (fin.foil(), &fin.name);
+            let known = fin.area_m2.zip(fin.lift_slope);
+            let known = known.map(|(area, slope)| 0.5 * self.water_density_kg_m3 * area * slope);
+            push(format!("{name}.lift"), EffectForce::Lift { foil: foil.clone() }, true, known);
+            let Some(propeller) = &fin.slipstream else { continue };
+            let squared = self.propellers.iter().any(|known| known.name == *propeller);
+            let (propeller, other) = (propeller.clone(), propeller.clone());
+            let force = EffectForce::Slipstream { foil: foil.clone(), propeller: other, squared };
+            push(format!("{name}.slipstream"), force, true, None);
+            push(
+                format!("{name}.race"),
+                EffectForce::Race { foil, propeller, squared },
+                false,
+                None,
+            );
+        }
+        let of_wind = self.windage.unwrap_or_default().effects().into_iter();
+        all.extend(of_wind.map(|effect| VehicleEffect { effect, is_usual: false, known: None }));
+        all
+    }
+
+    /// The channel that drives a propeller of unknown strength.
+    pub fn propeller_input(thruster: &Thruster) -> ThrusterInput {
+        thruster.curve.input()
+    }
+}

@@ -1,0 +1,270 @@
+//! Plants with rudders, propellers of unknown strength and wind come back from their motion.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector6;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use seaplant::motion::{Inputs, simulate};
+use seaplant::plant::{Plant, Signal, Symmetry};
+use seaplant::quantity::{Attitude, Axis, WindFrame, WindPart};
+use seaplant::results::{CoupledPlant, Results, ToldBy};
+use seaplant::{
+    CoupledPlan, Dof, Fin, IdentifyOptions, QuadraticThrust, Quantity, Recording, Role, Surface,
+    ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle, identify,
+};
+
+const AXES: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
+
+/// A vehicle, what is asked of it, and its true coefficients.
+struct Case {
+    vehicle: Vehicle,
+    plan: CoupledPlan,
+    truth: &'static [(&'static str, f64)],
+    /// Force ahead that is logged, N, about which it varies.
+    force: Option<f64>,
+    speed: f64,
+}
+
+/// A ship model of three metres.
+fn ship(known_thrust: bool) -> Vehicle {
+    let strength = if known_thrust { THRUST } else { 1.0 };
+    let law = QuadraticThrust { forward: strength, reverse: strength, ..Default::default() };
+    let curve = ThrustCurve::Quadratic { input: ThrusterInput::Speed, law };
+    let propeller = Thruster::new("propeller", [-1.5, 0.0, 0.0], [1.0, 0.0, 0.0], curve);
+    let propeller = propeller.expect("a thruster");
+    let rudder = Fin::new(Surface::Rudder, "rudder", [-1.5, 0.0, 0.0], [0.0, 0.0, -1.0]);
+    let rudder = Fin { slipstream: Some("propeller".into()), ..rudder.expect("a rudder") };
+    let (thrusters, propellers) =
+        if known_thrust { (vec![propeller], vec![]) } else { (vec![], vec![propeller]) };
+    Vehicle { thrusters, propellers, fins: vec![rudder], ..Vehicle::default() }
+}
+
+const THRUST: f64 = 0.004;
+
+const TRUTH: [(&str, f64); 17] = [
+    ("mass.surge", 260.0),
+    ("mass.sway", 420.0),
+    ("mass.sway-yaw", 12.0),
+    ("mass.yaw", 180.0),
+    ("surge: u", 2.0),
+    ("surge: |u|u", 15.0),
+    ("sway: v", 60.0),
+    ("sway: |v|v", 150.0),
+    ("yaw: r", 90.0),
+    ("yaw: |r|r", 60.0),
+    ("sway: r", 25.0),
+    ("propeller.thrust", THRUST),
+    ("rudder.lift", 60.0),
+    ("rudder.slipstream", 0.01),
+    ("wind.surge", 0.05),
+    ("wind.sway", 0.4),
+    ("wind.yaw", 0.2),
+];
+
+fn plan(hold: &[(&str, f64)], effects: &[&str]) -> CoupledPlan {
+    CoupledPlan {
+        axes: AXES.to_vec(),
+        symmetry: Symmetry::PortStarboard,
+        terms: vec!["sway: r".parse().expect("a term")],
+        effects: effects.iter().map(ToString::to_string).collect(),
+        hold: hold.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+        search: true,
+    }
+}
+
+/// The ship, its plant asked for with some coefficients held and some effects.
+fn case(known_thrust: bool, hold: &[(&str, f64)], effects: &[&str]) -> Case {
+    let (vehicle, plan) = (ship(known_thrust), plan(hold, effects));
+    Case { vehicle, plan, truth: &TRUTH, force: None, speed: 0.8 }
+}
+
+/// REMUS 100 in the plane, its coefficients apart from those that its rudder and its added mass
+/// bring with them: Y_uv = −28.6 is −9.64 of the rudder and −18.96 of the body, N_uv = −24 is
+/// −34.57 of Munk, 6.15 of the rudder and 4.42 of the body. [Prestero2001]
+const REMUS: [(&str, f64); 14] = [
+    ("mass.surge", 31.41),
+    ("mass.sway", 65.98),
+    ("mass.sway-yaw", -1.93),
+    ("mass.yaw", 8.33),
+    ("surge: u", 0.0),
+    ("surge: |u|u", 1.62),
+    ("sway: v", 0.0),
+    ("sway: |v|v", 1310.0),
+    ("yaw: r", 0.0),
+    ("yaw: |r|r", 94.0),
+    ("sway: uv", 18.96),
+    ("yaw: uv", -4.42),
+    ("yaw: |v|v", 3.18),
+    ("rudder.lift", 9.64),
+];
+
+fn remus() -> Case {
+    let rudder = Fin::new(Surface::Rudder, "rudder", [-0.638, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    let vehicle = Vehicle { fins: vec![rudder.expect("a rudder")], ..Vehicle::default() };
+    let terms = ["sway: uv", "yaw: uv", "yaw: |v|v"];
+    let terms = terms.map(|term| term.parse().expect("a term")).to_vec();
+    let plan = CoupledPlan { terms, search: false, ..plan(&[], &[]) };
+    Case { vehicle, plan, truth: &REMUS, force: Some(4.0), speed: 1.5 }
+}
+
+/// The true plant; of the ship, with wind.
+fn truth(case: &Case) -> Plant {
+    let (mut plan, mut vehicle) = (case.plan.clone(), case.vehicle.clone());
+    if case.truth.len() == TRUTH.len() {
+        plan.effects = ["wind.surge", "wind.sway", "wind.yaw"].map(str::to_owned).to_vec();
+        vehicle = ship(false);
+    }
+    plan.hold.clear();
+    let structure = plan.structure(&vehicle, |_| true).expect("a structure");
+    let value = |name: String| {
+        let known = case.truth.iter().find(|(known, _)| *known == name);
+        known.unwrap_or_else(|| panic!("{name} has no truth")).1
+    };
+    let coefficients = structure.names().into_iter().map(value).collect();
+    Plant::new(structure, coefficients).expect("possible")
+}
+
+/// A drive of ten minutes, its rudder turned every few seconds, its speed now and then.
+fn inputs(seed: u64, times: &[f64]) -> BTreeMap<Signal, Timed> {
+    let phase = seed as f64;
+    let of = |f: &dyn Fn(f64) -> f64| {
+        Timed::new("input", times.to_vec(), times.iter().map(|t| f(*t)).collect()).expect("valid")
+    };
+    let rudder = |t: f64| {
+        let turn = (0.21 * t + phase).sin() + (0.09 * t + 2.0 * phase).sin();
+        (1.5 * turn).clamp(-1.0, 1.0) * 0.5
+    };
+    let speed = |t: f64| 55.0 + 20.0 * (0.05 * t + phase).sin().signum();
+    BTreeMap::from([
+        (Signal::Angle { kind: Surface::Rudder, name: "rudder".into() }, of(&rudder)),
+        (Signal::Drive("propeller".into()), of(&speed)),
+        (Signal::AirForward, of(&|t| 4.0 * (0.03 * t + phase).cos())),
+        (Signal::AirStarboard, of(&|t| 4.0 * (0.045 * t + phase).sin())),
+    ])
+}
+
+fn trial(name: &str, role: Role, seed: u64, case: &Case, with_wind: bool) -> Trial {
+    let times: Vec<f64> = (0..3000).map(|k| 0.1 * f64::from(k)).collect();
+    let truth = truth(case);
+    let mut signals = inputs(seed, &times);
+    signals.retain(|signal, _| truth.structure().signals().contains(signal));
+    let phase = seed as f64;
+    let force = case.force.map(|force| {
+        let at = |t: &f64| force * (1.0 + 0.6 * (0.07 * t + phase).sin().signum());
+        Timed::new("force", times.clone(), times.iter().map(at).collect::<Vec<_>>()).expect("valid")
+    });
+    let mut driven = Inputs { signals: signals.clone(), ..Inputs::default() };
+    driven.force[0] = force.clone();
+    let start = Vector6::new(case.speed, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let motion = simulate(&truth, &driven, &start, &times).expect("bounded");
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut measured = |f: &dyn Fn(usize) -> f64, std: f64| {
+        let noise = Normal::new(0.0, std).expect("positive");
+        let values = (0..times.len()).map(|k| f(k) + noise.sample(&mut random)).collect();
+        Timed::new("log", times.clone(), values).expect("valid")
+    };
+    let mut recording = Recording::from([
+        (Quantity::Velocity(Dof::Surge), measured(&|k| motion.velocity[k][0], 0.003)),
+        (Quantity::Velocity(Dof::Sway), measured(&|k| motion.velocity[k][1], 0.003)),
+        (Quantity::Rate(Axis::Z), measured(&|k| motion.velocity[k][5], 0.001)),
+        (Quantity::Attitude(Attitude::Heading), measured(&|k| motion.attitude[k][2], 1e-4)),
+    ]);
+    recording.extend(force.map(|force| (Quantity::Wrench(Dof::Surge), force)));
+    for (signal, series) in signals {
+        let quantity = match signal {
+            Signal::Angle { kind, name } => Quantity::SurfaceAngle { kind, name },
+            Signal::Drive(name) => Quantity::Thruster { name, input: ThrusterInput::Speed },
+            Signal::AirForward | Signal::AirStarboard => continue,
+        };
+        recording.insert(quantity, series);
+    }
+    if with_wind {
+        let air = inputs(seed, &times);
+        let over_ground = |k: usize| {
+            let (x, y) =
+                (air[&Signal::AirForward].values()[k], air[&Signal::AirStarboard].values()[k]);
+            let (sin, cos) = motion.attitude[k][2].sin_cos();
+            (x * cos - y * sin, x * sin + y * cos)
+        };
+        let wind = |part| Quantity::Wind(WindFrame::True, part);
+        let speed = measured(&|k| over_ground(k).0.hypot(over_ground(k).1), 1e-9);
+        let from = measured(&|k| (-over_ground(k).1).atan2(-over_ground(k).0), 1e-9);
+        recording.insert(wind(WindPart::Speed), speed);
+        recording.insert(wind(WindPart::Direction), from);
+    }
+    let setup = TrialSetup {
+        name: name.to_owned(),
+        role,
+        coupled: vec![AXES.to_vec()],
+        ..TrialSetup::default()
+    };
+    Trial::new(setup, &recording, &case.vehicle).expect("complete")
+}
+
+fn identified(case: &Case, with_wind: bool) -> Results {
+    let trials = [("a", Role::Fit, 1), ("b", Role::Fit, 2), ("c", Role::HoldOut, 3)];
+    let trials = trials.map(|(name, role, seed)| trial(name, role, seed, case, with_wind));
+    let coupled = vec![case.plan.clone()];
+    let options = IdentifyOptions { coupled, ..IdentifyOptions::default() };
+    identify(&case.vehicle, &trials, &options).results
+}
+
+/// Every coefficient is within this part of the truth or so many standard deviations.
+const PART: f64 = 0.05;
+const DEVIATIONS: f64 = 3.0;
+
+fn check(plant: &CoupledPlant, case: &Case) {
+    for (name, value) in case.truth {
+        let found = plant.parameters.get(*name).unwrap_or_else(|| panic!("{name} is missing"));
+        let off = (found.value - value).abs();
+        assert!(
+            off <= PART * value.abs() || off <= DEVIATIONS * found.std,
+            "{name}: {} ± {} against {value}",
+            found.value,
+            found.std
+        );
+    }
+}
+
+#[test]
+fn a_ship_comes_back_from_its_rudder_its_propeller_speed_and_the_wind() {
+    let case = case(false, &[("mass.surge", 260.0)], &[]);
+    let results = identified(&case, true);
+    assert!(results.failures.is_empty(), "{:?}", results.failures);
+    let plant = &results.coupled["surge-sway-yaw"];
+    check(plant, &case);
+    assert_eq!(plant.parameters["mass.surge"].told_by, ToldBy::Stated);
+    assert_eq!(plant.parameters["mass.surge"].std, 0.0);
+    let held = plant.hold_out.as_ref().expect("held out");
+    for (dof, score) in &held.by_axis {
+        assert!(score.r2.is_some_and(|r2| r2 > 0.99), "{dof}: {:?}", score.r2);
+    }
+    // What results hold makes the same plant.
+    let again = seaplant::plant_of_result(plant).expect("a plant");
+    assert_eq!(again.structure().effects().len(), plant.effects.len());
+}
+
+#[test]
+fn a_torpedo_comes_back_from_its_thrust_and_its_rudder() {
+    let case = remus();
+    let results = identified(&case, false);
+    assert!(results.failures.is_empty(), "{:?}", results.failures);
+    check(&results.coupled["surge-sway-yaw"], &case);
+}
+
+#[test]
+fn a_rudder_alone_leaves_the_scale_of_force_free() {
+    let results = identified(&case(false, &[], &[]), false);
+    assert!(results.coupled.is_empty());
+    let message = &results.failures[0].message;
+    assert!(message.contains("scale of force") && message.contains("hold"), "{message}");
+}
+
+#[test]
+fn wind_that_is_asked_for_and_not_logged_is_missed() {
+    let results = identified(&case(true, &[], &["wind.sway"]), false);
+    let message = &results.failures[0].message;
+    assert!(message.contains("the wind") && message.contains("wind.true.speed"), "{message}");
+}
