@@ -105,8 +105,8 @@ fn an_offset_belongs_to_a_file_of_the_trial() {
 fn terms_must_make_a_plant() {
     assert_eq!(
         of_campaign("[channels]", "[fit]\nterms = [\"force\", \"bias\"]\n[channels]"),
-        "campaign.toml: fit.terms: the terms [force, bias] make no plant model; keep `force` and \
-         at least one of quadratic and linear"
+        "campaign.toml: fit.terms: the terms [force, bias] do not make a plant model; keep \
+         `force` and at least one of quadratic and linear"
     );
 }
 

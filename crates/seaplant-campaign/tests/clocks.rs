@@ -230,13 +230,13 @@ fn a_clock_that_repeats_itself_is_refused_by_file_and_reason() {
         [("velocity x [m/s]", &|t| (0.3 * t).sin()), ("heading [deg]", &heading)];
     folder.write("dvl.csv", &csv(8.0, 200.0, &columns));
     let message = refusal(&folder, CAMPAIGN);
-    let start = "campaign.toml: trial `turns`, offset_s.\"dvl.csv\": the data do not tell the \
-                 offset of the clocks (";
+    let start = "campaign.toml: trial `turns`, offset_s.\"dvl.csv\": cannot estimate the \
+                 clock offset (";
     assert!(message.starts_with(start), "{message}");
     for says in ["rate.yaw and the rate of attitude.heading: ", "the motion repeats itself"] {
         assert!(message.contains(says), "{message}");
     }
-    assert!(message.contains("state it in seconds"), "{message}");
+    assert!(message.contains("set it in seconds"), "{message}");
 }
 
 #[test]

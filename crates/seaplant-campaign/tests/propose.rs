@@ -278,7 +278,6 @@ fn what_only_looks_like_a_quantity_is_left_out() {
     let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
     for column in [
         "depth setpoint [m]",
-        "acc_x [m/s^2]",
         "vx_ned [m/s]",
         "beam1 velocity [m/s]",
         "altitude [m]",

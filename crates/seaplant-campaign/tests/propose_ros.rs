@@ -106,6 +106,10 @@ fn an_imu_is_turned_from_rep_103_to_ours() {
             ("rate.roll", "/imu/data/angular_velocity.x"),
             ("rate.pitch", "-/imu/data/angular_velocity.y"),
             ("rate.yaw", "-/imu/data/angular_velocity.z"),
+            // Nothing measures velocity.
+            ("acceleration.x", "/imu/data/linear_acceleration.x"),
+            ("acceleration.y", "-/imu/data/linear_acceleration.y"),
+            ("acceleration.z", "-/imu/data/linear_acceleration.z"),
         ],
     );
     let quaternion = "\"/imu/data/orientation.x\", \"/imu/data/orientation.y\", \

@@ -258,7 +258,7 @@ mod tests {
         // By `date -u -d @1700000000` and `date -u -d @1709251199`, the last second of a leap day.
         assert_eq!(instant(1_700_000_000.9).as_deref(), Some("2023-11-14 22:13:20"));
         assert_eq!(instant(1_709_251_199.0).as_deref(), Some("2024-02-29 23:59:59"));
-        assert_eq!(lasting(90.04), "90 s");
+        assert_eq!(lasting(90.04), "90.0 s");
         assert_eq!(lasting(754.9), "12 min 34 s");
         assert_eq!(lasting(7_260.0), "2 h 1 min");
     }
