@@ -59,7 +59,7 @@ fn an_archive_that_swells_past_any_log_is_refused() {
         let Error::TooMuch { packed, unpacked, .. } = &error else { panic!("{error}") };
         assert!(*unpacked > 200 * packed, "{error}");
         let expected = format!(
-            "{name}: {packed} bytes unpack to more than {unpacked}, which no log does; if it is \
+            "{name}: {packed} bytes unpack to more than {unpacked}, which is not plausible for a log; if it is \
              one, unpack it first"
         );
         assert_eq!(without_folder(&error.to_string(), &path), expected);

@@ -243,7 +243,7 @@ fn a_packed_log_is_to_be_unpacked() {
     assert_eq!(
         workshop.refusal(),
         "trial `run 1`: log.csv: unsupported format (looks like a bzip2 archive (unpack it \
-         first); export it as CSV"
+         first)); export it as CSV"
     );
 }
 

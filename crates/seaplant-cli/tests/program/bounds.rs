@@ -68,7 +68,7 @@ fn speeds_whose_squares_overflow_end_every_method() {
 #[cfg(unix)]
 #[test]
 fn a_pipe_or_a_device_is_no_file_to_read() {
-    let no_file = "is no regular file but a pipe or a device; save what it gives to a file and \
+    let no_file = "is a pipe or a device, not a regular file; save its content to a file and \
                    name that";
     for name in ["log.csv", "vehicle.toml", "campaign.toml"] {
         let workshop = Workshop::new();
@@ -104,7 +104,7 @@ fn a_file_of_settings_that_is_far_too_large_is_not_read() {
     file.set_len(1 << 40).expect("a sparse file");
     let message = workshop.seaplant(&["identify", "large.toml"]).assert().code(1);
     let said = String::from_utf8_lossy(&message.get_output().stderr).into_owned();
-    assert!(said.contains("large.toml is larger than 64 MB, which no such file is"), "{said}");
+    assert!(said.contains("large.toml is larger than 64 MB, too large for this kind of file"), "{said}");
 }
 
 #[test]

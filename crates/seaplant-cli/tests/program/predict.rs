@@ -99,7 +99,7 @@ fn what_cannot_be_driven_is_refused_with_what_to_do() {
 fn a_push_where_nothing_is_known_is_told() {
     let workshop = identified();
     let words = workshop.success(&["simulate", "results", "--step", "yaw 5 N m", "--for", "5"]);
-    assert!(words.contains("the inputs push in yaw, of which nothing is known"), "{words}");
+    assert!(words.contains("the inputs also act on yaw, where the plant is not known"), "{words}");
 }
 
 #[test]

@@ -92,7 +92,7 @@ fn a_term_that_is_none_is_misuse() {
 fn terms_that_make_no_plant_are_misuse() {
     misuse(
         &["identify", "campaign.toml", "--terms", "quadratic,bias"],
-        "the terms [quadratic, bias] make no plant model; keep `force` and at least one of \
+        "the terms [quadratic, bias] do not make a plant model; keep `force` and at least one of \
          quadratic and linear",
     );
 }
