@@ -195,7 +195,8 @@ fn a_thrust_coefficient_is_a_positive_number() {
 #[test]
 fn a_curve_is_of_a_known_kind_with_known_keys() {
     let cubic = of_curve("{ kind = \"cubic\" }");
-    let known = "unknown variant `cubic`, expected one of `quadratic`, `table`, `preset`, `estimate`";
+    let known =
+        "unknown variant `cubic`, expected one of `quadratic`, `table`, `preset`, `estimate`";
     assert!(cubic.ends_with(known), "{cubic}");
     let misspelt =
         of_curve("{ kind = \"quadratic\", forward = 1.0, reverse = 1.0, deadbnd = 3.0 }");

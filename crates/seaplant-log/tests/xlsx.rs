@@ -129,7 +129,9 @@ fn a_part_that_swells_past_any_workbook_is_refused() {
     let bytes = workbook.finish().unwrap().into_inner();
     let error = read_bytes(Path::new("log.xlsx"), &bytes, &ReadOptions::default()).unwrap_err();
     assert!(
-        error.to_string().ends_with("which is not plausible for a log; if it is one, unpack it first"),
+        error
+            .to_string()
+            .ends_with("which is not plausible for a log; if it is one, unpack it first"),
         "{error}"
     );
 }

@@ -104,7 +104,10 @@ fn a_file_of_settings_that_is_far_too_large_is_not_read() {
     file.set_len(1 << 40).expect("a sparse file");
     let message = workshop.seaplant(&["identify", "large.toml"]).assert().code(1);
     let said = String::from_utf8_lossy(&message.get_output().stderr).into_owned();
-    assert!(said.contains("large.toml is larger than 64 MB, too large for this kind of file"), "{said}");
+    assert!(
+        said.contains("large.toml is larger than 64 MB, too large for this kind of file"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -90,7 +90,7 @@ impl Thumbnail {
 /// A line about a height; `top` is drawn `reach` above it.
 fn path(time_s: &[f64], y: &[f64], middle: f64, top: f64, reach: f64) -> String {
     let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else { return String::new() };
-    let across = SIZE.0 / (last - first).max(f64::MIN_POSITIVE);
+    let across = if last > first { SIZE.0 / (last - first) } else { 0.0 };
     let up = if top > 0.0 { reach / top } else { 0.0 };
     let (floor, ceiling) = (1.0, SIZE.1 + SIZE.2 - 1.0);
     let mut path = String::new();

@@ -125,6 +125,9 @@ fn of_axis(dof: Dof, axis: &AxisRecord) -> Result<Vec<Stretch>, Error> {
         let grid = stretch.grid;
         let v = stretch.velocity(grid)?;
         let tau = stretch.force(after(grid));
+        if v.iter().chain(tau.iter()).any(|x| !(x * x).is_finite()) {
+            return Err(Error::TooLarge { dof });
+        }
         let samples = grid.times().zip(v.iter().zip(&tau)).map(|(time_s, (v, tau))| Sample {
             time_s,
             velocity: unit * *v,
