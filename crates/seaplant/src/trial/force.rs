@@ -7,7 +7,7 @@ use crate::navigation::Recording;
 use crate::series::{Cutter, Reader};
 use crate::{
     AxisRecord, Dof, Error, Quantity, ThrustCurve, ThrustUncertainty, Thruster, ThrusterInput,
-    Timed, Vehicle,
+    Timed, Vehicle, VehicleEffect,
 };
 
 /// How often a thruster was driven beyond its measured curve.
@@ -184,7 +184,8 @@ impl<'a> Thrusts<'a> {
 
     /// What to do if nothing pushes along `dof`.
     fn advice(&self, dof: Dof) -> String {
-        if self.vehicle.effects().iter().any(|known| known.effect.axes().contains(&dof)) {
+        let acts = |known: &VehicleEffect| known.is_usual && known.effect.axes().contains(&dof);
+        if self.vehicle.effects().iter().any(acts) {
             return format!(
                 "rudders, fins and thrusters whose curve is to be estimated act in a plant of several axes: add a [[plant]] with {dof} among its axes, and leave {dof} out of dof"
             );
