@@ -32,7 +32,9 @@ pub fn published_names() -> Vec<&'static str> {
 pub(crate) fn published_path(name: &str) -> Option<PathBuf> {
     match name.starts_with(PREFIX) {
         true => Some(PathBuf::from(name)),
-        false => published_names().contains(&name).then(|| PathBuf::from(format!("{PREFIX}{name}"))),
+        false => {
+            published_names().contains(&name).then(|| PathBuf::from(format!("{PREFIX}{name}")))
+        }
     }
 }
 

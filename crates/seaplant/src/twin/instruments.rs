@@ -22,7 +22,7 @@ const GRAVITY: f64 = 9.80665;
 /// Resolution of the logged propeller speed, rad/s.
 const SPEED_QUANTUM: f64 = 10.0 * RPM;
 /// Resolution of the logged command, of which 1 is the greatest.
-const COMMAND_QUANTUM: f64 = 0.005;
+const COMMAND_QUANTUM: f64 = 1e-4;
 
 /// A motion as instruments see it, at steps of 0.02 s.
 pub(super) trait Path {

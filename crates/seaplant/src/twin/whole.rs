@@ -156,11 +156,7 @@ fn plans(spec: &WholeTwinSpec, rig: &Rig<'_>) -> Vec<WholePlan> {
 
 impl WholePlan {
     /// Makes the trial; with it comes the mean current in it, north and east, m/s.
-    fn carry_out(
-        self,
-        rig: &Rig<'_>,
-        spent: (f64, f64),
-    ) -> Result<(TwinTrial, [f64; 2]), Error> {
+    fn carry_out(self, rig: &Rig<'_>, spent: (f64, f64)) -> Result<(TwinTrial, [f64; 2]), Error> {
         let streams = Streams { seed: rig.shared.seed, trial: &self.name };
         let ticks = (self.duration_s * TICK_HZ).round() as usize;
         let pilot = WholePilot::of(rig, self.moves, &streams, ticks);
@@ -171,8 +167,7 @@ impl WholePlan {
         whole.check_submerged(&rig.shared, &self.name)?;
         let vehicle = rig.true_vehicle()?;
         let noise = InstrumentNoise::of(rig.shared.noise).with_gyro(rig.shared.noise);
-        let observer =
-            Observer { spec: &rig.shared, vehicle: &vehicle, streams: &streams, noise };
+        let observer = Observer { spec: &rig.shared, vehicle: &vehicle, streams: &streams, noise };
         let recording = record(&observer, &whole)?;
         let Self { name, role, .. } = self;
         Ok((TwinTrial { name, role, dofs: Vec::new(), recording }, currents.mean()))

@@ -105,8 +105,12 @@ impl Whole {
         let mut inputs = Inputs { current: currents.0[0], ..Inputs::default() };
         inputs.attitude[2] = Some(Timed::new("heading", vec![0.0], vec![heading])?);
         let mut moving = Moving::at_rest(&rig.plant, &inputs)?;
-        let mut whole =
-            Self { velocity: Vec::new(), attitude: Vec::new(), sunk: Vec::new(), asked: Vec::new() };
+        let mut whole = Self {
+            velocity: Vec::new(),
+            attitude: Vec::new(),
+            sunk: Vec::new(),
+            asked: Vec::new(),
+        };
         whole.push(&moving, 0.0);
         for (tick, current) in currents.0.iter().enumerate() {
             moving.set_current(*current);

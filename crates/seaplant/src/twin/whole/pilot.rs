@@ -46,12 +46,7 @@ pub(super) struct Seen {
 }
 
 impl<'a> WholePilot<'a> {
-    pub(super) fn of(
-        rig: &'a Rig<'a>,
-        moves: Moves,
-        streams: &Streams<'_>,
-        ticks: usize,
-    ) -> Self {
+    pub(super) fn of(rig: &'a Rig<'a>, moves: Moves, streams: &Streams<'_>, ticks: usize) -> Self {
         let push = Dof::ALL.map(|dof| {
             let most = rig.amplitude(dof);
             let moved = match moves {
@@ -70,21 +65,18 @@ impl<'a> WholePilot<'a> {
     /// brought to the attitude that is wanted.
     pub(super) fn wrench(&self, tick: usize, seen: &Seen) -> Vector6<f64> {
         let [roll, pitch, _] = seen.attitude;
+        let down = down_body(roll, pitch);
         let mut wrench = Vector6::from_fn(|k, _| self.push[k][tick]);
+        let resistance = self.rig.plant.resistance(&seen.velocity, &down);
         for (k, angle) in [(3, roll), (4, pitch)] {
             let (stiffness, damping) = self.rig.hold[k - 3];
-            let target = wrench[k];
-            let righting = self.rig.righting.max(0.0) * target;
-            wrench[k] = if self.rig.force[k] > 0.0 {
-                righting + stiffness * (target - angle) - damping * seen.velocity[k]
-            } else {
-                0.0
-            };
+            let levelling = stiffness * (wrench[k] - angle) - damping * seen.velocity[k];
+            // Munk's moments would roll a weakly righted vehicle over.
+            wrench[k] = if self.rig.force[k] > 0.0 { resistance[k] + levelling } else { 0.0 };
         }
         let mass = self.rig.plant.mass_matrix_of_six()[(2, 2)];
         let up = self.rig.weight_excess()
             + mass * DEPTH_RAD_S * (DEPTH_RAD_S * seen.sunk + 2.0 * seen.sinking);
-        let down = down_body(roll, pitch);
         for k in 0..3 {
             if self.rig.force[k] > 0.0 {
                 wrench[k] -= up * down[k];
@@ -99,10 +91,9 @@ impl Rig<'_> {
     fn amplitude(&self, dof: Dof) -> f64 {
         let force = self.force[dof.index()];
         match dof {
+            _ if force == 0.0 => 0.0,
             Dof::Roll | Dof::Pitch => {
-                let (stiffness, _) = self.hold[dof.index() - 3];
-                let whole = stiffness + self.righting.max(0.0);
-                if whole > 0.0 { force / whole } else { 0.0 }
+                force / (self.hold[dof.index() - 3].0 + self.righting.max(0.0))
             }
             _ => force,
         }

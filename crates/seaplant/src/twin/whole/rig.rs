@@ -28,8 +28,8 @@ pub(super) struct Rig<'a> {
     allocation: DMatrix<f64>,
     /// What drives each axis, N or N m; zero of one that is not driven.
     pub(super) force: [f64; 6],
-    /// Righting moment, and the moment per angle that a pilot adds, and per rate, of roll and
-    /// pitch, N m.
+    /// Righting moment per angle, N m, and the moments per angle and per rate by which the pilot
+    /// levels roll and pitch, N m and N m s.
     pub(super) righting: f64,
     pub(super) hold: [(f64, f64); 2],
     /// Lengths beside those of Jason 2.
@@ -46,7 +46,7 @@ fn weaker_in_reverse() -> f64 {
 /// The most that drives an axis, as a part of what the thrusters give on it alone.
 const FORCE_PART: f64 = 0.4;
 /// How fast a pilot brings the vehicle level, rad/s, and with what damping.
-const LEVELLING: (f64, f64) = (1.5, 0.5);
+const LEVELLING: (f64, f64) = (2.0, 0.7);
 /// Singular values below this part of the greatest are no way to push.
 const RANK: f64 = 1e-6;
 /// A wrench is pushed if this part of it comes out.
@@ -113,7 +113,7 @@ impl<'a> Rig<'a> {
             self.force[at] = match dof {
                 Dof::Roll | Dof::Pitch => {
                     let (natural, damping) = LEVELLING;
-                    let stiffness = (mass[(at, at)] * natural * natural - self.righting).max(0.0);
+                    let stiffness = mass[(at, at)] * natural * natural;
                     self.hold[at - 3] = (stiffness, 2.0 * damping * natural * mass[(at, at)]);
                     ((stiffness + self.righting.max(0.0)) * self.spec.tilt_rad).min(most)
                 }
