@@ -177,7 +177,7 @@ impl<'a> Rig<'a> {
     pub(super) fn believed_vehicle(&self, model: &PlantModel) -> Result<Vehicle, Error> {
         let off = self.shared.strength_of(Disturbance::Lever, self.shared.strength.lever_m);
         let vehicle = self.vehicle(Vector3::new(off, 0.0, off))?;
-        Ok(Vehicle { rigid_body: model.rigid_body.clone(), ..vehicle })
+        Ok(Vehicle { rigid_body: model.rigid_body, ..vehicle })
     }
 
     /// Its own thrusters, and the instruments of Jason 2 at places that suit its size; the DVL is
