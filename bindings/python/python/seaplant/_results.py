@@ -90,6 +90,7 @@ __all__ = [
     "TrueParameters",
     "TruePlant",
     "TrueSteady",
+    "TrueVehicle",
     "Trust",
     "Truth",
     "Validation",
