@@ -119,6 +119,7 @@ pub fn fit_filter_error(
         starts: &starts,
         hold_out: &others,
         tried: candidates.len().max(1),
+        knows_velocity: axes.iter().any(AxisRecord::knows_velocity),
     };
     let base = search.fit(&unknowns, linear, None, &begun);
     let (fitted, structure) = search.run(base, &candidates);
@@ -422,6 +423,9 @@ const fn normal(unknown: Unknown, mean: f64, std: f64) -> Prior {
     Prior { unknown, belief: Belief::Normal { mean, std } }
 }
 
+/// The lag of propellers that nothing is known of, s.
+const UNKNOWN_LAG_S: f64 = 0.3;
+
 /// How far a thrust curve may make the mass seem to be below the dry mass.
 const DRY_MASS_LOG_STD: f64 = 0.1;
 
@@ -433,11 +437,18 @@ fn priors(axes: &[AxisRecord], propellers: &Propellers, dry_mass_kg: Option<f64>
         belief: Belief::AtMost { limit: 1.0 / dry, log_std: DRY_MASS_LOG_STD },
     });
     // Without a velocity, a quick disturbance stands in for drag that the model lacks.
-    let memory = if axes.iter().all(AxisRecord::knows_velocity) { 1.5 } else { 0.7 };
+    let sees_velocity = axes.iter().all(AxisRecord::knows_velocity);
+    let memory = if sees_velocity { 1.5 } else { 0.7 };
+    // Acceleration shows a lag in every step of thrust: there the size of the propeller, of which
+    // a log of force says nothing, need not.
+    let lag_s = match sees_velocity || propellers.thrust > 0.0 {
+        true => propellers.typical_lag_s(),
+        false => UNKNOWN_LAG_S,
+    };
     // 1 N s²/(rad m) for thrusters of 0.04 N/(rad/s)², and alike for others.
     let inflow = 5.0 * propellers.gain;
     [
-        normal(Unknown::Lag, 0.0, propellers.typical_lag_s()),
+        normal(Unknown::Lag, 0.0, lag_s),
         normal(Unknown::LogLagRatio, 0.0, 1.0),
         normal(Unknown::Slew, 0.0, 1.0),
         normal(Unknown::Delay, 0.0, 0.5),
@@ -479,7 +490,8 @@ fn plant(values: &mut Values, lumped: &LumpedParameters) {
 const CORRELATIONS_S: [f64; 4] = [30.0, 3.0, 0.3, 300.0];
 
 /// Starts from the plant of equation error with disturbances of several memories, and from
-/// those of output error with and without linear drag.
+/// those of output error with and without linear drag. Of acceleration alone there is no output
+/// error, and half of the first plant's drag is made linear.
 fn starts(common: &Values, axes: &[AxisRecord], start: &DelayedFit) -> Vec<Values> {
     let with = |lumped: &LumpedParameters, correlation_s: f64| {
         let mut values = *common;
@@ -502,6 +514,12 @@ fn starts(common: &Values, axes: &[AxisRecord], start: &DelayedFit) -> Vec<Value
         {
             all.push(with(&fit.lumped, CORRELATIONS_S[1]));
         }
+    }
+    if !axes.iter().any(AxisRecord::knows_velocity) {
+        let usual = common.shape.usual.speed;
+        let (beta, mu) = (0.5 * own.beta, own.mu + 0.5 * own.beta * usual);
+        let shared = LumpedParameters { beta, mu, ..*own };
+        all.extend([0, 1].map(|k| with(&shared, CORRELATIONS_S[k])));
     }
     all
 }
@@ -643,10 +661,7 @@ fn with_precision(
     optimum: &Optimum,
     mut covariance: DMatrix<f64>,
 ) -> DMatrix<f64> {
-    let has = |unknown| problem.index(unknown, 0).is_some();
-    let alone = has(Unknown::LogAccelerationNoise)
-        && !has(Unknown::LogVelocityNoise)
-        && !has(Unknown::LogPositionNoise);
+    let alone = problem.goes_by_acceleration();
     let of_drag = if alone { PRECISION_OF_DRAG } else { PRECISION };
     let of_mass = if alone { PRECISION_OF_MASS } else { PRECISION };
     let parts = [(Unknown::Alpha, of_mass), (Unknown::Beta, of_drag), (Unknown::Mu, of_drag)];
