@@ -78,7 +78,7 @@ fn trial(log: &TwinTrial, twin: &TwinCampaign) -> Result<SourcedTrial, Failure> 
     let setup = TrialSetup {
         name: log.name.clone(),
         role: log.role,
-        dofs: vec![log.dof],
+        dofs: log.dofs.clone(),
         ..TrialSetup::default()
     };
     let trial = seaplant::Trial::new(setup, &log.recording, &twin.vehicle)?;

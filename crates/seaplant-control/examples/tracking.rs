@@ -69,7 +69,7 @@ fn beliefs(spec: &TwinSpec) -> Result<Beliefs, Box<dyn Error>> {
             let setup = TrialSetup {
                 name: log.name.clone(),
                 role: log.role,
-                dofs: vec![log.dof],
+                dofs: log.dofs.clone(),
                 ..TrialSetup::default()
             };
             Trial::new(setup, &log.recording, &dive.vehicle)

@@ -141,7 +141,7 @@ fn as_trial(trial: &TwinTrial, vehicle: &crate::Vehicle) -> Result<Trial, Error>
     let setup = TrialSetup {
         name: trial.name.clone(),
         role: trial.role,
-        dofs: vec![trial.dof],
+        dofs: trial.dofs.clone(),
         ..Default::default()
     };
     Trial::new(setup, &trial.recording, vehicle)

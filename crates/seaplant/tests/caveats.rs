@@ -27,7 +27,7 @@ fn trials(campaign: &TwinCampaign) -> Vec<Trial> {
         let setup = TrialSetup {
             name: log.name.clone(),
             role: log.role,
-            dofs: vec![log.dof],
+            dofs: log.dofs.clone(),
             ..TrialSetup::default()
         };
         Trial::new(setup, &log.recording, &campaign.vehicle).expect("complete")

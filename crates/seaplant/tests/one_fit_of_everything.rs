@@ -22,7 +22,7 @@ fn heave(steady: SteadyRuns, vehicle: impl Fn(Vehicle) -> Vehicle) -> Results {
             let setup = TrialSetup {
                 name: log.name.clone(),
                 role: log.role,
-                dofs: vec![log.dof],
+                dofs: log.dofs.clone(),
                 ..TrialSetup::default()
             };
             Trial::new(setup, &log.recording, &vehicle).expect("complete")

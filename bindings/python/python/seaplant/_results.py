@@ -90,6 +90,7 @@ __all__ = [
     "TrueParameters",
     "TruePlant",
     "TrueSteady",
+    "TrueVehicle",
     "Trust",
     "Truth",
     "Validation",
@@ -1412,6 +1413,10 @@ class Results(Record):
     coupled: dict[str, CoupledPlant]
     """Plants of several axes, by their axes: ``surge-sway-yaw``."""
 
+    coupled_truth: dict[str, float] | None
+    """True coefficients of the plant of several axes, by name, where the logs are those of
+    the twin of a whole vehicle."""
+
     dry_mass_kg: float | None
     """Its mass in air, kg."""
 
@@ -1865,6 +1870,23 @@ class TrueSteady(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class TrueVehicle(Record):
+    """What is true of a whole vehicle."""
+
+    name: str
+    """What its plant is called."""
+
+    coefficients: dict[str, float]
+    """Its coefficients, by the names that results have for them."""
+
+    tether: dict[str, float]
+    """Standard deviation of the tether's pull on each driven axis, N or N m."""
+
+    mean_current_m_s: dict[str, Floats]
+    """The mean current in each trial, north and east, m/s."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Truth(Record):
     """The twin's true values, in the units of the results."""
 
@@ -1889,6 +1911,9 @@ class Truth(Record):
     mean_current_m_s: dict[str, float]
     """The mean current in each trial, m/s: along the degree of freedom, in yaw to the
     north."""
+
+    vehicle: TrueVehicle | None
+    """The whole vehicle, where several of its axes move at once."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
