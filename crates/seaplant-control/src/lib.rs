@@ -32,6 +32,7 @@ mod error;
 mod linear;
 mod margins;
 mod of_model;
+mod response;
 mod track;
 
 pub use ardusub::ardusub;
@@ -43,6 +44,7 @@ pub use design::{
 pub use error::Error;
 pub use margins::Margins;
 pub use of_model::check_usable;
+pub use response::{Curve, Response, responses};
 pub use track::{Path, Sea, Tracked, track};
 
 use schemars::JsonSchema;

@@ -1,6 +1,7 @@
 //! What an identified plant says of its thrusters.
 
 use seaplant::exchange::PlantModel;
+use seaplant::results::Parameter;
 use seaplant::{Dof, ThrustCurve, Thruster};
 
 use crate::{Actuators, Error};
@@ -13,11 +14,10 @@ impl Actuators {
         for dof in Dof::ALL {
             let i = dof.index();
             if let Some(actuation) = model.actuation.get(&dof) {
-                let value = |x: &Option<seaplant::results::Parameter>| {
-                    x.as_ref().map_or(0.0, |x| x.value.max(0.0))
-                };
-                found.lag_s[i] = value(&actuation.lag);
-                found.delay_s[i] = value(&actuation.delay);
+                let value = |x: Option<&Parameter>| x.map_or(0.0, |x| x.value.max(0.0));
+                // A plant of one axis lags in propeller speed, one of several in force.
+                found.lag_s[i] = value(actuation.lag.as_ref().or(actuation.force_lag.as_ref()));
+                found.delay_s[i] = value(actuation.delay.as_ref());
             }
             found.limit[i] = limit(&model.thrusters, i);
         }

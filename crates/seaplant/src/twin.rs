@@ -31,7 +31,7 @@ pub use strength::DisturbanceStrength;
 pub use truth::{TrueNuisances, TrueParameters, TrueSteady, Truth};
 
 use crate::navigation::Recording;
-use crate::{Dof, Error, PhysicalParameters, Role, Vehicle};
+use crate::{Dof, Error, PhysicalParameters, Role, Trial, TrialSetup, Vehicle};
 use command::Pilot;
 use instruments::record;
 use motion::{Moved, move_vehicle};
@@ -75,6 +75,29 @@ pub struct TwinTrial {
     pub dof: Dof,
     /// What thrusters and instruments logged, in SI units and radians.
     pub recording: Recording,
+}
+
+impl TwinTrial {
+    /// The trial of a vehicle, as its analyst reads it.
+    ///
+    /// # Errors
+    /// As [`Trial::new`].
+    ///
+    /// ```
+    /// use seaplant::twin::{TwinSpec, make};
+    /// let dive = make(&TwinSpec { duration_s: 60.0, ..TwinSpec::jason2() })?;
+    /// assert_eq!(dive.trials[0].trial(&dive.vehicle)?.name(), "surge 1");
+    /// # Ok::<(), seaplant::Error>(())
+    /// ```
+    pub fn trial(&self, vehicle: &Vehicle) -> Result<Trial, Error> {
+        let setup = TrialSetup {
+            name: self.name.clone(),
+            role: self.role,
+            dofs: vec![self.dof],
+            ..TrialSetup::default()
+        };
+        Trial::new(setup, &self.recording, vehicle)
+    }
 }
 
 /// Makes the logs of a twin.

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use seaplant::estimate::online::{Online, OnlineOptions, Sample, Scheme};
 use seaplant::motion::{Inputs, down_body, simulate};
 use seaplant::plant::{Basis, Plant, Structure, Symmetry};
-use seaplant::{Dof, Timed};
+use seaplant::{CoupledPlan, Dof, Fin, Surface, Timed, Vehicle};
 
 const SCHEMES: [Scheme; 3] = [Scheme::Adaptive, Scheme::Recursive, Scheme::Ekf];
 
@@ -243,4 +243,27 @@ fn bad_samples_are_refused_and_change_nothing() {
     let structure = Structure::of(&[Dof::Surge], Symmetry::None).expect("surge");
     let error = Online::new(structure, Scheme::Adaptive, options, None).err().expect("no time");
     assert!(error.to_string().contains("adaptation_s"), "{error}");
+}
+
+#[test]
+fn what_samples_do_not_hold_is_refused_with_what_would_do() {
+    let rudder = Fin::new(Surface::Rudder, "rudder", [-1.5, 0.0, 0.0], [0.0, 0.0, -1.0]);
+    let vehicle = Vehicle { fins: vec![rudder.expect("a rudder")], ..Vehicle::default() };
+    let plan = CoupledPlan {
+        axes: vec![Dof::Surge, Dof::Sway, Dof::Yaw],
+        symmetry: Symmetry::PortStarboard,
+        terms: Vec::new(),
+        effects: Vec::new(),
+        hold: Default::default(),
+        search: false,
+    };
+    let steered = plan.structure(&vehicle, |_| true).expect("a ship");
+    let surge = Structure::of(&[Dof::Surge], Symmetry::None).expect("surge");
+    let held = surge.holding(Basis::Mass(Dof::Surge, Dof::Surge), 100.0).expect("held");
+    for (structure, names) in [(steered, "`rudder.lift`"), (held, "`mass.surge`")] {
+        let options = OnlineOptions::default();
+        let error = Online::new(structure, Scheme::Recursive, options, None).err().expect("no");
+        let message = error.to_string();
+        assert!(message.contains(names) && message.contains("filter-error"), "{message}");
+    }
 }
