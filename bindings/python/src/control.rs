@@ -7,7 +7,7 @@ use seaplant::Dof;
 use seaplant::exchange::Draws;
 use seaplant_control::{
     Actuators, Controller as Law, Design, Law as Kind, Reference, State, Tuning, ardusub, c_header,
-    check_usable, design,
+    check_usable, design, doubts_of_model,
 };
 use serde::Deserialize;
 
@@ -81,7 +81,8 @@ impl Controller {
         let wanted = asked.design();
         let mut gains = design(&model.plant, &draws, &asked.actuators(plant), &wanted)
             .map_err(Failure::from)?;
-        gains.notes.extend(model.reasons_against());
+        let doubts = doubts_of_model(model, &gains);
+        gains.notes.extend(doubts);
         let law = Law::new(model.plant.clone(), gains, &wanted.speed);
         Ok(Self { name: model.name.clone(), law })
     }

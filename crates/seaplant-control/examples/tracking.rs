@@ -249,14 +249,14 @@ fn ratio(rows: &[Row], task: Task, of: impl Fn(&Row) -> [f64; 2]) -> f64 {
     (logs.iter().sum::<f64>() / logs.len() as f64).exp()
 }
 
-fn print_claims(beliefs: &Beliefs, law: Law, rows: &[Row]) {
+fn print_claims(beliefs: &Beliefs, (sea, law): (&str, Law), rows: &[Row]) {
     for task in Task::ALL {
         for (k, (name, _)) in beliefs.iter().enumerate() {
             let by_pd = ratio(rows, task, |row| [row.model[k][0], row.feedback[0]]);
             let by_pid = ratio(rows, task, |row| [row.model[k][0], row.feedback[1]]);
             let adapts = ratio(rows, task, |row| [row.model[k][1], row.model[k][0]]);
             let cells = format!("{by_pd:.2} | {by_pid:.2} | {adapts:.2}");
-            println!("| {} | {} | {name} | {cells} |", law.name(), task.name());
+            println!("| {sea} | {} | {} | {name} | {cells} |", law.name(), task.name());
         }
     }
 }
@@ -312,11 +312,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         if k + 1 == SEAS.len() {
             println!("\n## What a model is worth\n\nGeometric means over the four axes.\n");
+            println!("| sea | law | path | plant | fixed / PD | fixed / PID | adaptive / fixed |");
+            println!("|---|---|---|---|--:|--:|--:|");
             for (sea, law, rows) in &claims {
-                println!("\n{sea}:\n");
-                println!("| law | path | plant | fixed / PD | fixed / PID | adaptive / fixed |");
-                println!("|---|---|---|--:|--:|--:|");
-                print_claims(&beliefs, *law, rows);
+                print_claims(&beliefs, (sea, *law), rows);
             }
         }
     }

@@ -43,7 +43,7 @@ pub use design::{
 };
 pub use error::Error;
 pub use margins::Margins;
-pub use of_model::check_usable;
+pub use of_model::{check_usable, doubts_of_model};
 pub use response::{Curve, Response, responses};
 pub use track::{Path, Sea, Tracked, track};
 

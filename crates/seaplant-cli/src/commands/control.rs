@@ -11,7 +11,7 @@ use seaplant::exchange::{Draws, PlantModel};
 use seaplant::plant::{Basis, Product};
 use seaplant_control::{
     Actuators, Controller, Design, Gains, LqrWeights, Path, Sea, Tracked, Tuning, ardusub,
-    c_header, check_usable, design, responses, track,
+    c_header, check_usable, design, doubts_of_model, responses, track,
 };
 use seaplant_export::{Permission, export, exporter};
 use seaplant_report::control_page;
@@ -44,14 +44,15 @@ pub fn run(arguments: &Control, output: Output) -> Result<ExitCode> {
     let asked = asked(arguments, &model)?;
     let draws = model.draws(Draws { count: arguments.draws.into(), seed: arguments.seed })?;
     let mut gains = design(&model.plant, &draws, &actuators, &asked)?;
-    gains.notes.extend(model.reasons_against());
+    let doubts = doubts_of_model(&model, &gains);
+    gains.notes.extend(doubts);
     let runs = runs(arguments, &model, &actuators, &asked, &gains)?;
     let responses = responses(&model.plant, &draws, &actuators, &asked, &gains)?;
     let (mut files, mut notes) = match &arguments.out {
         Some(_) => files(arguments, &model, &gains)?,
         None => (Vec::new(), Vec::new()),
     };
-    notes.splice(0..0, gains.notes.clone());
+    notes.splice(0..0, gains.notes.iter().cloned().chain(saturation(&runs)));
     if arguments.out.is_some() {
         let lines: Vec<String> =
             words(&gains, &runs, &[], &[]).lines().map(str::to_owned).collect();
@@ -178,6 +179,20 @@ fn runs(
         }
     }
     Ok(runs)
+}
+
+/// Runs that spend more than this part of their time at a limit are told.
+const TOLD_SATURATED: f64 = 0.01;
+
+fn saturation(runs: &[Run]) -> impl Iterator<Item = String> + '_ {
+    let told = runs.iter().filter(|run| run.tracked.saturated > TOLD_SATURATED);
+    told.map(|run| {
+        format!(
+            "in {} some axis is at its limit for {:.0} % of the time, where margins say nothing; ask for less bandwidth, or for slower paths",
+            run.name,
+            100.0 * run.tracked.saturated
+        )
+    })
 }
 
 fn runs_json(runs: &[Run]) -> Value {
