@@ -89,11 +89,15 @@ impl Loop {
             let turned = (now / before).arg();
             let next = phase + turned;
             if (before.norm() - 1.0) * (now.norm() - 1.0) <= 0.0 {
-                let margin = std::f64::consts::PI + next;
+                // Where it crosses, as a part of the step: margins move smoothly with gains.
+                let (above, below) = (before.norm().ln(), now.norm().ln());
+                let part = if above == below { 1.0 } else { above / (above - below) };
+                let at = omega(k - 1) * (omega(k) / omega(k - 1)).powf(part);
+                let margin = std::f64::consts::PI + phase + part * turned;
                 if margin.to_degrees() < found.phase_deg {
                     found.phase_deg = margin.to_degrees();
-                    found.crossover_hz = omega(k) / std::f64::consts::TAU;
-                    found.delay_s = margin / omega(k);
+                    found.crossover_hz = at / std::f64::consts::TAU;
+                    found.delay_s = margin / at;
                 }
             }
             let pi = std::f64::consts::PI;
@@ -132,8 +136,8 @@ mod tests {
         let found = double.margins();
         let x = (2.0 * zeta * zeta + (4.0 * zeta.powi(4) + 1.0).sqrt()).sqrt();
         let expected = (2.0 * zeta * x).atan().to_degrees();
-        assert!((found.phase_deg - expected).abs() < 0.5, "{found:?} against {expected}");
-        assert!((found.crossover_hz * std::f64::consts::TAU / omega - x).abs() < 0.03);
+        assert!((found.phase_deg - expected).abs() < 0.01, "{found:?} against {expected}");
+        assert!((found.crossover_hz * std::f64::consts::TAU / omega - x).abs() < 1e-4);
         assert_eq!(found.gain, GREATEST_GAIN);
     }
 }
