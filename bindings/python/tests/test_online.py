@@ -100,7 +100,7 @@ def test_it_starts_from_a_plant(rov: sp.Plant) -> None:
         (lambda: sp.Online(["surge"]).update(0.0, [1.0], [0.0] * 6), "needs 6"),
         (lambda: sp.Online(["surge"]).update(0.0, {"x": 1.0}, [0.0] * 6), "velocity"),
         (lambda: sp.Online(["surge"]).update(0.0, [float("nan")] * 6, [0.0] * 6), "finite"),
-        (lambda: sp.Online(["surge"]).estimate(), ""),
+        (lambda: sp.Online(["surge"]).estimate(), "not known yet"),
     ],
 )
 def test_what_cannot_be_is_told(make: object, told: str) -> None:
@@ -150,9 +150,7 @@ def test_gains_are_the_command_lines(rov: sp.Plant, command_line: object) -> Non
         "--lag",
         "surge 0.2 s",
     )
-    controller = sp.Controller(
-        rov, {"surge": 0.1}, limit={"surge": 80.0}, lag_s={"surge": 0.2}
-    )
+    controller = sp.Controller(rov, {"surge": 0.1}, limit={"surge": 80.0}, lag_s={"surge": 0.2})
     assert controller.gains == told["gains"]
 
 

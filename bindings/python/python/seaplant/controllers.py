@@ -50,7 +50,8 @@ class Controller:
     seed
         Where their random numbers start.
     anyway
-        Whether to take a plant whose verdict is "do not use", and loops with too small a margin.
+        Whether to take a plant whose verdict is "do not use", and loops with too small a
+        margin.
 
     Raises
     ------
@@ -183,7 +184,8 @@ class Controller:
 
     def __repr__(self) -> str:
         gains = self.gains
-        axes = ", ".join(f"{dof} {of['bandwidth_hz']:g} Hz" for dof, of in gains["axes"].items())
+        axes = ", ".join(
+            f"{dof} {of['bandwidth_hz']:g} Hz" for dof, of in gains["axes"].items()
+        )
         adapts = ", adaptive" if gains["adapts"] else ""
         return f"<Controller by {gains['law']}{adapts}: {axes}>"
-

@@ -85,8 +85,8 @@ class Online:
     symmetry
         Which axes M may couple, as in campaign.toml: none, port-starboard, diagonal.
     terms
-        Terms beside mass, linear and quadratic damping, weight and righting: ``"surge: 1"`` is a
-        constant force, ``"yaw: |v|r"`` damping of one axis by another.
+        Terms beside mass, linear and quadratic damping, weight and righting: ``"surge: 1"`` is
+        a constant force, ``"yaw: |v|r"`` damping of one axis by another.
     vehicle
         Its rigid body, where known, is the least that M may be.
     settings
@@ -220,7 +220,9 @@ class Online:
             If nothing was learnt yet.
         """
         plant, std, inflation, excitation, residual, elapsed_s = self._native.estimate()
-        named = [dict(zip(self._names, all_.tolist(), strict=True)) for all_ in (std, inflation)]
+        named = [
+            dict(zip(self._names, all_.tolist(), strict=True)) for all_ in (std, inflation)
+        ]
         return OnlineEstimate(Plant(plant), named[0], named[1], excitation, residual, elapsed_s)
 
     @property

@@ -464,9 +464,7 @@ def state(given: State) -> Floats:
     return x
 
 
-def six(
-    what: str, given: ArrayLike | Mapping[str, float], names: Sequence[str]
-) -> Floats:
+def six(what: str, given: ArrayLike | Mapping[str, float], names: Sequence[str]) -> Floats:
     """Six numbers, of some by name."""
     if not isinstance(given, Mapping):
         return _floats(given)

@@ -498,6 +498,13 @@ impl Online {
     }
 
     fn plant(&self) -> Result<Plant, Error> {
+        if !self.is_started && self.elapsed_s < self.options.start_s {
+            let (found, needed) = (self.elapsed_s, self.options.start_s);
+            let reason = format!(
+                "is not known yet: {found:.1} s of motion were taken in, and the start needs {needed:.1} s"
+            );
+            return Err(Error::Plant { axes: self.structure.name(), reason });
+        }
         let mut theta = self.coefficients().to_vec();
         self.possible.project(&mut theta);
         Plant::new(self.structure.clone(), theta)
