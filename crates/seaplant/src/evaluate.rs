@@ -59,9 +59,9 @@ pub struct Comparison {
     /// Force in effect at each, N or N m.
     pub force: Vec<f64>,
     /// Velocity as measured, unfiltered, or the slope of position; or mean acceleration over half a
-    /// second, without its mean difference to the simulation.
+    /// second, without its mean over twenty.
     pub measured: Vec<f64>,
-    /// Velocity as simulated from the logged force.
+    /// The same as simulated from the logged force.
     pub simulated: Vec<f64>,
     /// How well they agree.
     pub velocity: Agreement,
@@ -131,10 +131,11 @@ impl Agreement {
 ///
 /// Where position was measured and not velocity, v is the slope of position over half a second
 /// to either side, and v_model that of the simulated position. Where acceleration alone was
-/// measured, means of it over half a second are compared, without the accelerometer's offset, and
-/// the simulation starts from rest. The simulation starts from the
-/// measured velocity, and anew after each gap in force, each half minute without motion, and
-/// each gap of heading in which turns were lost. Where the trial measured position (depth, heading), positions are compared too.
+/// measured, means of it over half a second are compared, both without their mean over twenty
+/// seconds, since gravity leaks slowly into an accelerometer, and the simulation starts from rest.
+/// The simulation starts from the measured velocity, and anew after each gap in force, each half
+/// minute without motion, and each gap of heading in which turns were lost. Where the trial measured
+/// position (depth, heading), positions are compared too.
 ///
 /// # Errors
 /// [`Error::Diverged`] if the plant runs away, and those of [`Trial::axis`].
@@ -184,8 +185,11 @@ pub(crate) fn compare_record(model: &Model, axis: &AxisRecord) -> Result<Compari
 /// Acceleration is compared in means over at least so long, s: vibration is most of a shorter one.
 const COMPARED_OVER_S: f64 = 0.5;
 
-/// [`compare_record`], where acceleration alone was measured: simulated from rest, and without the
-/// offset that the accelerometer has beside the simulation in each part.
+/// What an accelerometer measures over so long is as much gravity, by errors of attitude, as it is
+/// motion.
+const OFFSET_OVER_S: f64 = 20.0;
+
+/// [`compare_record`], where acceleration alone was measured.
 fn compare_acceleration(model: &Model, axis: &AxisRecord) -> Result<Comparison, Error> {
     let mut all = Parts { quantity: ScoredMotion::Acceleration, ..Parts::default() };
     for (from_s, to_s) in axis.parts() {
@@ -202,12 +206,17 @@ fn compare_acceleration(model: &Model, axis: &AxisRecord) -> Result<Comparison, 
         let gain =
             |m: &MeanOver| (velocity.at(m.to_s) - velocity.at(m.from_s)) / (m.to_s - m.from_s);
         let simulated: Vec<f64> = means.iter().map(gain).collect();
-        let off = means.iter().zip(&simulated).map(|(m, s)| m.mean - s).sum::<f64>();
-        let offset = off / means.len() as f64;
-        let held = axis.force.reader();
-        all.add_means(&means, simulated, offset, held);
+        all.add_means(&means, &simulated, axis.force.reader());
     }
     Ok(all.into_comparison(axis.dof, &axis.trial))
+}
+
+/// Values without their mean over each part.
+fn without_means(values: &[f64], parts: usize) -> impl Iterator<Item = f64> + '_ {
+    values.chunks(values.len().div_ceil(parts.max(1)).max(1)).flat_map(|part| {
+        let mean = part.iter().sum::<f64>() / part.len() as f64;
+        part.iter().map(move |value| value - mean)
+    })
 }
 
 /// Means of neighbouring windows, of at least [`COMPARED_OVER_S`] but for those before gaps.
@@ -254,18 +263,15 @@ impl Parts {
         }
     }
 
-    fn add_means(
-        &mut self,
-        means: &[MeanOver],
-        simulated: Vec<f64>,
-        offset: f64,
-        mut force: Reader<'_>,
-    ) {
+    fn add_means(&mut self, means: &[MeanOver], simulated: &[f64], mut force: Reader<'_>) {
         let middle = |m: &MeanOver| 0.5 * (m.from_s + m.to_s);
+        let lasts_s: f64 = means.iter().map(|m| m.to_s - m.from_s).sum();
+        let parts = (lasts_s / OFFSET_OVER_S).round() as usize;
+        let measured: Vec<f64> = means.iter().map(|m| m.mean).collect();
         self.time_s.extend(means.iter().map(middle));
         self.force.extend(means.iter().map(|m| force.held_at(middle(m))));
-        self.measured.extend(means.iter().map(|m| m.mean - offset));
-        self.simulated.extend(simulated);
+        self.measured.extend(without_means(&measured, parts));
+        self.simulated.extend(without_means(simulated, parts));
     }
 
     /// The simulated path is laid on the measured one at its start.

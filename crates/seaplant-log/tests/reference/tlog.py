@@ -13,7 +13,7 @@ UNITS = {
     symbol: (symbol, 1)
     for symbol in (
         "m cm mm m/s cm/s mm/s m/s/s rad deg rad/s mrad/s deg/s s ms ns % V mV A mA rpm W kg "
-        "Pa kPa hPa mbar us"
+        "Pa kPa hPa mbar us mG"
     ).split()
 } | {
     "degE7": ("deg", 1e7),

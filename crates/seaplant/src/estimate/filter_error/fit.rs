@@ -119,6 +119,7 @@ pub fn fit_filter_error(
         starts: &starts,
         hold_out: &others,
         tried: candidates.len().max(1),
+        knows_velocity: axes.iter().any(AxisRecord::knows_velocity),
     };
     let base = search.fit(&unknowns, linear, None, &begun);
     let (fitted, structure) = search.run(base, &candidates);
@@ -479,7 +480,8 @@ fn plant(values: &mut Values, lumped: &LumpedParameters) {
 const CORRELATIONS_S: [f64; 4] = [30.0, 3.0, 0.3, 300.0];
 
 /// Starts from the plant of equation error with disturbances of several memories, and from
-/// those of output error with and without linear drag.
+/// those of output error with and without linear drag. Of acceleration alone there is no output
+/// error, and half of the first plant's drag is made linear.
 fn starts(common: &Values, axes: &[AxisRecord], start: &DelayedFit) -> Vec<Values> {
     let with = |lumped: &LumpedParameters, correlation_s: f64| {
         let mut values = *common;
@@ -502,6 +504,12 @@ fn starts(common: &Values, axes: &[AxisRecord], start: &DelayedFit) -> Vec<Value
         {
             all.push(with(&fit.lumped, CORRELATIONS_S[1]));
         }
+    }
+    if !axes.iter().any(AxisRecord::knows_velocity) {
+        let usual = common.shape.usual.speed;
+        let (beta, mu) = (0.5 * own.beta, own.mu + 0.5 * own.beta * usual);
+        let shared = LumpedParameters { beta, mu, ..*own };
+        all.extend([0, 1].map(|k| with(&shared, CORRELATIONS_S[k])));
     }
     all
 }
@@ -643,10 +651,7 @@ fn with_precision(
     optimum: &Optimum,
     mut covariance: DMatrix<f64>,
 ) -> DMatrix<f64> {
-    let has = |unknown| problem.index(unknown, 0).is_some();
-    let alone = has(Unknown::LogAccelerationNoise)
-        && !has(Unknown::LogVelocityNoise)
-        && !has(Unknown::LogPositionNoise);
+    let alone = problem.goes_by_acceleration();
     let of_drag = if alone { PRECISION_OF_DRAG } else { PRECISION };
     let of_mass = if alone { PRECISION_OF_MASS } else { PRECISION };
     let parts = [(Unknown::Alpha, of_mass), (Unknown::Beta, of_drag), (Unknown::Mu, of_drag)];

@@ -462,7 +462,10 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
             + self.bias
             + self.turning * push.turning;
         let bend = 2.0 * self.beta * sign;
-        let now = Now { r, speed, sign, gamma, lost, a, f, bend, map: self.map(f, a, bend, step) };
+        let reversal = Reversal::of(r, f, step.h);
+        let mut map = self.map(f, a, bend, step);
+        map.of_v += 2.0 * map.h3 * self.beta * f * f * (reversal.by_r + reversal.by_f * a);
+        let now = Now { r, speed, gamma, lost, a, f, bend, reversal, map };
         // Covariances go by the slope of drag and leave its bend out.
         let straight = Now { bend: 0.0, map: self.map(f, a, 0.0, step), ..now };
         let phi = self.transition(&straight, step);
@@ -501,7 +504,8 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
 
     /// The states after a step.
     fn moved(&self, now: &Now, step: &Discrete) -> [f64; S] {
-        let Now { a, f, bend, map: Map { h2, h3, wave, g1, .. }, .. } = *now;
+        let Now { a, f, reversal, map: Map { h2, h3, wave, g1, .. }, .. } = *now;
+        let bend = 2.0 * self.beta * reversal.sign;
         let (h, slow) = (step.h, &step.slow);
         let from = &self.state.x;
         let mut to = *from;
@@ -721,7 +725,8 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
     /// ∂f and ∂a by each fitted unknown, the states held.
     fn partials(&self, push: &Push, now: &Now) -> (Row<N>, Row<N>) {
         let (mut f_by, mut a_by) = ([0.0; N], [0.0; N]);
-        let Now { r, speed, sign, gamma, lost, a, .. } = *now;
+        let Now { r, speed, gamma, lost, a, .. } = *now;
+        let sign = r.signum();
         let mut set = |unknown, f: f64, a: f64| {
             if let Some(j) = self.active.column(unknown).filter(|j| *j < N) {
                 f_by[j] = f;
@@ -825,7 +830,8 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
         now: &Now,
         step: &Discrete,
     ) -> [Row<N>; S] {
-        let Now { a, f, bend, sign, map: Map { h2, h3, wave, g1, .. }, .. } = *now;
+        let Now { a, f, reversal, map: Map { h2, h3, wave, g1, .. }, .. } = *now;
+        let bend = 2.0 * self.beta * (reversal.sign + 0.5 * f * reversal.by_f);
         let (h, slow) = (step.h, &step.slow);
         let x = &self.state.x;
         let mut own = [[0.0; N]; S];
@@ -844,7 +850,7 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
             }
         }
         if let Some(j) = self.column(Unknown::Beta) {
-            own[V][j] += 2.0 * h3 * sign * f * f;
+            own[V][j] += 2.0 * h3 * reversal.sign * f * f;
         }
         self.own_of_noise(&mut own, now, step);
         self.mirror_row(&mut own);
@@ -1190,7 +1196,6 @@ struct Now {
     /// Velocity through the water.
     r: f64,
     speed: f64,
-    sign: f64,
     /// Which propellers push the way the vehicle goes.
     gamma: usize,
     /// Thrust lost per speed.
@@ -1200,7 +1205,35 @@ struct Now {
     f: f64,
     /// How the slope changes with velocity.
     bend: f64,
+    reversal: Reversal,
     map: Map,
+}
+
+/// The sign of the velocity through the water over a step, which may change in it: what makes
+/// `∫ r|r| = |r|r h + |r| f h² + s f² h³/3` exact where `r` changes by `f` per second.
+///
+/// With the sign at the start the velocity after a step would jump as its start passes zero, and
+/// with it the likelihood.
+#[derive(Clone, Copy)]
+struct Reversal {
+    sign: f64,
+    by_r: f64,
+    by_f: f64,
+}
+
+impl Reversal {
+    fn of(r: f64, f: f64, h: f64) -> Self {
+        let reach = f * h;
+        if r * f >= 0.0 || r.abs() >= reach.abs() {
+            let sign = if r == 0.0 { f.signum() } else { r.signum() };
+            return Self { sign, by_r: 0.0, by_f: 0.0 };
+        }
+        // From −1, where it turns at the end of the step, to 0, where it turns at the start.
+        let x = r / reach;
+        let sign = f.signum() * (1.0 + 2.0 * x * (3.0 + x * (3.0 + x)));
+        let by_x = 6.0 * f.signum() * (1.0 + x) * (1.0 + x);
+        Self { sign, by_r: by_x / reach, by_f: -by_x * x / f }
+    }
 }
 
 /// The map over a step.
@@ -1277,5 +1310,37 @@ impl<const S: usize, const N: usize> State<S, N> {
             }
         }
         state
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Reversal;
+
+    /// ∫ r|r| over a step, by the antiderivative |r|³/3f.
+    fn exact(r: f64, f: f64, h: f64) -> f64 {
+        ((r + f * h).abs().powi(3) - r.abs().powi(3)) / (3.0 * f)
+    }
+
+    fn series(r: f64, f: f64, h: f64) -> f64 {
+        let speed = r.abs();
+        speed * r * h + speed * f * h * h + Reversal::of(r, f, h).sign * f * f * h.powi(3) / 3.0
+    }
+
+    #[test]
+    fn drag_over_a_step_is_exact_where_the_vehicle_turns() {
+        let (h, delta) = (0.1, 1e-7);
+        for f in [1.5, -1.5] {
+            for tenth in -15..=15 {
+                let r = 0.01 * f64::from(tenth) + 1e-3;
+                assert!((series(r, f, h) - exact(r, f, h)).abs() < 1e-12, "{r} {f}");
+                let Reversal { by_r, by_f, .. } = Reversal::of(r, f, h);
+                let sign = |r: f64, f: f64| Reversal::of(r, f, h).sign;
+                let of_r = (sign(r + delta, f) - sign(r - delta, f)) / (2.0 * delta);
+                let of_f = (sign(r, f + delta) - sign(r, f - delta)) / (2.0 * delta);
+                assert!((of_r - by_r).abs() < 1e-5 && (of_f - by_f).abs() < 1e-5, "{r} {f}");
+            }
+        }
+        assert_eq!(Reversal::of(0.0, -1.0, h).sign, -1.0);
     }
 }

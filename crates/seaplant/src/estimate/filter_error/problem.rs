@@ -283,6 +283,14 @@ impl<'a> Problem<'a> {
         self.active.column(unknown).map(|j| self.places[record][j])
     }
 
+    /// Whether neither velocity nor position was measured: acceleration alone says what moves.
+    pub(crate) fn goes_by_acceleration(&self) -> bool {
+        let has = |unknown| self.index(unknown, 0).is_some();
+        has(Unknown::LogAccelerationNoise)
+            && !has(Unknown::LogVelocityNoise)
+            && !has(Unknown::LogPositionNoise)
+    }
+
     /// Cost alone.
     pub(crate) fn cost(&self, theta: &DVector<f64>) -> f64 {
         let of = |record: usize| self.likelihood(theta, record, Wanted::Cost).cost;

@@ -47,6 +47,8 @@ pub(crate) struct Search<'a> {
     pub(crate) hold_out: &'a [Record],
     /// How many candidates are tried.
     pub(crate) tried: usize,
+    /// Whether velocity or position was measured, or acceleration alone.
+    pub(crate) knows_velocity: bool,
 }
 
 /// A model that was fitted.
@@ -350,8 +352,9 @@ impl<'a> Search<'a> {
         (samples as f64).ln()
     }
 
-    /// Leaves out what makes held-out trials worse by more than chance, the worst first. Why
-    /// each part of the model that is left stays.
+    /// Leaves out what makes held-out trials worse by more than chance, and what a better optimum
+    /// without it shows not to be worth its place, the worst first. Why each part of the model that
+    /// is left stays.
     fn judge(&self, model: &mut Model<'a>) -> Vec<Decision> {
         loop {
             let without = parallel::map(&model.kept, |c| self.without(&model.fitted, *c));
@@ -368,9 +371,11 @@ impl<'a> Search<'a> {
             let worst = judged
                 .iter()
                 .filter(|(decision, without)| !decision.admitted && without.optimum.converged)
-                .filter(|(decision, _)| decision.likelihood_ratio > decision.needed)
                 .min_by(|a, b| {
-                    let gain = |decision: &Decision| decision.hold_out_ratio.unwrap_or(0.0);
+                    let gain = |decision: &Decision| {
+                        let beyond = (decision.likelihood_ratio - decision.needed).min(0.0);
+                        beyond + decision.hold_out_ratio.unwrap_or(0.0).min(0.0)
+                    };
                     gain(&a.0).total_cmp(&gain(&b.0))
                 });
             let Some((decision, without)) = worst else {
@@ -408,11 +413,15 @@ impl<'a> Search<'a> {
 
     /// What a candidate must bring: by the extended Bayesian information criterion, which asks
     /// for more where many are tried, since the best of many looks good by chance. A term of
-    /// the equation of motion is asked about by itself.
+    /// the equation of motion is asked about by itself. Acceleration alone hardly shows the bend
+    /// of drag: there linear drag stays, for mass and quadratic drag would make up for it.
     ///
     /// # Source
     /// [ChenChen2008]: `ln n` for each number, and `2 ln P` for each of P candidates.
     fn needed(&self, candidate: Candidate) -> f64 {
+        if candidate == Candidate::LinearDrag && !self.knows_velocity {
+            return 0.0;
+        }
         let tried = if candidate.is_term() { 1.0 } else { self.tried as f64 };
         (self.numbers(candidate) * self.ln_samples() + 2.0 * tried.ln()).max(CLEAR_GAIN)
     }
