@@ -43,7 +43,7 @@ fn bode(dof: Dof, response: &Response, axis: &AxisGains) -> Vec<CurveChart> {
     };
     let gain = response.gain.estimate.iter().map(|x| decibels(*x)).collect();
     let crossing = format!(
-        "At rest; at {:.3} Hz it is one, at worst of rest and typical speed.",
+        "At rest. The gain is one at {:.3} Hz, at the worse of rest and typical speed.",
         axis.margins.crossover_hz
     );
     let phase = format!(
