@@ -245,7 +245,7 @@ impl LogEntry {
 
 /// The column that holds a quantity.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table such as { column = \"depth [m]\" }")]
 pub struct ChannelEntry {
     /// Its header, with or without the unit; `FILE:COLUMN` where several files have it.
     pub column: String,

@@ -83,9 +83,18 @@ pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, E
     }
     toml::from_str(text).map_err(|error| Error::Toml {
         path: path.to_owned(),
-        message: error.to_string().trim_end().to_owned(),
+        message: plainly(error.to_string().trim_end()),
         advice: suggestion(error.message(), text),
     })
+}
+
+/// A message without the names that our types have: `expected struct TrialEntry` is a table.
+fn plainly(message: &str) -> String {
+    const STRUCT: &str = "expected struct ";
+    let Some(at) = message.find(STRUCT) else { return message.to_owned() };
+    let (before, named) = (&message[..at], &message[at + STRUCT.len()..]);
+    let end = named.find(|c: char| !c.is_alphanumeric()).unwrap_or(named.len());
+    format!("{before}expected a table, as [name] or {{ key = value }}{}", &named[end..])
 }
 
 /// What is wrong where a key is missing that the file's form does not ask for, and what to do.
@@ -184,6 +193,20 @@ mod tests {
         let message = error.to_string();
         assert!(message.contains("line 2, column 1"), "{message}");
         assert!(message.ends_with("did you mean `position_m`?"), "{message}");
+    }
+
+    #[derive(Debug, serde::Deserialize)]
+    struct Holder {
+        #[expect(dead_code, reason = "only its errors matter here")]
+        sample: Sample,
+    }
+
+    #[test]
+    fn a_value_where_a_table_belongs_is_told_in_words_of_the_file() {
+        let error = parse::<Holder>(Path::new("vehicle.toml"), "sample = 3\n").expect_err("3");
+        let message = error.to_string();
+        assert!(message.contains("expected a table, as [name] or { key = value }"), "{message}");
+        assert!(!message.contains("Sample"), "{message}");
     }
 
     #[test]

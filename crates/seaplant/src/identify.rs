@@ -40,7 +40,8 @@ use crate::{
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdentifyOptions {
     /// The methods, each once; the recommended plant is the first's, unless that is none of a
-    /// vehicle or another's predicts unseen trials better by more than chance.
+    /// vehicle or another's predicts unseen trials better by more than chance. Of the default ones
+    /// the filter error method stands alone where acceleration is all that was measured.
     pub methods: Vec<Method>,
     /// The terms to fit where `terms_of` does not say otherwise; if not given, the default
     /// ones, and linear drag where the filter error method finds it.

@@ -147,6 +147,9 @@ fn table(channels: &[&ChannelSummary], several: bool, inspection: &Inspection) -
     format!("{table}\n")
 }
 
+/// As many constant channels are named; the others are counted.
+const NAMED: usize = 12;
+
 /// Channels that never change, in one line.
 fn folded(channels: &[&ChannelSummary]) -> String {
     if channels.is_empty() {
@@ -156,8 +159,12 @@ fn folded(channels: &[&ChannelSummary]) -> String {
         let unit = channel.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
         format!("{} = {}{unit}", channel.column, significant(channel.min, 4))
     };
-    let all: Vec<String> = channels.iter().map(of).collect();
-    format!("{FAINT}constant:{FAINT:#} {}\n", all.join(", "))
+    let named: Vec<String> = channels.iter().take(NAMED).map(of).collect();
+    let more = match channels.len() - named.len() {
+        0 => String::new(),
+        more => format!(" and {more} more; choose columns with --only"),
+    };
+    format!("{FAINT}constant:{FAINT:#} {}{more}\n", named.join(", "))
 }
 
 /// Later than this a clock counts from 1970 or another day, not from the start of the log, s.

@@ -15,7 +15,7 @@ use crate::judge::{
 };
 use crate::results::{Failure, FittedModel, Identification};
 use crate::trial::Beside;
-use crate::{AxisRecord, Caveat, CaveatCode, Error, Fit, Model, Term, Trial};
+use crate::{AxisRecord, Caveat, CaveatCode, Error, Fit, Model, Term, Trial, VelocitySource};
 
 /// Who is named where no method has a plant to recommend.
 const ANY_METHOD: &str = "any method";
@@ -78,7 +78,7 @@ impl Work<'_> {
             }
         };
         let mut fits = Vec::new();
-        for &method in &self.options.methods {
+        for method in self.methods() {
             watch(method);
             match self.fit(method, self.options.terms_for(self.dof)) {
                 Ok(fit) => fits.push(fit),
@@ -95,6 +95,17 @@ impl Work<'_> {
             }
         }
         self.recommend(judged, &bench, &late, found)
+    }
+
+    /// The methods that were asked for; of the default ones, those that these logs allow.
+    fn methods(&self) -> Vec<Method> {
+        let all = &self.options.methods;
+        let axes = self.axes(&self.trials.fit, VelocitySource::Measured).unwrap_or_default();
+        let is_blind = !axes.is_empty() && !axes.iter().any(AxisRecord::knows_velocity);
+        match is_blind && *all == Method::DEFAULT {
+            true => vec![Method::FilterError],
+            false => all.clone(),
+        }
     }
 
     fn bench(&self) -> Result<Bench, Error> {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::working::drag_at;
 use crate::caveat::spoken;
 use crate::results::{PlantResult, Score, TrialScore};
-use crate::{Caveat, CaveatCode, Dof, Estimate, Fit, Severity, Stability, Term};
+use crate::{Caveat, CaveatCode, Dof, Estimate, Fit, ScoredMotion, Severity, Stability, Term};
 
 /// How far a plant may be trusted.
 #[derive(
@@ -160,7 +160,7 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
         score.quantity.null_model(),
     );
     let vouched = vouched(score);
-    if free_error(score) > PREDICTS * score.null_error && !vouched {
+    if free_error(score) > PREDICTS * score.null_error && !vouched && !explains(score) {
         return of(Trust::Doubtful, format!("it predicts {against}"));
     }
     if let Some(reason) = no_better_than_null(score, &trials, unit, vouched) {
@@ -194,6 +194,16 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
         1 => of(Trust::UsableWithCare, format!("1 warning, predicts {against}")),
         n => of(Trust::UsableWithCare, format!("{n} warnings, predicts {against}")),
     }
+}
+
+/// Of acceleration a plant that predicts explains this part of the variance; the rest may be
+/// vibration.
+const EXPLAINED: f64 = 0.5;
+
+/// Whether it explains most of the acceleration of trials where nothing else was measured.
+fn explains(score: &Score) -> bool {
+    let explained = score.r_squared.is_some_and(|r_squared| r_squared > EXPLAINED);
+    score.quantity == ScoredMotion::Acceleration && explained
 }
 
 /// Null models are given the trials' offsets, so that the plant is, too.

@@ -423,6 +423,9 @@ const fn normal(unknown: Unknown, mean: f64, std: f64) -> Prior {
     Prior { unknown, belief: Belief::Normal { mean, std } }
 }
 
+/// The lag of propellers that nothing is known of, s.
+const UNKNOWN_LAG_S: f64 = 0.3;
+
 /// How far a thrust curve may make the mass seem to be below the dry mass.
 const DRY_MASS_LOG_STD: f64 = 0.1;
 
@@ -434,11 +437,18 @@ fn priors(axes: &[AxisRecord], propellers: &Propellers, dry_mass_kg: Option<f64>
         belief: Belief::AtMost { limit: 1.0 / dry, log_std: DRY_MASS_LOG_STD },
     });
     // Without a velocity, a quick disturbance stands in for drag that the model lacks.
-    let memory = if axes.iter().all(AxisRecord::knows_velocity) { 1.5 } else { 0.7 };
+    let sees_velocity = axes.iter().all(AxisRecord::knows_velocity);
+    let memory = if sees_velocity { 1.5 } else { 0.7 };
+    // Acceleration shows a lag in every step of thrust: there the size of the propeller, of which
+    // a log of force says nothing, need not.
+    let lag_s = match sees_velocity || propellers.thrust > 0.0 {
+        true => propellers.typical_lag_s(),
+        false => UNKNOWN_LAG_S,
+    };
     // 1 N s²/(rad m) for thrusters of 0.04 N/(rad/s)², and alike for others.
     let inflow = 5.0 * propellers.gain;
     [
-        normal(Unknown::Lag, 0.0, propellers.typical_lag_s()),
+        normal(Unknown::Lag, 0.0, lag_s),
         normal(Unknown::LogLagRatio, 0.0, 1.0),
         normal(Unknown::Slew, 0.0, 1.0),
         normal(Unknown::Delay, 0.0, 0.5),

@@ -169,7 +169,8 @@ impl<'a> Search<'a> {
             Fitted::within(problem.clone(), *from, at, SCREENING)
         });
         begun.sort_by(|a, b| a.optimum.cost.total_cmp(&b.optimum.cost));
-        begun.truncate(FINALISTS);
+        // Acceleration alone has optima with and without linear drag, far apart.
+        begun.truncate(if self.knows_velocity { FINALISTS } else { begun.len() });
         let ended = parallel::map(&begun, |begun| match begun.optimum.converged {
             true => begun.clone(),
             false => Fitted::of(begun.problem.clone(), Some(begun), &self.fixed),
