@@ -202,7 +202,7 @@ const TOLD_PHASE_DEG: f64 = 20.0;
 /// says anyway.
 ///
 /// # Source
-/// [Smallwood2004] for the laws of one axis, [Fossen2021, ch. 15 and 16] for six.
+/// \[Smallwood2004\] for the laws of one axis, [Fossen2021, ch. 15 and 16] for six.
 pub fn design(
     plant: &Plant,
     draws: &[Plant],
