@@ -72,6 +72,12 @@ impl From<seaplant_export::Error> for Failure {
     }
 }
 
+impl From<seaplant_control::Error> for Failure {
+    fn from(error: seaplant_control::Error) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
 impl From<seaplant_report::Error> for Failure {
     fn from(error: seaplant_report::Error) -> Self {
         Self::Input(error.to_string())

@@ -11,7 +11,9 @@
 
 mod border;
 mod campaign;
+mod control;
 mod log;
+mod online;
 mod plant;
 mod results;
 mod schema;
@@ -27,7 +29,11 @@ mod _native {
     #[pymodule_export]
     use crate::campaign::{Campaign, method_names};
     #[pymodule_export]
+    use crate::control::Controller;
+    #[pymodule_export]
     use crate::log::{Log, calendar_second, is_quantity, time_column};
+    #[pymodule_export]
+    use crate::online::Online;
     #[pymodule_export]
     use crate::plant::{Plant, state_names};
     #[pymodule_export]

@@ -52,8 +52,12 @@ pub struct Setting {
 }
 
 impl Plant {
-    fn of(model: PlantModel) -> Result<Self, Failure> {
+    pub fn of(model: PlantModel) -> Result<Self, Failure> {
         Ok(Self { space: StateSpace::new(&model.plant)?, model })
+    }
+
+    pub fn model(&self) -> &PlantModel {
+        &self.model
     }
 }
 

@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
 use pyo3::prelude::*;
+use seaplant::IdentifyOptions;
 use seaplant::navigation::Recording;
 use seaplant::twin::{TwinCampaign, TwinSpec, TwinTrial, make};
-use seaplant::{IdentifyOptions, TrialSetup};
 use seaplant_campaign::{SourcedTrial, SourcedVehicle, twin_files};
 use seaplant_log::{MemoryColumn, MemoryTable};
 
@@ -75,13 +75,7 @@ impl Twin {
 }
 
 fn trial(log: &TwinTrial, twin: &TwinCampaign) -> Result<SourcedTrial, Failure> {
-    let setup = TrialSetup {
-        name: log.name.clone(),
-        role: log.role,
-        dofs: log.dofs.clone(),
-        ..TrialSetup::default()
-    };
-    let trial = seaplant::Trial::new(setup, &log.recording, &twin.vehicle)?;
+    let trial = log.trial(&twin.vehicle)?;
     Ok(SourcedTrial { trial, inputs: Vec::new(), offsets: Vec::new(), start_s: 0.0 })
 }
 

@@ -202,7 +202,7 @@ const TOLD_PHASE_DEG: f64 = 20.0;
 /// says anyway.
 ///
 /// # Source
-/// [Smallwood2004] for the laws of one axis, [Fossen2021, ch. 15 and 16] for six.
+/// \[Smallwood2004\] for the laws of one axis, [Fossen2021, ch. 15 and 16] for six.
 pub fn design(
     plant: &Plant,
     draws: &[Plant],
@@ -314,8 +314,7 @@ fn axis(
         margins: none,
         worst: none,
     };
-    let period_s = 1.0 / asked.sample_hz;
-    let of = |truth: &Plant| margins_with(plant, truth, &gains, asked, dof, period_s);
+    let of = |truth: &Plant| margins_with(plant, truth, &gains, asked, dof);
     let margins = of(plant);
     let worst = draws.iter().map(of).fold(margins, lesser);
     (gains.margins, gains.worst) = (margins, worst);
@@ -340,31 +339,37 @@ fn margins_with(
     gains: &AxisGains,
     asked: &Design,
     dof: Dof,
-    period_s: f64,
 ) -> Margins {
+    let at = |speed: f64| loop_of(plant, truth, gains, asked, dof, speed).margins();
+    lesser(at(0.0), at(asked.speed[dof.index()]))
+}
+
+/// The loop of an axis of a vehicle with a controller for a plant, about a speed.
+pub(crate) fn loop_of(
+    plant: &Plant,
+    truth: &Plant,
+    gains: &AxisGains,
+    asked: &Design,
+    dof: Dof,
+    speed: f64,
+) -> Loop {
     let place = truth.axes().iter().position(|axis| *axis == dof);
     let free = truth.mass_matrix().try_inverse().zip(place);
-    let mass = free.map_or(gains.mass, |(inverse, k)| 1.0 / inverse[(k, k)]);
     let lever = |plant: &Plant| plant.coefficient(&Basis::Lever(2)).unwrap_or(0.0);
     let taken = if asked.law.is_model_based() { lever(plant) } else { 0.0 };
     let left = lever(truth) - taken;
-    let righting = if matches!(dof, Dof::Roll | Dof::Pitch) { left } else { 0.0 };
-    let at = |speed: f64| {
-        // What exact linearisation takes away acts through lag and delay, too.
-        let taken = if asked.law == Law::Exact { own_slope(plant, dof, speed) } else { 0.0 };
-        let margins = Loop {
-            mass,
-            damping: own_slope(truth, dof, speed),
-            righting,
-            kp: gains.kp,
-            kd: gains.kd - taken,
-            ki: gains.ki,
-            lag_s: gains.lag_s,
-            late_s: gains.delay_s + 0.5 * period_s,
-        };
-        margins.margins()
-    };
-    lesser(at(0.0), at(asked.speed[dof.index()]))
+    // What exact linearisation takes away acts through lag and delay, too.
+    let slope = if asked.law == Law::Exact { own_slope(plant, dof, speed) } else { 0.0 };
+    Loop {
+        mass: free.map_or(gains.mass, |(inverse, k)| 1.0 / inverse[(k, k)]),
+        damping: own_slope(truth, dof, speed),
+        righting: if matches!(dof, Dof::Roll | Dof::Pitch) { left } else { 0.0 },
+        kp: gains.kp,
+        kd: gains.kd - slope,
+        ki: gains.ki,
+        lag_s: gains.lag_s,
+        late_s: gains.delay_s + 0.5 / asked.sample_hz,
+    }
 }
 
 fn refuse_slim(

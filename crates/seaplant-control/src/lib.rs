@@ -32,6 +32,7 @@ mod error;
 mod linear;
 mod margins;
 mod of_model;
+mod response;
 mod track;
 
 pub use ardusub::ardusub;
@@ -42,7 +43,8 @@ pub use design::{
 };
 pub use error::Error;
 pub use margins::Margins;
-pub use of_model::check_usable;
+pub use of_model::{check_usable, doubts_of_model};
+pub use response::{Curve, Response, responses};
 pub use track::{Path, Sea, Tracked, track};
 
 use schemars::JsonSchema;

@@ -32,6 +32,12 @@ pub(crate) struct Loop {
     pub(crate) late_s: f64,
 }
 
+/// An integrator or two begin near −180°, which rounding may make +180°.
+fn first_phase(at: Complex<f64>) -> f64 {
+    let phase = at.arg();
+    if phase > std::f64::consts::FRAC_PI_2 { phase - std::f64::consts::TAU } else { phase }
+}
+
 /// Frequencies in a decade.
 const IN_A_DECADE: usize = 200;
 
@@ -42,6 +48,23 @@ impl Loop {
         let plant = s * s * self.mass + s * self.damping + self.righting;
         let late = Complex::from_polar(1.0, -self.late_s * omega);
         controller * late / (plant * (s * self.lag_s + 1.0))
+    }
+
+    /// |L| and its phase in degrees at frequencies, which ascend.
+    ///
+    /// Phase goes on from one frequency to the next, and begins between −270° and 90°.
+    pub(crate) fn bode(&self, frequency_hz: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut before: Option<(Complex<f64>, f64)> = None;
+        let at = |hz: &f64| {
+            let now = self.at(std::f64::consts::TAU * hz);
+            let phase = match before {
+                Some((last, phase)) => phase + (now / last).arg(),
+                None => first_phase(now),
+            };
+            before = Some((now, phase));
+            (now.norm(), phase.to_degrees())
+        };
+        frequency_hz.iter().map(at).unzip()
     }
 
     /// Margins over frequencies around those of the gains.
@@ -60,21 +83,21 @@ impl Loop {
             crossover_hz: 0.0,
         };
         let mut before = self.at(omega(0));
-        let mut phase = before.arg();
-        // An integrator or two begin near −180°, which rounding may make +180°.
-        if phase > std::f64::consts::FRAC_PI_2 {
-            phase -= std::f64::consts::TAU;
-        }
+        let mut phase = first_phase(before);
         for k in 1..count {
             let now = self.at(omega(k));
             let turned = (now / before).arg();
             let next = phase + turned;
             if (before.norm() - 1.0) * (now.norm() - 1.0) <= 0.0 {
-                let margin = std::f64::consts::PI + next;
+                // Where it crosses, as a part of the step: margins move smoothly with gains.
+                let (above, below) = (before.norm().ln(), now.norm().ln());
+                let part = if above == below { 1.0 } else { above / (above - below) };
+                let at = omega(k - 1) * (omega(k) / omega(k - 1)).powf(part);
+                let margin = std::f64::consts::PI + phase + part * turned;
                 if margin.to_degrees() < found.phase_deg {
                     found.phase_deg = margin.to_degrees();
-                    found.crossover_hz = omega(k) / std::f64::consts::TAU;
-                    found.delay_s = margin / omega(k);
+                    found.crossover_hz = at / std::f64::consts::TAU;
+                    found.delay_s = margin / at;
                 }
             }
             let pi = std::f64::consts::PI;
@@ -113,8 +136,8 @@ mod tests {
         let found = double.margins();
         let x = (2.0 * zeta * zeta + (4.0 * zeta.powi(4) + 1.0).sqrt()).sqrt();
         let expected = (2.0 * zeta * x).atan().to_degrees();
-        assert!((found.phase_deg - expected).abs() < 0.5, "{found:?} against {expected}");
-        assert!((found.crossover_hz * std::f64::consts::TAU / omega - x).abs() < 0.03);
+        assert!((found.phase_deg - expected).abs() < 0.01, "{found:?} against {expected}");
+        assert!((found.crossover_hz * std::f64::consts::TAU / omega - x).abs() < 1e-4);
         assert_eq!(found.gain, GREATEST_GAIN);
     }
 }

@@ -3,6 +3,7 @@
 mod axis;
 mod chart;
 mod comparison;
+mod curves;
 mod font;
 mod ink;
 mod png_writer;
@@ -20,6 +21,7 @@ use seaplant::{Dof, Method, Role};
 use crate::Error;
 
 pub(crate) use comparison::description as comparison_description;
+pub(crate) use curves::scene as curves_scene;
 pub(crate) use ink::{Ink, hex, style_sheet};
 pub(crate) use prediction::scene as prediction_scene;
 pub(crate) use scene::Scene;

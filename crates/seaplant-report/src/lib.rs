@@ -4,6 +4,7 @@
 //! [`render`] hands them out one by one; where they are written is the caller's.
 
 mod chart;
+mod control;
 mod csv_files;
 mod decimate;
 mod error;
@@ -26,6 +27,7 @@ use std::io::{self, Write};
 use seaplant::results::{BollardPullResult, Results, Series};
 use seaplant::{Comparison, Dof, PositionComparison};
 
+pub use control::{CurveChart, control_page, is_control_page};
 pub use error::Error;
 pub use figure::Figure;
 pub use json::{parse_results, results_schema};

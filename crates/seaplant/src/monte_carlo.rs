@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::{Candidate, Decision};
 use crate::results::{Parameter, PlantResult, Results, Trust};
 use crate::series::median;
-use crate::twin::{TwinPlant, TwinSpec, TwinTrial, make};
-use crate::{Dof, Error, Estimate, IdentifyOptions, Method, Role, Trial, TrialSetup, identify};
+use crate::twin::{TwinPlant, TwinSpec, make};
+use crate::{Dof, Error, Estimate, IdentifyOptions, Method, Role, Trial, identify};
 
 /// A parameter of the plant.
 #[derive(
@@ -130,21 +130,11 @@ pub fn sample(spec: &TwinSpec, options: &IdentifyOptions) -> Result<Vec<Sample>,
     let twin = make(spec)?;
     let unsteady = twin.trials.iter().filter(|trial| trial.role != Role::Steady);
     let trials: Vec<Trial> =
-        unsteady.map(|trial| as_trial(trial, &twin.vehicle)).collect::<Result<_, _>>()?;
+        unsteady.map(|trial| trial.trial(&twin.vehicle)).collect::<Result<_, _>>()?;
     let options = IdentifyOptions { subsets: false, ..options.clone() };
     let results = identify(&twin.vehicle, &trials, &options).results;
     let pairs = spec.dofs.iter().flat_map(|dof| options.methods.iter().map(move |m| (*dof, *m)));
     Ok(pairs.map(|(dof, method)| sample_of(spec, &results, dof, method)).collect())
-}
-
-fn as_trial(trial: &TwinTrial, vehicle: &crate::Vehicle) -> Result<Trial, Error> {
-    let setup = TrialSetup {
-        name: trial.name.clone(),
-        role: trial.role,
-        dofs: trial.dofs.clone(),
-        ..Default::default()
-    };
-    Trial::new(setup, &trial.recording, vehicle)
 }
 
 fn sample_of(spec: &TwinSpec, results: &Results, dof: Dof, method: Method) -> Sample {

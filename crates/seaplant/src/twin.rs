@@ -34,7 +34,7 @@ pub use truth::{TrueNuisances, TrueParameters, TrueSteady, TrueVehicle, Truth};
 pub use whole::{Driving, WholeTwinSpec, make_whole};
 
 use crate::navigation::Recording;
-use crate::{CoupledPlan, Dof, Error, PhysicalParameters, Role, Vehicle};
+use crate::{CoupledPlan, Dof, Error, PhysicalParameters, Role, Trial, TrialSetup, Vehicle};
 use command::Pilot;
 use instruments::{Observer, Single, record};
 use motion::{Moved, move_vehicle};
@@ -79,6 +79,29 @@ pub struct TwinTrial {
     pub dofs: Vec<Dof>,
     /// What thrusters and instruments logged, in SI units and radians.
     pub recording: Recording,
+}
+
+impl TwinTrial {
+    /// The trial of a vehicle, as its analyst reads it.
+    ///
+    /// # Errors
+    /// As [`Trial::new`].
+    ///
+    /// ```
+    /// use seaplant::twin::{TwinSpec, make};
+    /// let dive = make(&TwinSpec { duration_s: 60.0, ..TwinSpec::jason2() })?;
+    /// assert_eq!(dive.trials[0].trial(&dive.vehicle)?.name(), "surge 1");
+    /// # Ok::<(), seaplant::Error>(())
+    /// ```
+    pub fn trial(&self, vehicle: &Vehicle) -> Result<Trial, Error> {
+        let setup = TrialSetup {
+            name: self.name.clone(),
+            role: self.role,
+            dofs: self.dofs.clone(),
+            ..TrialSetup::default()
+        };
+        Trial::new(setup, &self.recording, vehicle)
+    }
 }
 
 /// Makes the logs of a twin.

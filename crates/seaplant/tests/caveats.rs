@@ -23,16 +23,8 @@ fn twin(dof: Dof, disturbances: &str) -> TwinCampaign {
 }
 
 fn trials(campaign: &TwinCampaign) -> Vec<Trial> {
-    let as_trial = |log: &seaplant::twin::TwinTrial| {
-        let setup = TrialSetup {
-            name: log.name.clone(),
-            role: log.role,
-            dofs: log.dofs.clone(),
-            ..TrialSetup::default()
-        };
-        Trial::new(setup, &log.recording, &campaign.vehicle).expect("complete")
-    };
-    campaign.trials.iter().map(as_trial).collect()
+    let trials = campaign.trials.iter().map(|log| log.trial(&campaign.vehicle).expect("complete"));
+    trials.collect()
 }
 
 fn results(campaign: &TwinCampaign) -> Results {

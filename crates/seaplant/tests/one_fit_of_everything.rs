@@ -15,19 +15,8 @@ fn heave(steady: SteadyRuns, vehicle: impl Fn(Vehicle) -> Vehicle) -> Results {
     let spec = TwinSpec { dofs: [Dof::Heave].into(), steady, ..TwinSpec::jason2() };
     let campaign = make(&spec).expect("a valid twin");
     let vehicle = vehicle(campaign.vehicle);
-    let trials: Vec<Trial> = campaign
-        .trials
-        .iter()
-        .map(|log| {
-            let setup = TrialSetup {
-                name: log.name.clone(),
-                role: log.role,
-                dofs: log.dofs.clone(),
-                ..TrialSetup::default()
-            };
-            Trial::new(setup, &log.recording, &vehicle).expect("complete")
-        })
-        .collect();
+    let trials = campaign.trials.iter().map(|log| log.trial(&vehicle).expect("complete"));
+    let trials: Vec<Trial> = trials.collect();
     let options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
     identify(&vehicle, &trials, &options).results
 }

@@ -25,11 +25,13 @@ from seaplant._results import (
     SteadyResult,
     Validation,
 )
+from seaplant.controllers import Controller
 from seaplant.errors import FileError, InputError, MissingFileError
 from seaplant.estimator import PlantEstimator
 from seaplant.fits import Fit, Simulation
 from seaplant.identification import identify, identify_campaign, steady_drag
 from seaplant.logs import Channel, Log
+from seaplant.online import Online, OnlineEstimate, PlantChange
 from seaplant.plants import Linear, Motion, Plant
 from seaplant.shards import ShardClock, Shards, accumulate
 from seaplant.trials import Axis, Trial
@@ -56,6 +58,7 @@ __all__ = [
     "BollardPullResult",
     "Caveat",
     "Channel",
+    "Controller",
     "Dvl",
     "FileError",
     "Fit",
@@ -64,8 +67,11 @@ __all__ = [
     "Log",
     "MissingFileError",
     "Motion",
+    "Online",
+    "OnlineEstimate",
     "Parameter",
     "Plant",
+    "PlantChange",
     "PlantEstimator",
     "PlantResult",
     "PositionSensor",

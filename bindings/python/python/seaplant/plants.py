@@ -464,6 +464,18 @@ def state(given: State) -> Floats:
     return x
 
 
+def six(what: str, given: ArrayLike | Mapping[str, float], names: Sequence[str]) -> Floats:
+    """Six numbers, of some by name."""
+    if not isinstance(given, Mapping):
+        return _floats(given)
+    x = np.zeros(6)
+    for name, value in given.items():
+        if name not in names:
+            raise InputError(f"unknown {name!r} of {what}; expected {', '.join(names)}")
+        x[names.index(name)] = value
+    return x
+
+
 def _floats(given: ArrayLike) -> Floats:
     try:
         return np.asarray(given, dtype=float)

@@ -1,5 +1,7 @@
 //! A controller for a plant.
 
+mod charts;
+
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
@@ -9,11 +11,13 @@ use seaplant::exchange::{Draws, PlantModel};
 use seaplant::plant::{Basis, Product};
 use seaplant_control::{
     Actuators, Controller, Design, Gains, LqrWeights, Path, Sea, Tracked, Tuning, ardusub,
-    c_header, check_usable, design, track,
+    c_header, check_usable, design, doubts_of_model, responses, track,
 };
 use seaplant_export::{Permission, export, exporter};
+use seaplant_report::control_page;
 use serde_json::{Value, json};
 
+use self::charts::charts;
 use super::plant::{file_of, read_plant};
 use super::predict::quantity;
 use crate::args::Control;
@@ -40,13 +44,22 @@ pub fn run(arguments: &Control, output: Output) -> Result<ExitCode> {
     let asked = asked(arguments, &model)?;
     let draws = model.draws(Draws { count: arguments.draws.into(), seed: arguments.seed })?;
     let mut gains = design(&model.plant, &draws, &actuators, &asked)?;
-    gains.notes.extend(model.reasons_against());
+    let doubts = doubts_of_model(&model, &gains);
+    gains.notes.extend(doubts);
     let runs = runs(arguments, &model, &actuators, &asked, &gains)?;
-    let (files, mut notes) = match &arguments.out {
+    let responses = responses(&model.plant, &draws, &actuators, &asked, &gains)?;
+    let (mut files, mut notes) = match &arguments.out {
         Some(_) => files(arguments, &model, &gains)?,
         None => (Vec::new(), Vec::new()),
     };
-    notes.splice(0..0, gains.notes.clone());
+    notes.splice(0..0, gains.notes.iter().cloned().chain(saturation(&runs)));
+    if arguments.out.is_some() {
+        let lines: Vec<String> =
+            words(&gains, &runs, &[], &[]).lines().map(str::to_owned).collect();
+        let charts = charts(&gains, &responses, &runs);
+        let bytes = control_page(&model.name, &lines, &notes, &charts)?;
+        files.push(File { path: "control.html".to_owned(), bytes });
+    }
     if let Some(folder) = &arguments.out {
         let inputs = [file_of(&arguments.plant)];
         let permit = Permit::of(&inputs, arguments.force);
@@ -56,8 +69,7 @@ pub fn run(arguments: &Control, output: Output) -> Result<ExitCode> {
         .iter()
         .filter_map(|file| Some(arguments.out.as_ref()?.join(&file.path).display().to_string()))
         .collect();
-    let result =
-        json!({ "gains": gains, "runs": runs_json(&runs), "files": paths, "notes": notes });
+    let result = json!({ "gains": gains, "responses": responses, "runs": runs_json(&runs), "files": paths, "notes": notes });
     output.give(&result, || words(&gains, &runs, &paths, &notes))?;
     Ok(ExitCode::SUCCESS)
 }
@@ -169,10 +181,28 @@ fn runs(
     Ok(runs)
 }
 
+/// Runs that spend more than this part of their time at a limit are told.
+const TOLD_SATURATED: f64 = 0.01;
+
+fn saturation(runs: &[Run]) -> impl Iterator<Item = String> + '_ {
+    let told = runs.iter().filter(|run| run.tracked.saturated > TOLD_SATURATED);
+    told.map(|run| {
+        format!(
+            "in {} some axis is at its limit for {:.0} % of the time, where margins say nothing; ask for less bandwidth, or for slower paths",
+            run.name,
+            100.0 * run.tracked.saturated
+        )
+    })
+}
+
 fn runs_json(runs: &[Run]) -> Value {
     let of = |run: &Run| {
+        let error = |dof: &Dof| run.tracked.error.iter().map(|e| e[dof.index()]).collect();
+        let errors: BTreeMap<Dof, Vec<f64>> =
+            run.tracked.rms.keys().map(|dof| (*dof, error(dof))).collect();
         json!({ "name": run.name, "rms": run.tracked.rms, "greatest": run.tracked.greatest,
-                "saturated": run.tracked.saturated })
+                "saturated": run.tracked.saturated, "time_s": run.tracked.time_s,
+                "error": errors })
     };
     runs.iter().map(of).collect()
 }

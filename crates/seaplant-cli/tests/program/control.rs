@@ -33,6 +33,13 @@ fn a_controller_is_written_with_its_margins() {
     assert_eq!(written["axes"]["surge"], *surge);
     assert!(workshop.read("made/seaplant_control.h").contains("seaplant_plant.h"));
     assert!(workshop.read("made/ardusub.param").contains("ATC_RAT_YAW_P,"));
+    let page = workshop.read("made/control.html");
+    for words in ["surge: phase of the open loop", "yaw: a step", "error while it follows a sine"] {
+        assert!(page.contains(words), "{words}");
+    }
+    let step = &found["responses"]["surge"]["step"]["estimate"];
+    let end = step.as_array().and_then(|all| all.last()?.as_f64()).expect("a step");
+    assert!((end - 0.5).abs() < 0.05, "{end}");
 }
 
 #[test]
@@ -51,4 +58,46 @@ fn what_cannot_be_is_told_with_what_would_do() {
     assert!(fails(&["--lqr", "surge 0.1 m"]).contains("surge 0.1 m 400 N"));
     let output = seaplant().args(["control", BLUEROV, "--law", "magic"]).output().expect("runs");
     assert_eq!(output.status.code(), Some(2));
+}
+
+/// The sled's results with another verdict on surge.
+fn judged(trust: &str, reason: &str) -> Workshop {
+    let workshop = Workshop::quick();
+    workshop.success(&["identify", "campaign.toml", "--quiet"]);
+    let results = workshop.read("results/results.json");
+    let mut json: Value = serde_json::from_str(&results).expect("JSON");
+    let verdict = &mut json["plants"]["surge"]["verdict"];
+    (verdict["trust"], verdict["reason"]) = (trust.into(), reason.into());
+    workshop.write("judged.json", json.to_string());
+    workshop
+}
+
+#[test]
+fn a_plant_that_should_not_be_used_gets_no_controller_unless_it_carries_the_reasons() {
+    let workshop = judged("do-not-use", "it has wheels");
+    let mut words = vec!["control", "judged.json", "--bandwidth", "surge 0.02 Hz", "--out", "made"];
+    let message = workshop.failure(&words);
+    assert!(message.contains("it has wheels") && message.contains("--anyway"), "{message}");
+    assert!(!workshop.join("made").exists());
+    words.push("--anyway");
+    workshop.success(&words);
+    for file in ["control.toml", "seaplant_control.h", "control.html"] {
+        assert!(workshop.read(&format!("made/{file}")).contains("it has wheels"), "{file}");
+    }
+}
+
+#[test]
+fn a_doubtful_plant_says_so_in_the_gains() {
+    let workshop = judged("doubtful", "its drag is anything");
+    let words = ["control", "judged.json", "--bandwidth", "surge 0.02 Hz", "--out", "made"];
+    assert!(workshop.success(&words).contains("its drag is anything"));
+    assert!(workshop.read("made/control.toml").contains("its drag is anything"));
+}
+
+#[test]
+fn a_limit_that_is_reached_is_told() {
+    let workshop = Workshop::empty();
+    let words = ["control", BLUEROV, "--bandwidth", "surge 0.2 Hz", "--limit", "surge 5 N"];
+    let said = workshop.success(&words);
+    assert!(said.contains("at its limit for"), "{said}");
 }

@@ -227,7 +227,8 @@ impl Online {
     /// An estimator of a structure; M ⪰ M_RB where the dry vehicle is known, else M ≻ 0.
     ///
     /// # Errors
-    /// [`Error::Setting`] for settings that cannot be.
+    /// [`Error::Setting`] for settings that cannot be; [`Error::Plant`] for a structure with
+    /// rudders, propellers or wind, or with coefficients that are held.
     pub fn new(
         structure: Structure,
         scheme: Scheme,
@@ -235,6 +236,7 @@ impl Online {
         rigid_body: Option<&RigidBody>,
     ) -> Result<Self, Error> {
         options.check()?;
+        check_terms(&structure)?;
         let step = Step::of(&structure);
         let p = step.count();
         let memory_s = options.memory_s.unwrap_or(f64::INFINITY);
@@ -266,6 +268,9 @@ impl Online {
 
     /// The same, starting from a plant instead of least squares over its first seconds.
     ///
+    /// The adaptive observer follows from there; least squares and the filter take their own
+    /// start and are the same as without.
+    ///
     /// # Errors
     /// [`Error::Plant`] if it has other terms.
     pub fn starting_from(mut self, plant: &Plant) -> Result<Self, Error> {
@@ -282,6 +287,11 @@ impl Online {
         }
         self.projected.copy_from_slice(plant.coefficients());
         Ok(self)
+    }
+
+    /// The terms that are identified.
+    pub fn structure(&self) -> &Structure {
+        &self.structure
     }
 
     /// Takes a sample in; tells of a change of the plant when it is noticed.
@@ -488,6 +498,13 @@ impl Online {
     }
 
     fn plant(&self) -> Result<Plant, Error> {
+        if !self.is_started && self.elapsed_s < self.options.start_s {
+            let (found, needed) = (self.elapsed_s, self.options.start_s);
+            let reason = format!(
+                "is not known yet: {found:.1} s of motion were taken in, and the start needs {needed:.1} s"
+            );
+            return Err(Error::Plant { axes: self.structure.name(), reason });
+        }
         let mut theta = self.coefficients().to_vec();
         self.possible.project(&mut theta);
         Plant::new(self.structure.clone(), theta)
@@ -529,6 +546,24 @@ impl Online {
             elapsed_s: self.elapsed_s,
         })
     }
+}
+
+/// Samples hold motion and force only, and every coefficient is free.
+fn check_terms(structure: &Structure) -> Result<(), Error> {
+    let refuse = |reason: String| Err(Error::Plant { axes: structure.name(), reason });
+    if let Some(effect) = structure.effects().first() {
+        return refuse(format!(
+            "has `{}`, and the methods that work sample by sample read motion and force only; use filter-error, which reads rudders, propellers and wind",
+            effect.name
+        ));
+    }
+    let held = structure.terms().iter().find(|term| structure.held(term).is_some());
+    held.map_or(Ok(()), |term| {
+        refuse(format!(
+            "holds `{}`, and the methods that work sample by sample estimate every coefficient; use filter-error, or hold none",
+            structure.name_of(term)
+        ))
+    })
 }
 
 /// Root mean square of the residual of each axis.

@@ -105,18 +105,26 @@ pub(super) fn identify(
 ) {
     for plan in &options.coupled {
         match plant(plan, vehicle, trials, options) {
-            Ok((name, plant, online)) => {
+            Ok((name, plant, (online, failures))) => {
                 results.coupled.insert(name.clone(), plant);
+                results.failures.extend(failures);
                 if !online.is_empty() {
                     results.coupled_online.insert(name, online);
                 }
             }
-            Err(error) => results.failures.push(Failure {
-                dof: plan.axes.first().copied().unwrap_or(Dof::Surge),
-                method: format!("{} of {} together", Method::FilterError, names(&plan.axes)),
-                message: error.to_string(),
-            }),
+            Err(error) => {
+                results.failures.push(failure(&plan.axes, Method::FilterError, &error));
+            }
         }
+    }
+}
+
+/// What a method could not do of several axes.
+fn failure(axes: &[Dof], method: Method, error: &Error) -> Failure {
+    Failure {
+        dof: axes.first().copied().unwrap_or(Dof::Surge),
+        method: format!("{method} of {} together", names(axes)),
+        message: error.to_string(),
     }
 }
 
@@ -170,12 +178,15 @@ impl<'a> Records<'a> {
     }
 }
 
+/// Plants by methods that work sample by sample, and those that could not.
+type Online = (BTreeMap<Method, CoupledOnline>, Vec<Failure>);
+
 fn plant(
     plan: &CoupledPlan,
     vehicle: &Vehicle,
     trials: &[Trial],
     options: &IdentifyOptions,
-) -> Result<(String, CoupledPlant, BTreeMap<Method, CoupledOnline>), Error> {
+) -> Result<(String, CoupledPlant, Online), Error> {
     let records = Records::of(trials, &plan.axes)?;
     let all = || records.fit.iter().chain(&records.hold_out);
     let is_logged = |signal: &Signal| all().all(|record| record.signals.contains_key(signal));
@@ -199,7 +210,7 @@ fn plant(
     plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records.fit, vehicle);
-    let online = online::plants(&fit, &records, vehicle, options)?;
+    let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
     plant.verdict = verdict::verdict(&plant);
     Ok((structure.name(), plant, online))

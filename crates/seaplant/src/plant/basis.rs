@@ -168,7 +168,7 @@ impl Basis {
     /// without a modulus is that of the reference. With ν_s = ν this is [`Self::regressor`].
     ///
     /// # Source
-    /// [Slotine1987]; in six axes [Fossen2021, ch. 16].
+    /// \[Slotine1987\]; in six axes [Fossen2021, ch. 16].
     ///
     /// # Example
     /// ```

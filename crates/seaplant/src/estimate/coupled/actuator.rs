@@ -36,7 +36,7 @@ impl Actuator {
     /// The force that acts, held over steps of at most 0.05 s, for one that is logged.
     ///
     /// # Errors
-    /// [`Error::NonFinite`] or another of [`Timed::new`] if a number is not finite.
+    /// [`Error::NotFinite`] or another of [`Timed::new`] if a number is not finite.
     pub fn applied(&self, logged: &Timed) -> Result<Timed, Error> {
         if *self == Self::default() {
             return Ok(logged.clone());

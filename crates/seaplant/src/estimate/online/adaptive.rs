@@ -27,7 +27,7 @@ const RIDGE: f64 = 1e-4;
 /// T where motion is slower than a.
 ///
 /// # Source
-/// [Smallwood2003] for one axis.
+/// \[Smallwood2003\] for one axis.
 pub(super) struct Adaptive {
     observer_rate: f64,
     adaptation_s: f64,

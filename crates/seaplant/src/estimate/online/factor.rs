@@ -22,15 +22,13 @@ impl Factor {
             self.scale[i] = if own > 0.0 { 1.0 / own.sqrt() } else { 0.0 };
         }
         for i in 0..n {
-            for j in 0..=i {
+            let (above, own) = self.lower.split_at_mut(i * n);
+            for j in 0..i {
+                let other = &above[j * n..=j * n + j];
                 let scaled = matrix[i * n + j] * self.scale[i] * self.scale[j];
-                let mut x = if i == j { 1.0 + ridge } else { scaled };
-                for k in 0..j {
-                    x -= self.lower[i * n + k] * self.lower[j * n + k];
-                }
-                self.lower[i * n + j] =
-                    if i == j { x.max(ridge).sqrt() } else { x / self.lower[j * n + j] };
+                own[j] = (scaled - dot(&own[..j], &other[..j])) / other[j];
             }
+            own[i] = (1.0 + ridge - dot(&own[..i], &own[..i])).max(ridge).sqrt();
         }
     }
 
@@ -63,6 +61,10 @@ impl Factor {
             *x *= scale;
         }
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

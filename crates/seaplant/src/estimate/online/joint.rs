@@ -171,10 +171,13 @@ impl Joint {
         self.velocity = self.flow.velocity;
         self.disturbance *= fade;
         // The first six rows of F P; the others are those of P, faded.
-        for i in 0..6 {
-            for j in 0..n {
-                let column = |k: usize| self.flow.columns[k][i] * self.covariance[k * n + j];
-                self.top[i * n + j] = (0..n).map(column).sum();
+        self.top.fill(0.0);
+        for (i, top) in self.top.chunks_exact_mut(n).enumerate() {
+            for (column, row) in self.flow.columns.iter().zip(self.covariance.chunks_exact(n)) {
+                let weight = column[i];
+                if weight != 0.0 {
+                    top.iter_mut().zip(row).for_each(|(sum, x)| *sum += weight * x);
+                }
             }
         }
         for i in 0..6 {
@@ -235,11 +238,9 @@ impl Joint {
         for (theta, gain) in self.theta.iter_mut().zip(&self.gain[12..]) {
             *theta += gain * e;
         }
-        for i in 0..n {
-            let gain = self.gain[i] * variance;
-            for j in 0..n {
-                self.covariance[i * n + j] -= gain * self.gain[j];
-            }
+        for (row, gain) in self.covariance.chunks_exact_mut(n).zip(&self.gain) {
+            let gain = gain * variance;
+            row.iter_mut().zip(&self.gain).for_each(|(x, other)| *x -= gain * other);
         }
     }
 }

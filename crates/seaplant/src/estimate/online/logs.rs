@@ -63,7 +63,7 @@ const LEAST_EXCITATION: f64 = 1e-4;
 /// start; those of [`Online`].
 ///
 /// # Source
-/// [Smallwood2003]: adaptive identification of one axis.
+/// \[Smallwood2003\]: adaptive identification of one axis.
 pub fn fit_online(
     dof: Dof,
     method: Method,

@@ -2,45 +2,58 @@
 
 use std::collections::BTreeMap;
 
-use super::{Records, coefficient_of, score};
+use super::{Records, coefficient_of, failure, score};
 use crate::estimate::CoupledFit;
-use crate::estimate::online::{OnlineFit, fit_online_coupled, logs::doubts};
-use crate::results::CoupledOnline;
+use crate::estimate::online::{OnlineFit, OnlineOptions, Scheme, fit_online_coupled, logs::doubts};
+use crate::results::{CoupledOnline, Failure};
 use crate::{CoupledRecord, Error, IdentifyOptions, Method, Vehicle};
 
 /// The plants of the methods that were asked for, with the terms that filter error found, under
-/// thrust with the lag and delay that it found, scored with its currents.
+/// thrust with the lag and delay that it found, scored with its currents; and which methods could
+/// not.
 pub(super) fn plants(
     found: &CoupledFit,
     records: &Records<'_>,
     vehicle: &Vehicle,
     options: &IdentifyOptions,
-) -> Result<BTreeMap<Method, CoupledOnline>, Error> {
+) -> (BTreeMap<Method, CoupledOnline>, Vec<Failure>) {
     let asked = options.methods.iter().filter_map(|method| Some((*method, method.scheme()?)));
-    let mut plants = BTreeMap::new();
-    // These methods do not read rudders, propellers and wind.
-    if !found.plant.structure().effects().is_empty() {
-        return Ok(plants);
+    let (mut plants, mut failures) = (BTreeMap::new(), Vec::new());
+    for (method, scheme) in asked {
+        match plant(found, (method, scheme), records, vehicle, &options.online) {
+            Ok(plant) => drop(plants.insert(method, plant)),
+            Err(error) => {
+                let axes = found.plant.axes();
+                failures.push(failure(axes, method, &error));
+            }
+        }
     }
+    (plants, failures)
+}
+
+fn plant(
+    found: &CoupledFit,
+    (method, scheme): (Method, Scheme),
+    records: &Records<'_>,
+    vehicle: &Vehicle,
+    options: &OnlineOptions,
+) -> Result<CoupledOnline, Error> {
     let as_it_acts: Vec<CoupledRecord> =
         records.fit.iter().map(|record| acting(found, record)).collect::<Result<_, Error>>()?;
     let as_it_acts: Vec<&CoupledRecord> = as_it_acts.iter().collect();
-    for (method, scheme) in asked {
-        let structure = found.plant.structure();
-        let body = vehicle.rigid_body.as_ref();
-        let fit = fit_online_coupled(structure, scheme, &as_it_acts, body, &options.online)?;
-        let mut plant = result(method, &fit);
-        let as_found = &fit.estimate.plant;
-        plant.fit = score::score(as_found, found.actuator, &records.fit, |record| {
-            found.current_of(&record.trial)
-        })?;
-        plant.hold_out = match records.hold_out.as_slice() {
-            [] => None,
-            held => Some(score::score(as_found, found.actuator, held, |_| found.mean_current())?),
-        };
-        plants.insert(method, plant);
-    }
-    Ok(plants)
+    let structure = found.plant.structure();
+    let body = vehicle.rigid_body.as_ref();
+    let fit = fit_online_coupled(structure, scheme, &as_it_acts, body, options)?;
+    let mut plant = result(method, &fit);
+    let as_found = &fit.estimate.plant;
+    plant.fit = score::score(as_found, found.actuator, &records.fit, |record| {
+        found.current_of(&record.trial)
+    })?;
+    plant.hold_out = match records.hold_out.as_slice() {
+        [] => None,
+        held => Some(score::score(as_found, found.actuator, held, |_| found.mean_current())?),
+    };
+    Ok(plant)
 }
 
 /// A record with thrust as it acts.

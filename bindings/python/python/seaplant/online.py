@@ -1,0 +1,239 @@
+"""Identification while samples come in."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from seaplant import _native
+from seaplant._choices import Settings
+from seaplant._record import Floats
+from seaplant.plants import INPUTS, STATES, Plant, six
+from seaplant.vehicles import Vehicle
+
+__all__ = ["Online", "OnlineEstimate", "PlantChange"]
+
+
+@dataclass(frozen=True)
+class PlantChange:
+    """A change of the plant that was noticed.
+
+    Attributes
+    ----------
+    since_s
+        When it began, as far as blocks of 15 s tell, s of the samples.
+    noticed_s
+        When it was noticed, s of the samples.
+    statistic
+        The sum that crossed the threshold.
+    """
+
+    since_s: float
+    noticed_s: float
+    statistic: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OnlineEstimate:
+    """What is estimated at an instant.
+
+    Attributes
+    ----------
+    plant
+        The plant; its M is positive definite and its damping takes power.
+    std
+        Standard deviation of each coefficient by name; infinite of what nothing told.
+    inflation
+        What each coefficient's variance is multiplied with because others look like it.
+    excitation
+        1 if every coefficient is told by itself, 0 if some combination is not told at all.
+    residual
+        Root mean square of what the equation misses on each axis, N and N m, shape (6,).
+    elapsed_s
+        Motion so far, s.
+    """
+
+    plant: Plant
+    std: dict[str, float]
+    inflation: dict[str, float]
+    excitation: float
+    residual: Floats
+    elapsed_s: float
+
+    def __repr__(self) -> str:
+        told = ", ".join(
+            f"{name} = {of.value:.4g} ± {self.std[name]:.1g}"
+            for name, of in self.plant.coefficients.items()
+        )
+        return f"<OnlineEstimate after {self.elapsed_s:.0f} s: {told}>"
+
+
+class Online:
+    """Identifies a plant sample by sample; it keeps a few matrices and nothing of the past.
+
+    Parameters
+    ----------
+    plant
+        The axes to identify, as ``["surge", "sway", "yaw"]``, or a plant with the terms to
+        identify; the adaptive observer then starts from its coefficients, the others take its
+        terms only.
+    scheme
+        adaptive, recursive or ekf.
+    symmetry
+        Which axes M may couple, as in campaign.toml: none, port-starboard, diagonal.
+    terms
+        Terms beside mass, linear and quadratic damping, weight and righting: ``"surge: 1"`` is
+        a constant force, ``"yaw: |v|r"`` damping of one axis by another.
+    vehicle
+        Its rigid body, where known, is the least that M may be.
+    settings
+        ``start_s``, ``observer_rate``, ``adaptation_s``, ``cutoff_hz``, ``memory_s``,
+        ``wander_per_minute``, ``change_threshold``, ``longest_step_s``.
+
+    Raises
+    ------
+    InputError
+        If a choice is unknown or cannot be.
+
+    Examples
+    --------
+    A vehicle of 100 kg with 5 N/(m/s) and 20 N/(m/s)², sampled 20 times a second:
+
+    >>> import math
+    >>> import seaplant as sp
+    >>> online = sp.Online(["surge"], scheme="adaptive")
+    >>> v = 0.0
+    >>> for k in range(4000):
+    ...     t = 0.05 * k
+    ...     force = 40.0 * math.sin(0.7 * t) + 25.0 * math.sin(0.2 * t)
+    ...     changed = online.update(t, {"u": v}, {"surge": force})
+    ...     for _ in range(10):
+    ...         v += 0.005 * (force - 5.0 * v - 20.0 * v * abs(v)) / 100.0
+    >>> found = online.estimate()
+    >>> abs(found.plant.coefficients["mass.surge"].value - 100.0) < 2.0
+    True
+    >>> online.predict(1.0).shape
+    (6,)
+    """
+
+    def __init__(
+        self,
+        plant: Sequence[str] | Plant,
+        *,
+        scheme: str = "adaptive",
+        symmetry: str = "port-starboard",
+        terms: Sequence[str] = (),
+        vehicle: Vehicle | None = None,
+        settings: Settings = None,
+    ) -> None:
+        start = plant._native if isinstance(plant, Plant) else None
+        axes = [] if isinstance(plant, Plant) else list(plant)
+        asked = {
+            "scheme": scheme,
+            "axes": axes,
+            "symmetry": symmetry,
+            "terms": list(terms),
+            "settings": dict(settings or {}),
+        }
+        body = None if vehicle is None else vehicle._native
+        self._native = _native.Online(json.dumps(asked), start, body)
+        self._names = tuple(self._native.names())
+
+    def update(
+        self,
+        time_s: float,
+        velocity: ArrayLike | Mapping[str, float],
+        force: ArrayLike | Mapping[str, float],
+        *,
+        roll: float = 0.0,
+        pitch: float = 0.0,
+    ) -> PlantChange | None:
+        """Takes a sample in.
+
+        A step longer than ``longest_step_s`` counts as a gap: motion begins anew after it, and
+        what was learnt stays.
+
+        Parameters
+        ----------
+        time_s
+            When, s.
+        velocity
+            Through the water, in body axes, m/s and rad/s, shape (6,) or some by name, as
+            ``{"u": 0.5}``; of axes that the plant does not have, too.
+        force
+            From this instant to the next, N and N m, shape (6,) or some by axis, as
+            ``{"surge": 40.0}``.
+        roll
+            Rad.
+        pitch
+            Rad.
+
+        Returns
+        -------
+        PlantChange or None
+            The change of the plant, if one is noticed with this sample.
+
+        Raises
+        ------
+        InputError
+            If a number is not finite or time does not go on; the estimator is then as it was.
+        """
+        v = six("velocity", velocity, STATES[6:])
+        tau = six("force", force, INPUTS)
+        change = self._native.update(float(time_s), v, tau, (float(roll), float(pitch)))
+        return None if change is None else PlantChange(*change)
+
+    def predict(self, duration_s: float) -> Floats | None:
+        """Predicts velocity under the last sample's force.
+
+        Parameters
+        ----------
+        duration_s
+            How far ahead, s.
+
+        Returns
+        -------
+        numpy.ndarray or None
+            Velocity, m/s and rad/s, shape (6,); ``None`` before the first sample.
+
+        Raises
+        ------
+        InputError
+            If nothing was learnt yet.
+        """
+        return self._native.predict(float(duration_s))
+
+    def estimate(self) -> OnlineEstimate:
+        """Gives what is estimated now.
+
+        Returns
+        -------
+        OnlineEstimate
+            The plant and how well it is told.
+
+        Raises
+        ------
+        InputError
+            If nothing was learnt yet.
+        """
+        plant, std, inflation, excitation, residual, elapsed_s = self._native.estimate()
+        named = [
+            dict(zip(self._names, all_.tolist(), strict=True)) for all_ in (std, inflation)
+        ]
+        return OnlineEstimate(Plant(plant), named[0], named[1], excitation, residual, elapsed_s)
+
+    @property
+    def coefficients(self) -> dict[str, float]:
+        """The coefficients as they are now, by name: cheaper than `estimate`."""
+        values = self._native.coefficients().tolist()
+        return dict(zip(self._names, values, strict=True))
+
+    def restart(self) -> None:
+        """Lets motion begin anew with the next sample, as after a gap."""
+        self._native.restart()
+
+    def __repr__(self) -> str:
+        return f"<Online of {', '.join(self._names)}>"

@@ -1,0 +1,155 @@
+use nalgebra::Vector6;
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use seaplant::Dof;
+use seaplant::estimate::online::{Online as Estimator, OnlineOptions, Sample, Scheme};
+use seaplant::exchange::{Origin, PlantModel};
+use seaplant::motion::down_body;
+use seaplant::plant::{Basis, Structure, Symmetry};
+use serde::Deserialize;
+
+use crate::border::{Failure, numbers, parse};
+use crate::plant::Plant;
+use crate::vehicle::Vehicle;
+
+/// What an estimator shall be.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Asked {
+    scheme: Scheme,
+    /// Of a new plant; empty of one that starts from a plant.
+    axes: Vec<Dof>,
+    symmetry: Symmetry,
+    terms: Vec<String>,
+    settings: OnlineOptions,
+}
+
+impl Asked {
+    fn structure(&self) -> Result<Structure, Failure> {
+        let mut structure = Structure::of(&self.axes, self.symmetry)?;
+        for term in &self.terms {
+            structure = structure.with(term.parse::<Basis>()?)?;
+        }
+        Ok(structure)
+    }
+}
+
+/// An estimator that is fed sample by sample.
+#[pyclass(module = "seaplant._native")]
+pub struct Online(Estimator);
+
+/// When a change began and was noticed, s, and how clearly.
+type Changed = (f64, f64, f64);
+
+/// The plant, and of its coefficients the standard deviations and by how much others inflate
+/// their variances; excitation, the residual of each axis, motion so far.
+type Estimated<'py> = (
+    Plant,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    f64,
+    Bound<'py, PyArray1<f64>>,
+    f64,
+);
+
+#[pymethods]
+impl Online {
+    #[new]
+    fn new(asked: &str, start: Option<&Plant>, vehicle: Option<&Vehicle>) -> PyResult<Self> {
+        let asked: Asked = parse("online", asked)?;
+        let body = vehicle.and_then(|vehicle| vehicle.0.vehicle.rigid_body);
+        let structure = match start {
+            Some(plant) => plant.model().plant.structure().clone(),
+            None => asked.structure()?,
+        };
+        let made = Estimator::new(structure, asked.scheme, asked.settings, body.as_ref())
+            .and_then(|made| match start {
+                Some(plant) => made.starting_from(&plant.model().plant),
+                None => Ok(made),
+            })
+            .map_err(Failure::from)?;
+        Ok(Self(made))
+    }
+
+    /// Takes a sample in; velocity and force of shape (6,).
+    fn update(
+        &mut self,
+        time_s: f64,
+        velocity: PyReadonlyArray1<'_, f64>,
+        force: PyReadonlyArray1<'_, f64>,
+        attitude: (f64, f64),
+    ) -> PyResult<Option<Changed>> {
+        let sample = Sample {
+            time_s,
+            velocity: six("velocity", &velocity)?,
+            down_body: down_body(attitude.0, attitude.1),
+            force: six("force", &force)?,
+        };
+        let change = self.0.update(&sample).map_err(Failure::from)?;
+        Ok(change.map(|change| (change.since_s, change.noticed_s, change.statistic)))
+    }
+
+    /// Motion begins anew with the next sample.
+    fn restart(&mut self) {
+        self.0.restart();
+    }
+
+    /// The velocity after so long under the last force, shape (6,).
+    fn predict<'py>(
+        &self,
+        py: Python<'py>,
+        duration_s: f64,
+    ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let velocity = self.0.predict(duration_s).map_err(Failure::from)?;
+        Ok(velocity.map(|velocity| PyArray1::from_slice(py, velocity.as_slice())))
+    }
+
+    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Estimated<'py>> {
+        let found = self.0.estimate().map_err(Failure::from)?;
+        let is_told = found.covariance.iter().all(|x| x.is_finite());
+        let model = PlantModel {
+            name: "identified sample by sample".to_owned(),
+            plant: found.plant,
+            covariance: is_told.then_some(found.covariance),
+            intervals: Default::default(),
+            rigid_body: None,
+            dry_mass_kg: None,
+            size_m: None,
+            buoyancy: None,
+            thrusters: Vec::new(),
+            actuation: Default::default(),
+            driven: Default::default(),
+            disturbances: Default::default(),
+            origin: Origin::default(),
+            judgements: Vec::new(),
+            notes: Vec::new(),
+        };
+        Ok((
+            Plant::of(model)?,
+            PyArray1::from_slice(py, &found.std),
+            PyArray1::from_slice(py, &found.inflation),
+            found.excitation,
+            PyArray1::from_slice(py, found.residual.as_slice()),
+            found.elapsed_s,
+        ))
+    }
+
+    /// The names of the coefficients, in order.
+    fn names(&self) -> Vec<String> {
+        self.0.structure().names()
+    }
+
+    /// The coefficients as they are now, in that order.
+    fn coefficients<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, self.0.coefficients())
+    }
+}
+
+/// Six numbers of an array.
+pub fn six(name: &str, array: &PyReadonlyArray1<'_, f64>) -> Result<Vector6<f64>, Failure> {
+    let all = numbers(array);
+    if all.len() == 6 {
+        return Ok(Vector6::from_column_slice(&all));
+    }
+    Err(Failure::Input(format!("{name} has {} numbers and needs 6", all.len())))
+}

@@ -1,0 +1,99 @@
+//! How soon methods that work sample by sample agree with filter error over whole logs:
+//! `cargo run -p seaplant-campaign --example online -- campaign.toml …`.
+//!
+//! The tables of docs/src/methods/online.md, in Markdown.
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "the program prints; that is what it is for"
+)]
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::Path;
+
+use seaplant::Method;
+use seaplant::results::{OnlineHistory, Parameter, Results};
+use seaplant_campaign::Campaign;
+
+/// Parameters agree within this part.
+const PART: f64 = 0.05;
+
+const METHODS: [Method; 4] =
+    [Method::FilterError, Method::Adaptive, Method::Recursive, Method::Ekf];
+
+const ONLINE: [Method; 3] = [Method::Adaptive, Method::Recursive, Method::Ekf];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    println!("| log | plant | parameter | filter error | adaptive | recursive | ekf |");
+    println!("|---|---|---|--:|--:|--:|--:|");
+    for path in std::env::args().skip(1) {
+        let mut campaign = Campaign::open(Path::new(&path))?;
+        campaign.options.methods = METHODS.to_vec();
+        let found = campaign.identify("online").results;
+        single(&found);
+        coupled(&found);
+        for failure in &found.failures {
+            eprintln!("{path}: {} by {}: {}", failure.dof, failure.method, failure.message);
+        }
+    }
+    Ok(())
+}
+
+fn single(found: &Results) {
+    for (dof, methods) in &found.methods {
+        let Some(batch) = methods.get(&Method::FilterError) else { continue };
+        let p = &batch.parameters;
+        let parameters = [
+            ("mass", Some(&p.mass)),
+            ("quadratic_drag", p.quadratic_drag.as_ref()),
+            ("linear_drag", p.linear_drag.as_ref()),
+        ];
+        let named = |(name, x): (&str, Option<&Parameter>)| Some((name.to_owned(), x?.value));
+        let histories =
+            methods.iter().filter_map(|(of, plant)| Some((*of, plant.history.as_ref()?)));
+        let batch = parameters.into_iter().filter_map(named).collect();
+        rows(&found.vehicle, dof.name(), &batch, &histories.collect());
+    }
+}
+
+fn coupled(found: &Results) {
+    for (name, methods) in &found.coupled_online {
+        let batch = &found.coupled[name].parameters;
+        let batch = batch.iter().map(|(name, x)| (name.clone(), x.value)).collect();
+        let histories = methods.iter().map(|(method, plant)| (*method, &plant.history)).collect();
+        rows(&found.vehicle, name, &batch, &histories);
+    }
+}
+
+/// Of each method the last value, and after how long it stayed within 5 % of filter error's.
+fn rows(
+    log: &str,
+    plant: &str,
+    batch: &BTreeMap<String, f64>,
+    histories: &BTreeMap<Method, &OnlineHistory>,
+) {
+    for (name, truth) in batch {
+        let cell = |method: &Method| {
+            let told = histories.get(method).and_then(|history| {
+                let (values, end_s) = (history.parameters.get(name)?, history.time_s.last()?);
+                let is_off = |x: &f64| (x / truth - 1.0).abs() > PART;
+                let from = values.iter().rposition(is_off).map_or(0, |at| at + 1);
+                let last = number(*values.last()?);
+                Some(match history.time_s.get(from) {
+                    Some(s) => format!("{last} after {s:.0} s"),
+                    None => format!("{last}, not in {end_s:.0} s"),
+                })
+            });
+            format!(" {} |", told.unwrap_or_else(|| "none".to_owned()))
+        };
+        let cells: String = ONLINE.iter().map(cell).collect();
+        println!("| {log} | {plant} | {name} | {} |{cells}", number(*truth));
+    }
+}
+
+/// With about four digits.
+fn number(x: f64) -> String {
+    let decimals = (3.0 - x.abs().max(1e-3).log10().floor()).clamp(0.0, 4.0) as usize;
+    format!("{x:.decimals$}")
+}
