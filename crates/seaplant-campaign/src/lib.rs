@@ -19,6 +19,7 @@ mod propose;
 mod published;
 mod recording;
 mod toml_file;
+mod twin_file;
 mod twin_files;
 mod units;
 mod validate;
@@ -45,6 +46,7 @@ pub use propose::{Proposal, propose};
 pub use published::{published_names, read_plant_file};
 pub use recording::SourcedTrial;
 pub use toml_file::{of_json, read_bounded, read_toml};
+pub use twin_file::{TwinError, TwinFile};
 pub use twin_files::{TextFile, twin_files};
 pub use validate::{Simulation, Validation, validate, validate_table};
 pub use vehicle_file::{

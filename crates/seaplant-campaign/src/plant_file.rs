@@ -5,6 +5,7 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use seaplant::plant::{Basis, Buoyancy, RigidBody, Symmetry};
+use seaplant::results::RigidBodyResult;
 use seaplant::{CoupledPlan, Dof, Vehicle};
 use serde::{Deserialize, Serialize};
 
@@ -60,6 +61,18 @@ pub struct BuoyancyEntry {
 }
 
 impl PlantEntry {
+    /// How a campaign file asks for a plant.
+    pub(crate) fn of(plan: &CoupledPlan) -> Self {
+        let terms = plan.terms.iter().map(ToString::to_string).chain(plan.effects.iter().cloned());
+        Self {
+            axes: plan.axes.clone(),
+            symmetry: plan.symmetry,
+            terms: terms.collect(),
+            hold: plan.hold.clone(),
+            find_couplings: plan.search,
+        }
+    }
+
     /// The plant that is asked for; `path` is what messages call the file.
     pub(crate) fn plan(&self, path: &Path) -> Result<CoupledPlan, Error> {
         let refuse = |key: &str, error: seaplant::Error| Error::value(path, key, error.to_string());
@@ -116,6 +129,13 @@ pub(crate) fn plans(path: &Path, entries: &[PlantEntry]) -> Result<Vec<CoupledPl
 }
 
 impl RigidBodyEntry {
+    /// How a vehicle file states a body.
+    pub(crate) fn of(body: &RigidBody) -> Self {
+        let RigidBodyResult { mass_kg, centre_of_gravity_m, inertia_kg_m2 } =
+            RigidBodyResult::of(body);
+        Self { mass_kg: Some(mass_kg), centre_of_gravity_m, inertia_kg_m2 }
+    }
+
     /// The rigid body; the mass in air if it states none of its own.
     pub(crate) fn body(&self, path: &Path, dry_mass_kg: Option<f64>) -> Result<RigidBody, Error> {
         let mass_kg = self.mass_kg.or(dry_mass_kg).ok_or_else(|| {

@@ -1,6 +1,6 @@
 //! Plant files, and the published tables that come with the program.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use seaplant::exchange::{PLANT_SCHEMA, PlantFile};
 
@@ -25,6 +25,17 @@ const PREFIX: &str = "published:";
 /// The names of the published tables.
 pub fn published_names() -> Vec<&'static str> {
     PUBLISHED.iter().map(|(name, _)| *name).collect()
+}
+
+/// Where the published table of a name is read, which may stand with or without `published:`;
+/// none of another name without it.
+pub(crate) fn published_path(name: &str) -> Option<PathBuf> {
+    match name.starts_with(PREFIX) {
+        true => Some(PathBuf::from(name)),
+        false => {
+            published_names().contains(&name).then(|| PathBuf::from(format!("{PREFIX}{name}")))
+        }
+    }
 }
 
 /// A plant by a path: a plant file in TOML or JSON, or `published:NAME`; `None` for a JSON file

@@ -12,6 +12,7 @@ use crate::bench::BenchColumns;
 use crate::campaign_file::{
     BollardPullEntry, CampaignFile, ChannelEntry, FitEntry, LogEntry, TrialEntry,
 };
+use crate::plant_file::{PlantEntry, RigidBodyEntry};
 use crate::vehicle_file::{
     AttitudeEntry, CurveEntry, DvlEntry, ImuEntry, PositionEntry, QuadraticEntry, SensorEntries,
     ThrusterEntry, UncertaintyEntry, VehicleFile,
@@ -57,13 +58,13 @@ pub fn twin_files(twin: &TwinCampaign) -> Result<Vec<TextFile>, Box<dyn std::err
         methods: None,
         velocity: None,
         fit: FitEntry::default(),
-        plant: Vec::new(),
+        plant: twin.coupled.iter().map(PlantEntry::of).collect(),
         paper: Default::default(),
         equation_error: Default::default(),
         output_error: Default::default(),
         filter_error: Default::default(),
         steady: Default::default(),
-        bollard_pull: Some(BollardPullEntry {
+        bollard_pull: (!twin.bollard_pull.is_empty()).then(|| BollardPullEntry {
             file: BENCH_FILE.into(),
             columns: BenchColumns::default(),
             neutral: None,
@@ -75,7 +76,9 @@ pub fn twin_files(twin: &TwinCampaign) -> Result<Vec<TextFile>, Box<dyn std::err
     text_file("vehicle.toml", toml::to_string(&vehicle_file(&twin.vehicle))?);
     text_file("campaign.toml", toml::to_string(&campaign)?);
     text_file("truth.json", format!("{}\n", serde_json::to_string_pretty(&twin.truth)?));
-    text_file(BENCH_FILE, bench_csv(&twin.bollard_pull));
+    if !twin.bollard_pull.is_empty() {
+        text_file(BENCH_FILE, bench_csv(&twin.bollard_pull));
+    }
     Ok(files)
 }
 
@@ -83,7 +86,7 @@ fn trial_entry(trial: &TwinTrial, logs: Vec<PathBuf>) -> TrialEntry {
     TrialEntry {
         name: trial.name.clone(),
         log: LogEntry::Several(logs),
-        dof: vec![trial.dof],
+        dof: trial.dofs.clone(),
         role: trial.role,
         from_s: None,
         to_s: None,
@@ -112,6 +115,10 @@ fn format(quantity: &Quantity) -> Format {
         Quantity::Thruster { name, input: ThrusterInput::Speed } => {
             of("thrusters", format!("{name} [rpm]"), 1.0 / RPM, 1)
         }
+        Quantity::Thruster { name, input: ThrusterInput::Command } => {
+            of("thrusters", format!("{name} command [1]"), 1.0, 4)
+        }
+        Quantity::Rate(_) => of("gyro", format!("rate {} [rad/s]", short(quantity)), 1.0, 6),
         Quantity::DvlVelocity(_) => {
             of("dvl", format!("velocity {} [m/s]", short(quantity)), 1.0, 5)
         }
@@ -192,7 +199,7 @@ fn vehicle_file(vehicle: &Vehicle) -> VehicleFile {
         name: Some(vehicle.name.clone()),
         dry_mass_kg: vehicle.dry_mass_kg,
         size_m: vehicle.size_m,
-        rigid_body: None,
+        rigid_body: vehicle.rigid_body.as_ref().map(RigidBodyEntry::of),
         buoyancy: None,
         thruster_curve: None,
         thruster: vehicle.thrusters.iter().map(thruster_entry).collect(),

@@ -109,6 +109,10 @@ pub struct Demo {
     /// The folder to write to.
     #[arg(long, value_name = "DIR", default_value = "seaplant-demo", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
+    /// A whole vehicle in place of Jason 2: a published table, such as rexrov, or a plant file
+    /// with thrusters.
+    #[arg(long, value_name = "NAME", value_hint = ValueHint::FilePath)]
+    pub vehicle: Option<String>,
     /// Where every random number starts.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,

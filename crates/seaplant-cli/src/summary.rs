@@ -23,7 +23,7 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
         text.push_str(&coupled::steering(model));
     }
     for plant in results.coupled.values() {
-        text.push_str(&coupled::block(plant));
+        text.push_str(&coupled::block(plant, results.coupled_truth.as_ref()));
     }
     for (dof, plant) in &results.plants {
         let truth = results.truth.as_ref().and_then(|truth| truth.get(dof));
@@ -150,11 +150,16 @@ fn parameter_row(name: &str, parameter: &Parameter, truth: Option<f64>) -> Vec<S
         format!("[{low95}, {high95}]"),
         parameter.unit.clone(),
     ];
-    if let Some(truth) = truth.filter(|truth| *truth != 0.0) {
-        let off = signed_percent(parameter.value / truth - 1.0);
-        row.push(format!("truth {} ({off})", significant(truth, 4)));
-    }
+    row.extend(truth.filter(|truth| *truth != 0.0).map(|x| beside_truth(parameter.value, x)));
     row
+}
+
+/// The truth, and by how much a value is off; of a truth of zero there is no part.
+fn beside_truth(value: f64, truth: f64) -> String {
+    if truth == 0.0 {
+        return "truth 0".to_owned();
+    }
+    format!("truth {} ({})", significant(truth, 4), signed_percent((value - truth) / truth.abs()))
 }
 
 fn steady_block(dof: Dof, steady: &SteadyResult) -> String {

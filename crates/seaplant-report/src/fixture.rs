@@ -355,6 +355,7 @@ pub(crate) fn identification() -> Found {
             trial(HOSTILE, Role::Fit, Dof::Surge),
             trial("held & out", Role::HoldOut, Dof::Surge),
         ],
+        coupled_truth: None,
         truth: Some(BTreeMap::from([(
             Dof::Surge,
             TruePlant { mass: 12970.0, quadratic_drag: 2400.0, linear_drag: 0.0, bias_force: 0.0 },
@@ -415,6 +416,7 @@ pub(crate) fn empty() -> Found {
         sensors: Vec::new(),
         trials: Vec::new(),
         truth: None,
+        coupled_truth: None,
         caveats: Vec::new(),
         ..results
     };

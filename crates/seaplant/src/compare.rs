@@ -102,7 +102,7 @@ const LEVEL: f64 = 0.05;
 /// #     spec.plants.get_mut(&Dof::Surge).expect("a plant").mass += payload_kg;
 /// #     let dive = make(&spec)?;
 /// #     let trials: Vec<Trial> = dive.trials.iter().map(|log| {
-/// #         let (name, role, dofs) = (log.name.clone(), log.role, vec![log.dof]);
+/// #         let (name, role, dofs) = (log.name.clone(), log.role, log.dofs.clone());
 /// #         Trial::new(TrialSetup { name, role, dofs, ..TrialSetup::default() }, &log.recording, &dive.vehicle)
 /// #     }).collect::<Result<_, _>>()?;
 /// #     let methods = vec![Method::FilterError];

@@ -34,7 +34,7 @@
 //!         let setup = TrialSetup {
 //!             name: log.name.clone(),
 //!             role: log.role,
-//!             dofs: vec![log.dof],
+//!             dofs: log.dofs.clone(),
 //!             ..TrialSetup::default()
 //!         };
 //!         Trial::new(setup, &log.recording, &dive.vehicle)

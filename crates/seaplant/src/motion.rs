@@ -16,6 +16,7 @@ pub(crate) use flow::{Decay, Flow, HeldForce, PUSHED_BY, Slice, advance};
 pub(crate) use products::{apply, subtract_outer, times, times_transposed};
 pub(crate) use rate::Prepared;
 use rate::Whole;
+pub(crate) use simulate::Moving;
 pub use simulate::{Inputs, Simulated, simulate};
 pub(crate) use smooth::smoothed_attitude;
 pub use state_space::{STATE_NAMES, State, StateSpace};

@@ -83,6 +83,10 @@ pub struct Results {
     pub trials: Vec<TrialResult>,
     /// True values, where the logs are a twin's.
     pub truth: Option<BTreeMap<Dof, TruePlant>>,
+    /// True coefficients of the plant of several axes, by name, where the logs are those of the
+    /// twin of a whole vehicle.
+    #[serde(default)]
+    pub coupled_truth: Option<BTreeMap<String, f64>>,
     /// What follows from the recommended plants at the greatest force of the trials: top speeds,
     /// time constants, stopping distances, natural periods.
     #[serde(default)]

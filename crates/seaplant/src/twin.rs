@@ -1,8 +1,9 @@
 //! The digital twin: logs of a vehicle whose truth is known.
 //!
-//! One degree of freedom moves at a time, driven by a pair of thrusters, and is seen
-//! through instruments that round, jitter and sit off the origin. What disturbs it, and
-//! what its analyst gets wrong, is switched on by name.
+//! In [`make`] one degree of freedom moves at a time, driven by a pair of thrusters; in
+//! [`make_whole`] a plant of several axes moves in all of them. Either is seen through
+//! instruments that round, jitter and sit off the origin. What disturbs it, and what its
+//! analyst gets wrong, is switched on by name.
 
 mod closed_loop;
 mod command;
@@ -18,6 +19,7 @@ mod truth;
 mod validate;
 mod vehicle;
 mod water;
+mod whole;
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -28,15 +30,15 @@ pub use spec::{
     Excitation, NoiseLevel, SteadyRuns, TwinAccelerometer, TwinPlant, TwinSpec, TwinThrusters,
 };
 pub use strength::DisturbanceStrength;
-pub use truth::{TrueNuisances, TrueParameters, TrueSteady, Truth};
+pub use truth::{TrueNuisances, TrueParameters, TrueSteady, TrueVehicle, Truth};
+pub use whole::{Driving, WholeTwinSpec, make_whole};
 
 use crate::navigation::Recording;
-use crate::{Dof, Error, PhysicalParameters, Role, Trial, TrialSetup, Vehicle};
+use crate::{CoupledPlan, Dof, Error, PhysicalParameters, Role, Trial, TrialSetup, Vehicle};
 use command::Pilot;
-use instruments::record;
+use instruments::{Observer, Single, record};
 use motion::{Moved, move_vehicle};
 use random::{Streams, normal};
-use validate::refused;
 use vehicle::InstrumentNoise;
 use water::Water;
 
@@ -58,6 +60,8 @@ pub struct TwinCampaign {
     pub vehicle: Vehicle,
     /// For each degree of freedom one trial to fit and one to hold out; then steady runs.
     pub trials: Vec<TwinTrial>,
+    /// The plants of several axes to be fitted.
+    pub coupled: Vec<CoupledPlan>,
     /// What an analyst would like to know.
     pub truth: Truth,
     /// Propeller speed, rad/s, and thrust, N, of one thruster on a test bench.
@@ -71,8 +75,8 @@ pub struct TwinTrial {
     pub name: String,
     /// What it is for.
     pub role: Role,
-    /// The degree of freedom that moves.
-    pub dof: Dof,
+    /// The degree of freedom that moves; none of a vehicle that moves in several at once.
+    pub dofs: Vec<Dof>,
     /// What thrusters and instruments logged, in SI units and radians.
     pub recording: Recording,
 }
@@ -93,7 +97,7 @@ impl TwinTrial {
         let setup = TrialSetup {
             name: self.name.clone(),
             role: self.role,
-            dofs: vec![self.dof],
+            dofs: self.dofs.clone(),
             ..TrialSetup::default()
         };
         Trial::new(setup, &self.recording, vehicle)
@@ -131,6 +135,7 @@ pub fn make(spec: &TwinSpec) -> Result<TwinCampaign, Error> {
     Ok(TwinCampaign {
         vehicle: spec.believed_vehicle()?,
         trials,
+        coupled: Vec::new(),
         truth: Truth::of(spec, mean_current),
         bollard_pull: bollard_pull(spec),
     })
@@ -211,11 +216,13 @@ impl Plan {
         let pilot = self.pilot(spec, &streams);
         let moved = move_vehicle(spec, &self, pilot, &water, &streams)?;
         self.check_submerged(spec, &moved)?;
-        let noise = InstrumentNoise::of(spec.noise);
-        let recording = record(spec, self.dof, &moved, &water, &streams, noise)?;
+        let (vehicle, noise) = (spec.true_vehicle()?, InstrumentNoise::of(spec.noise));
+        let observer = Observer { spec, vehicle: &vehicle, streams: &streams, noise };
+        let path = Single { dof: self.dof, moved: &moved, water: &water };
+        let recording = record(&observer, &path)?;
         let current = water.current.iter().sum::<f64>() / self.ticks() as f64;
         let Self { name, role, dof, .. } = self;
-        Ok((TwinTrial { name, role, dof, recording }, current))
+        Ok((TwinTrial { name, role, dofs: vec![dof], recording }, current))
     }
 
     fn pilot(&self, spec: &TwinSpec, streams: &Streams<'_>) -> Pilot {
@@ -229,11 +236,7 @@ impl Plan {
 
     fn check_submerged(&self, spec: &TwinSpec, moved: &Moved) -> Result<(), Error> {
         let rises = -moved.sunk.iter().copied().fold(0.0, f64::min);
-        if spec.start_depth_m > rises {
-            return Ok(());
-        }
-        let expected = format!("{:.0} or more: trial `{}` rises that far", rises + 1.0, self.name);
-        Err(refused("start_depth_m", &spec.start_depth_m.to_string(), &expected))
+        spec.refuse_surfacing(rises, &self.name)
     }
 }
 

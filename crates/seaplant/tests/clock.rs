@@ -215,7 +215,7 @@ fn files_that_share_nothing_are_refused_with_what_would_do() {
 /// behind.
 fn parted(spec: &TwinSpec, dof: Dof, behind_s: f64, part: &str) -> ([Recording; 2], Vehicle) {
     let twin = make(spec).expect("the twin can be made");
-    let trial = twin.trials.iter().find(|trial| trial.dof == dof).expect("a trial");
+    let trial = twin.trials.iter().find(|trial| trial.dofs == [dof]).expect("a trial");
     let (other, reference): (Recording, Recording) = trial
         .recording
         .clone()

@@ -74,7 +74,8 @@ fn dive(seed: u64, current_m_s: f64) -> Vec<Trial> {
     let dive = make(&spec).expect("a valid twin");
     let trial = |log: &seaplant::twin::TwinTrial| {
         let name = format!("{} in {current_m_s}", log.name);
-        let setup = TrialSetup { name, role: log.role, dofs: vec![log.dof], ..Default::default() };
+        let setup =
+            TrialSetup { name, role: log.role, dofs: log.dofs.clone(), ..Default::default() };
         Trial::new(setup, &log.recording, &dive.vehicle).expect("a valid trial")
     };
     dive.trials.iter().map(trial).collect()

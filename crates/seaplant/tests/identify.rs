@@ -13,7 +13,7 @@ fn each_fit_is_told_before_it_is_made() {
     let logs = dive.trials.iter();
     let trials: Vec<Trial> = logs
         .map(|log| {
-            let (name, role, dofs) = (log.name.clone(), log.role, vec![log.dof]);
+            let (name, role, dofs) = (log.name.clone(), log.role, log.dofs.clone());
             let setup = TrialSetup { name, role, dofs, ..TrialSetup::default() };
             Trial::new(setup, &log.recording, &dive.vehicle).expect("a trial")
         })

@@ -20,7 +20,7 @@ fn finds_the_undisturbed_plant() {
     for dof in [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw] {
         let (mut mass, mut drag) = (Vec::new(), Vec::new());
         for campaign in &campaigns {
-            let made = campaign.trials.iter().find(|t| t.dof == dof && t.role == Role::Fit);
+            let made = campaign.trials.iter().find(|t| t.dofs == [dof] && t.role == Role::Fit);
             let made = made.expect("one to fit");
             let setup =
                 TrialSetup { name: made.name.clone(), dofs: vec![dof], ..Default::default() };

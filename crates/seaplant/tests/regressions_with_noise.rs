@@ -239,7 +239,7 @@ const CLEAN_TWIN: f64 = 1.0;
 fn all_find_the_undisturbed_twin() {
     let campaign = make(&TwinSpec { seed: 4, ..TwinSpec::jason2() }).expect("can be made");
     for dof in [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw] {
-        let made = campaign.trials.iter().find(|t| t.dof == dof && t.role == Role::Fit);
+        let made = campaign.trials.iter().find(|t| t.dofs == [dof] && t.role == Role::Fit);
         let made = made.expect("one to fit");
         let setup = TrialSetup { name: made.name.clone(), dofs: vec![dof], ..Default::default() };
         let trial = Trial::new(setup, &made.recording, &campaign.vehicle).expect("complete");

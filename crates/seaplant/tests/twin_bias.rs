@@ -21,7 +21,7 @@ fn trial(campaign: &TwinCampaign, made: &TwinTrial) -> Trial {
     let setup = TrialSetup {
         name: made.name.clone(),
         role: made.role,
-        dofs: vec![made.dof],
+        dofs: made.dofs.clone(),
         ..Default::default()
     };
     Trial::new(setup, &made.recording, &campaign.vehicle).expect("complete")
@@ -46,7 +46,7 @@ fn median_errors(
 ) -> (f64, f64) {
     let (mut mass, mut drag) = (Vec::new(), Vec::new());
     for campaign in campaigns {
-        let of_dof = |made: &&TwinTrial| made.dof == dof && made.role == Role::Fit;
+        let of_dof = |made: &&TwinTrial| made.dofs == [dof] && made.role == Role::Fit;
         let made = campaign.trials.iter().find(of_dof).expect("one to fit");
         let found = fit(dof, &trial(campaign, made));
         let truth = campaign.truth.plants[&dof];

@@ -42,7 +42,7 @@ fn trials(twin: &TwinCampaign, change: impl Fn(&mut Recording)) -> Result<Vec<Tr
     let trial = |log: &seaplant::twin::TwinTrial| {
         let mut recording = log.recording.clone();
         change(&mut recording);
-        let (name, role, dofs) = (log.name.clone(), log.role, vec![log.dof]);
+        let (name, role, dofs) = (log.name.clone(), log.role, log.dofs.clone());
         let setup = TrialSetup { name, role, dofs, ..TrialSetup::default() };
         Trial::new(setup, &recording, &twin.vehicle)
     };

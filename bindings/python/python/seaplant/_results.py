@@ -23,7 +23,6 @@ __all__ = [
     "Coefficient",
     "Consequence",
     "Correlation",
-    "CoupledOnline",
     "CoupledPlant",
     "CoupledScore",
     "CurveResult",
@@ -55,14 +54,12 @@ __all__ = [
     "NullModel",
     "NullScore",
     "OffsetPair",
-    "OnlineHistory",
     "PairResult",
     "Parameter",
     "ParameterName",
     "Parameters",
     "Part",
     "PlantChange",
-    "PlantChanged",
     "PlantResult",
     "Provenance",
     "RegressionResult",
@@ -71,7 +68,6 @@ __all__ = [
     "Role",
     "Row",
     "Score",
-    "ScoredMotion",
     "SecondOrder",
     "SegmentResult",
     "SensorResult",
@@ -94,6 +90,7 @@ __all__ = [
     "TrueParameters",
     "TruePlant",
     "TrueSteady",
+    "TrueVehicle",
     "Trust",
     "Truth",
     "Validation",
@@ -164,8 +161,6 @@ CaveatCode: TypeAlias = Literal[
     "outliers",
     "navigation",
     "suspicious-unit",
-    "clipped-accelerometer",
-    "tilted-accelerometer",
     "instruments-disagree",
     "sampled-slowly",
     "thrust-between-samples",
@@ -235,9 +230,6 @@ Method: TypeAlias = Literal[
     "weighted-least-squares",
     "total-least-squares",
     "sriv",
-    "adaptive",
-    "recursive",
-    "ekf",
 ]
 """How a plant was found."""
 
@@ -253,8 +245,6 @@ NullModel: TypeAlias = Literal[
     "keeps-initial-speed",
     "keeps-mean-speed",
     "steady-speed",
-    "never-accelerates",
-    "thrust-alone",
 ]
 """A model without a plant."""
 
@@ -271,12 +261,6 @@ Role: TypeAlias = Literal[
     "steady",
 ]
 """What a trial is for."""
-
-ScoredMotion: TypeAlias = Literal[
-    "velocity",
-    "acceleration",
-]
-"""What a simulation is compared with."""
 
 Severity: TypeAlias = Literal[
     "note",
@@ -418,7 +402,7 @@ class AxisResult(Record):
     """Rate at which motion was measured, Hz."""
 
     motion: str
-    """Whether motion was measured as velocity, as position or as acceleration."""
+    """Whether motion was measured as velocity or as position."""
 
     dominant_amplitude: float
     """Amplitude of force there, N or N m."""
@@ -429,6 +413,12 @@ class AxisResult(Record):
     force_rms: float
     """Root mean square force, N or N m."""
 
+    speed_max: float
+    """Greatest speed, m/s or rad/s."""
+
+    speed_rms: float
+    """Root mean square velocity, m/s or rad/s."""
+
     gap_s: float
     """Seconds left out for want of samples."""
 
@@ -437,13 +427,6 @@ class AxisResult(Record):
 
     keulegan_carpenter: float | None
     """The stroke over the size of the hull across it, where that is known."""
-
-    speed_max: float | None
-    """Greatest speed, m/s or rad/s; absent where neither velocity nor position was
-    measured."""
-
-    speed_rms: float | None
-    """Root mean square velocity, m/s or rad/s; absent likewise."""
 
     stroke: float | None
     """How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
@@ -652,38 +635,6 @@ class Correlation(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CoupledOnline(Record):
-    """A plant of several axes, found sample by sample."""
-
-    axes: tuple[Dof, ...]
-    """Its axes."""
-
-    method: Method
-    """How it was found."""
-
-    symmetry: Symmetry
-    """Which axes M may couple."""
-
-    parameters: dict[str, Coefficient]
-    """Its coefficients by name, as those of a coupled plant."""
-
-    history: OnlineHistory
-    """How they went there."""
-
-    samples: int
-    """Numbers measured."""
-
-    fit: CoupledScore
-    """Its error on the trials that it was fitted to."""
-
-    caveats: tuple[Caveat, ...]
-    """Doubts."""
-
-    hold_out: CoupledScore | None
-    """Its error on trials that it had not seen."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class CoupledPlant(Record):
     """A plant of several axes: ``M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ`` with
     ν_r relative to the water."""
@@ -752,9 +703,6 @@ class CoupledPlant(Record):
 
     structure: tuple[TermDecision, ...]
     """The terms that were tried beside the usual ones."""
-
-    verdict: Verdict
-    """What to make of it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1215,28 +1163,6 @@ class OffsetPair(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OnlineHistory(Record):
-    """How parameters went to where they ended."""
-
-    time_s: Floats
-    """Motion so far, s, over all fitted trials in turn."""
-
-    parameters: dict[str, Floats]
-    """Each parameter at these instants."""
-
-    settled_s: dict[str, float | None]
-    """When each came within 5 % of its last value to stay there, s of motion; absent if it
-    had not before the last tenth."""
-
-    excitation: float
-    """The least eigenvalue of the information at a unit diagonal: 1 if each parameter is told
-    by itself, 0 if some combination is not told at all."""
-
-    changes: tuple[PlantChanged, ...]
-    """When the plant seemed to change."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class PairResult(Record):
     """Two steady stretches at one thrust, one each way."""
 
@@ -1322,23 +1248,6 @@ class PlantChange(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlantChanged(Record):
-    """A change of the plant that was noticed."""
-
-    trial: str
-    """In which trial."""
-
-    since_s: float
-    """When it began, as far as blocks of 15 s tell, s of the log."""
-
-    noticed_s: float
-    """When it was noticed, s of the log."""
-
-    statistic: float
-    """The sum of what blocks exceed the usual by, in standard deviations."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class PlantResult(Record):
     """One method's plant of one degree of freedom."""
 
@@ -1377,9 +1286,6 @@ class PlantResult(Record):
 
     caveats: tuple[Caveat, ...]
     """Doubts."""
-
-    history: OnlineHistory | None
-    """How the parameters went there; absent of methods that do not work sample by sample."""
 
     hold_out: Score | None
     """Its error on trials that it had not seen."""
@@ -1507,8 +1413,9 @@ class Results(Record):
     coupled: dict[str, CoupledPlant]
     """Plants of several axes, by their axes: ``surge-sway-yaw``."""
 
-    coupled_online: dict[str, dict[str, CoupledOnline]]
-    """The same by methods that work sample by sample."""
+    coupled_truth: dict[str, float] | None
+    """True coefficients of the plant of several axes, by name, where the logs are those of
+    the twin of a whole vehicle."""
 
     dry_mass_kg: float | None
     """Its mass in air, kg."""
@@ -1576,7 +1483,7 @@ class Score(Record):
     absent."""
 
     null_error: float
-    """e of a model that never moves, or of one that never accelerates."""
+    """e of a model that never moves."""
 
     trials: tuple[TrialScore, ...]
     """Each trial."""
@@ -1593,10 +1500,6 @@ class Score(Record):
     offset_free_error: float | None
     """e with an initial velocity, a constant force and, in translations, a current fitted to
     each trial (of long ones, to each 150 s): what methods are compared by."""
-
-    quantity: ScoredMotion
-    """What was compared: where no velocity was measured, e and R² are of acceleration, in
-    means over half a second without the accelerometer's offset."""
 
     r_squared: float | None
     """1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials."""
@@ -1967,6 +1870,23 @@ class TrueSteady(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class TrueVehicle(Record):
+    """What is true of a whole vehicle."""
+
+    name: str
+    """What its plant is called."""
+
+    coefficients: dict[str, float]
+    """Its coefficients, by the names that results have for them."""
+
+    tether: dict[str, float]
+    """Standard deviation of the tether's pull on each driven axis, N or N m."""
+
+    mean_current_m_s: dict[str, Floats]
+    """The mean current in each trial, north and east, m/s."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Truth(Record):
     """The twin's true values, in the units of the results."""
 
@@ -1991,6 +1911,9 @@ class Truth(Record):
     mean_current_m_s: dict[str, float]
     """The mean current in each trial, m/s: along the degree of freedom, in yaw to the
     north."""
+
+    vehicle: TrueVehicle | None
+    """The whole vehicle, where several of its axes move at once."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,10 +1,11 @@
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
 use seaplant::results::TruePlant;
-use seaplant::twin::{Disturbance, TwinSpec, make};
-use seaplant_campaign::Campaign;
+use seaplant::twin::{Disturbance, TwinSpec, WholeTwinSpec};
+use seaplant_campaign::{Campaign, TwinFile};
 
 use super::identify::{exit_code, finish, quoted};
 use crate::args::Demo;
@@ -13,12 +14,8 @@ use crate::progress::fitting;
 use crate::writing::{Made, Permit, Target};
 
 pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
-    let spec = TwinSpec {
-        seed: arguments.seed,
-        disturbances: Disturbance::parse_list(&arguments.disturbances)?,
-        ..TwinSpec::jason2()
-    };
-    let twin = make(&spec)?;
+    let spec = spec(arguments)?;
+    let twin = spec.make()?;
     let permit = Permit::of(&[], arguments.force);
     let target = Target { folder: &arguments.out, made: Some(Made::Report), permit };
     target.check(&["results.json", "report.html"])?;
@@ -26,10 +23,29 @@ pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
     let campaign = Campaign::open(&arguments.out.join("campaign.toml"))?;
     let mut found =
         fitting(output, |watch| campaign.identify_watched(&command_line(arguments), watch));
-    found.results.provenance.seed = Some(spec.seed);
-    found.results.truth = Some(truth(&spec));
+    found.results.provenance.seed = Some(arguments.seed);
+    match &spec {
+        TwinFile::OneAxis(spec) => found.results.truth = Some(truth(spec)),
+        TwinFile::Whole(_) => {
+            found.results.coupled_truth = twin.truth.vehicle.map(|vehicle| vehicle.coefficients);
+        }
+    }
     finish(&found, &campaign.trials, &target, output)?;
     Ok(exit_code(&found.results))
+}
+
+fn spec(arguments: &Demo) -> Result<TwinFile> {
+    let disturbances = Disturbance::parse_list(&arguments.disturbances)?;
+    let seed = arguments.seed;
+    Ok(match &arguments.vehicle {
+        None => TwinFile::OneAxis(Box::new(TwinSpec { seed, disturbances, ..TwinSpec::jason2() })),
+        Some(vehicle) => TwinFile::Whole(Box::new(WholeTwinSpec {
+            vehicle: vehicle.clone(),
+            seed,
+            disturbances,
+            ..WholeTwinSpec::default()
+        })),
+    })
 }
 
 fn truth(spec: &TwinSpec) -> BTreeMap<seaplant::Dof, TruePlant> {
@@ -43,8 +59,11 @@ fn truth(spec: &TwinSpec) -> BTreeMap<seaplant::Dof, TruePlant> {
 }
 
 fn command_line(arguments: &Demo) -> String {
+    let vehicle = arguments.vehicle.as_ref();
+    let vehicle = vehicle.map(|vehicle| format!(" --vehicle {}", quoted(Path::new(vehicle))));
     format!(
-        "seaplant demo --seed {} --disturbances {} --out {}",
+        "seaplant demo{} --seed {} --disturbances {} --out {}",
+        vehicle.unwrap_or_default(),
         arguments.seed,
         arguments.disturbances,
         quoted(&arguments.out)

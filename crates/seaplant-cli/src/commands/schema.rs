@@ -1,8 +1,7 @@
 use std::process::ExitCode;
 
 use seaplant::exchange::PlantFile;
-use seaplant::twin::TwinSpec;
-use seaplant_campaign::{CampaignFile, Profile, VehicleFile};
+use seaplant_campaign::{CampaignFile, Profile, TwinFile, VehicleFile};
 
 use crate::args::{Schema, SchemaKind};
 use crate::output::print;
@@ -14,7 +13,7 @@ pub fn run(arguments: &Schema) -> anyhow::Result<ExitCode> {
         SchemaKind::Campaign => schemars::schema_for!(CampaignFile).to_value(),
         SchemaKind::Plant => schemars::schema_for!(PlantFile).to_value(),
         SchemaKind::Profile => schemars::schema_for!(Profile).to_value(),
-        SchemaKind::Twin => schemars::schema_for!(TwinSpec).to_value(),
+        SchemaKind::Twin => schemars::schema_for!(TwinFile).to_value(),
     };
     print(&serde_json::to_string_pretty(&schema)?)?;
     Ok(ExitCode::SUCCESS)

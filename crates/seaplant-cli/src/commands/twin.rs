@@ -2,8 +2,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow};
-use seaplant::twin::{TwinCampaign, TwinSpec, make};
-use seaplant_campaign::{read_toml, twin_files};
+use seaplant::twin::TwinCampaign;
+use seaplant_campaign::{TwinFile, twin_files};
 use serde_json::json;
 
 use super::identify::quoted;
@@ -12,8 +12,8 @@ use crate::output::Output;
 use crate::writing::{File, Made, Permit, Target};
 
 pub fn run(arguments: &Twin, output: Output) -> Result<ExitCode> {
-    let spec: TwinSpec = read_toml(&arguments.spec)?;
-    let twin = make(&spec).with_context(|| arguments.spec.display().to_string())?;
+    let spec = TwinFile::read(&arguments.spec)?;
+    let twin = spec.make().with_context(|| arguments.spec.display().to_string())?;
     let inputs = [arguments.spec.clone()];
     let permit = Permit::of(&inputs, arguments.force);
     write(&twin, &arguments.out, permit)?;

@@ -1,5 +1,6 @@
 //! What `identify` says of plants of several axes.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use seaplant::Dof;
@@ -8,11 +9,14 @@ use seaplant::results::{
 };
 use seaplant_report::number::{Rounded, or_absent};
 
-use super::{align, plain_table, push_caveats, spoken_verdict};
+use super::{align, beside_truth, plain_table, push_caveats, spoken_verdict};
 use crate::output::{FAINT, STRONG};
 
+/// True coefficients by name; one that is not there is zero.
+type Truth = BTreeMap<String, f64>;
+
 /// A block for each plant: what each axis has by itself, how axes couple, how it predicts.
-pub(super) fn block(plant: &CoupledPlant) -> String {
+pub(super) fn block(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
     let mut text = String::new();
     let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
     let _ = writeln!(
@@ -22,7 +26,7 @@ pub(super) fn block(plant: &CoupledPlant) -> String {
         plant.method,
         spoken_verdict(&plant.verdict)
     );
-    let _ = writeln!(text, "{}", coefficients(plant));
+    let _ = writeln!(text, "{}", coefficients(plant, truth));
     let where_ = if plant.hold_out.is_some() { "held out" } else { "on its own trials" };
     let _ = writeln!(text, "  simulated from forces alone, {where_}:\n{}", scores(plant));
     push_caveats(&mut text, &plant.caveats);
@@ -66,7 +70,7 @@ pub(super) fn steering(model: &NomotoResult) -> String {
 }
 
 /// In the order of the axes, then mass, damping, the rest.
-fn coefficients(plant: &CoupledPlant) -> String {
+fn coefficients(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
     let rank = |name: &str, x: &Coefficient| {
         let first = x.on.first().copied().unwrap_or(Dof::Surge);
         let kind =
@@ -77,13 +81,14 @@ fn coefficients(plant: &CoupledPlant) -> String {
     sorted.sort_by_key(|(name, x)| rank(name, x));
     let mut table = plain_table();
     for (name, x) in sorted {
-        table.add_row(row(name, x));
+        let truth = truth.map(|truth| truth.get(name).copied().unwrap_or(0.0));
+        table.add_row(row(name, x, truth));
     }
     align(&mut table, 1..4);
     table.to_string().trim_end().to_owned()
 }
 
-fn row(name: &str, x: &Coefficient) -> Vec<String> {
+fn row(name: &str, x: &Coefficient, truth: Option<f64>) -> Vec<String> {
     let Rounded { value, std, low95, high95 } = Rounded::of(&Parameter {
         value: x.value,
         std: x.std,
@@ -97,14 +102,16 @@ fn row(name: &str, x: &Coefficient) -> Vec<String> {
         ToldBy::Stated => format!("{FAINT}stated, not fitted{FAINT:#}"),
         ToldBy::Nothing => format!("{FAINT}hardly determined by these trials{FAINT:#}"),
     };
-    vec![
+    let mut row = vec![
         format!("  {name}"),
         value,
         format!("± {std}"),
         format!("[{low95}, {high95}]"),
         x.unit.clone(),
-        remark,
-    ]
+    ];
+    row.extend(truth.map(|truth| beside_truth(x.value, truth)));
+    row.push(remark);
+    row
 }
 
 fn scores(plant: &CoupledPlant) -> String {

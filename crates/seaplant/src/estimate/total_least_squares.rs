@@ -166,7 +166,7 @@ mod tests {
 
     fn of_twin(dof: Dof) -> AxisRecord {
         let made = make(&TwinSpec { seed: 2, ..TwinSpec::jason2() }).expect("can be made");
-        let trial = made.trials.iter().find(|t| t.dof == dof && t.role == Role::Fit);
+        let trial = made.trials.iter().find(|t| t.dofs == [dof] && t.role == Role::Fit);
         let trial = trial.expect("one to fit");
         let setup = TrialSetup { name: trial.name.clone(), dofs: vec![dof], ..Default::default() };
         let trial = Trial::new(setup, &trial.recording, &made.vehicle).expect("complete");

@@ -271,6 +271,7 @@ pub(super) fn empty_results(
         sensors: sensor_results(vehicle, trials),
         trials: trials.iter().map(|trial| trial_result(trial, vehicle)).collect(),
         truth: None,
+        coupled_truth: None,
         consequences: Vec::new(),
         failures: Vec::new(),
         caveats: Vec::new(),

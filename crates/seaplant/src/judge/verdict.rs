@@ -276,7 +276,7 @@ mod tests {
         let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 120.0, ..TwinSpec::jason2() };
         let dive = make(&spec).expect("valid");
         let trial = |log: &crate::twin::TwinTrial| {
-            let (name, role, dofs) = (log.name.clone(), log.role, vec![log.dof]);
+            let (name, role, dofs) = (log.name.clone(), log.role, log.dofs.clone());
             let setup = TrialSetup { name, role, dofs, ..TrialSetup::default() };
             Trial::new(setup, &log.recording, &dive.vehicle).expect("complete")
         };

@@ -84,6 +84,8 @@ struct Run<'a> {
     signals: Vec<(&'a Signal, &'a Timed)>,
     first: Dof,
     inputs: &'a Inputs,
+    /// North and east velocity of the water, m/s.
+    current: [f64; 2],
     has: [bool; 6],
 }
 
@@ -118,28 +120,33 @@ impl<'a> Run<'a> {
             })
         };
         let signals = plant.structure().signals().iter().map(of).collect::<Result<_, _>>()?;
-        Ok(Self { plant: Whole::new(plant)?, signals, first: plant.axes()[0], inputs, has })
+        let (first, current) = (plant.axes()[0], inputs.current);
+        Ok(Self { plant: Whole::new(plant)?, signals, first, inputs, current, has })
+    }
+
+    /// Attitude at an instant, from where the plant turns it on.
+    fn turned_at(&self, t: f64) -> Turned {
+        let angles = self.inputs.attitude.each_ref().map(|a| interpolated_attitude(a.as_ref(), t));
+        if !self.has[3..].iter().all(|has| *has) {
+            return Turned::Partly(angles);
+        }
+        let [roll, pitch, heading] = angles;
+        Turned::Freely(*UnitQuaternion::from_euler_angles(roll, pitch, heading).quaternion())
     }
 
     fn over(&self, start: &Vector6<f64>, time_s: &[f64]) -> Result<Simulated, Error> {
         let mut found =
             Simulated { time_s: time_s.to_vec(), velocity: Vec::new(), attitude: Vec::new() };
         let Some(&first) = time_s.first() else { return Ok(found) };
-        let angles =
-            self.inputs.attitude.each_ref().map(|a| interpolated_attitude(a.as_ref(), first));
-        let mut turned = if self.has[3..].iter().all(|has| *has) {
-            let [roll, pitch, heading] = angles;
-            Turned::Freely(*UnitQuaternion::from_euler_angles(roll, pitch, heading).quaternion())
-        } else {
-            Turned::Partly(angles)
-        };
+        let mut turned = self.turned_at(first);
         let water = self.water(turned, first);
         let mut relative = self.on_own(start - water);
         let mut now = first;
         for &until in time_s {
             while now < until {
                 let step = self.next_step(now, until);
-                (relative, turned) = self.step(relative, turned, now, step);
+                let force = self.force_at(now + 0.5 * step);
+                (relative, turned) = self.step(&force, relative, turned, now, step);
                 now += step;
                 if !relative.iter().all(|v| v.abs() < RUNAWAY) {
                     return Err(Error::Diverged { dof: self.first, after_s: now - first });
@@ -166,17 +173,21 @@ impl<'a> Run<'a> {
         (until - now) / steps
     }
 
+    /// The force of a step is that in its middle: it changes at the ends of steps only.
+    fn force_at(&self, middle: f64) -> Vector6<f64> {
+        Vector6::from_fn(|k, _| {
+            self.inputs.force[k].as_ref().map_or(0.0, |force| force.held_at(middle))
+        })
+    }
+
     fn step(
         &self,
+        force: &Vector6<f64>,
         relative: Vector6<f64>,
         turned: Turned,
         now: f64,
         h: f64,
     ) -> (Vector6<f64>, Turned) {
-        // The force of a step is that in its middle: it changes at the ends of steps only.
-        let force = Vector6::from_fn(|k, _| {
-            self.inputs.force[k].as_ref().map_or(0.0, |force| force.held_at(now + 0.5 * h))
-        });
         let drive_at = now + 0.5 * h;
         let slopes = |v: Vector6<f64>, turned: Turned, t: f64| {
             let value = |(signal, series): &(&Signal, &Timed)| {
@@ -186,7 +197,7 @@ impl<'a> Run<'a> {
             let signals: Vec<f64> = self.signals.iter().map(value).collect();
             let six = v + self.others(t);
             let down = self.to_body(turned, t) * Vector3::z();
-            (self.plant.rate(&six, &down, &force, &signals), self.turning(turned, &six, t))
+            (self.plant.rate(&six, &down, force, &signals), self.turning(turned, &six, t))
         };
         let (a1, b1) = slopes(relative, turned, now);
         let (a2, b2) = slopes(relative + a1 * (0.5 * h), turned.plus(b1, 0.5 * h), now + 0.5 * h);
@@ -247,7 +258,7 @@ impl<'a> Run<'a> {
 
     /// The current in body axes.
     fn water(&self, turned: Turned, t: f64) -> Vector6<f64> {
-        let [north, east] = self.inputs.current;
+        let [north, east] = self.current;
         let body = self.to_body(turned, t) * Vector3::new(north, east, 0.0);
         Vector6::new(body.x, body.y, body.z, 0.0, 0.0, 0.0)
     }
@@ -262,6 +273,64 @@ impl<'a> Run<'a> {
 
     fn on_own(&self, six: Vector6<f64>) -> Vector6<f64> {
         Vector6::from_fn(|k, _| if self.has[k] { six[k] } else { 0.0 })
+    }
+}
+
+/// A plant on its way, under forces that are decided as it moves.
+pub(crate) struct Moving<'a> {
+    run: Run<'a>,
+    relative: Vector6<f64>,
+    turned: Turned,
+    now: f64,
+}
+
+impl<'a> Moving<'a> {
+    /// Starts at rest over ground, at the attitude that `inputs` have at time zero; its forces
+    /// are not read.
+    ///
+    /// # Errors
+    /// As [`simulate`].
+    pub(crate) fn at_rest(plant: &Plant, inputs: &'a Inputs) -> Result<Self, Error> {
+        let run = Run::new(plant, inputs)?;
+        let turned = run.turned_at(0.0);
+        let relative = run.on_own(-run.water(turned, 0.0));
+        Ok(Self { run, relative, turned, now: 0.0 })
+    }
+
+    /// Moves on by `h`, s, under a force, N and N m.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`].
+    pub(crate) fn advance(&mut self, force: &Vector6<f64>, h: f64) -> Result<(), Error> {
+        (self.relative, self.turned) =
+            self.run.step(force, self.relative, self.turned, self.now, h);
+        self.now += h;
+        if self.relative.iter().all(|v| v.abs() < RUNAWAY) {
+            return Ok(());
+        }
+        Err(Error::Diverged { dof: self.run.first, after_s: self.now })
+    }
+
+    /// Changes the velocity of the water, north and east, m/s; that over ground stays.
+    pub(crate) fn set_current(&mut self, current: [f64; 2]) {
+        let before = self.run.water(self.turned, self.now);
+        self.run.current = current;
+        self.relative += self.run.on_own(before - self.run.water(self.turned, self.now));
+    }
+
+    /// Velocity through the water, body axes.
+    pub(crate) fn through_water(&self) -> &Vector6<f64> {
+        &self.relative
+    }
+
+    /// Velocity over ground, body axes.
+    pub(crate) fn velocity(&self) -> Vector6<f64> {
+        self.relative + self.run.on_own(self.run.water(self.turned, self.now))
+    }
+
+    /// Roll, pitch and heading, rad.
+    pub(crate) fn attitude(&self) -> [f64; 3] {
+        self.run.angles(self.turned, self.now)
     }
 }
 

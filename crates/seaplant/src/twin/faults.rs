@@ -12,6 +12,8 @@ use crate::{Error, Timed};
 
 /// Gaps stay this part of a trial away from its ends, so that no log begins or ends with one.
 const WHOLE_ENDS: f64 = 0.05;
+/// The most that a stamp errs, as a part of the time between two.
+const MOST_JITTER_OF_PERIOD: f64 = 0.45;
 
 /// What is wrong with the readings of one trial.
 pub(super) struct Faults<'a> {
@@ -135,6 +137,9 @@ impl<'a> Faults<'a> {
         if most == 0.0 {
             return time_s.to_vec();
         }
+        // Stamps of a fast instrument must not change places either.
+        let apart_s = time_s.get(1).map_or(f64::INFINITY, |second| second - time_s[0]);
+        let most = most.min(MOST_JITTER_OF_PERIOD * apart_s);
         let mut rng = self.streams.of(&format!("{instrument} stamps"));
         let off = |t: &f64| (t + most * rng.random_range(-1.0..=1.0)).max(0.0);
         time_s.iter().map(off).collect()

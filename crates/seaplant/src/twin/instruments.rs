@@ -13,7 +13,7 @@ use super::water::{Attitude, Water};
 use super::{Disturbance, RPM, STEPS_PER_TICK, TwinAccelerometer, TwinSpec, tick_time};
 use crate::navigation::Recording;
 use crate::quantity::{Attitude as Angle, Axis};
-use crate::{Dof, Error, Quantity, Sensors, ThrusterInput, Timed};
+use crate::{Dof, Error, Quantity, Sensors, ThrusterInput, Timed, Vehicle};
 
 /// Rate of the depth sensor, Hz [Jason2, table 3].
 const DEPTH_HZ: f64 = 0.6;
@@ -21,60 +21,111 @@ const DEPTH_HZ: f64 = 0.6;
 const GRAVITY: f64 = 9.80665;
 /// Resolution of the logged propeller speed, rad/s.
 const SPEED_QUANTUM: f64 = 10.0 * RPM;
+/// Resolution of the logged command, of which 1 is the greatest.
+const COMMAND_QUANTUM: f64 = 1e-4;
+
+/// A motion as instruments see it, at steps of 0.02 s.
+pub(super) trait Path {
+    /// Steps that were made.
+    fn steps(&self) -> usize;
+    /// Attitude after a step, at `t_s`.
+    fn attitude(&self, step: usize, t_s: f64) -> Attitude;
+    /// Velocity of the origin over ground after a step, body axes, m/s.
+    fn velocity(&self, step: usize) -> Vector3<f64>;
+    /// Depth of the origin below its start after a step, m, and its rate, m/s.
+    fn sunk(&self, step: usize) -> (f64, f64);
+    /// What was asked of a thruster at a tick, in the unit of its curve.
+    fn asked(&self, thruster: usize, tick: usize) -> f64;
+}
+
+/// A motion in one degree of freedom.
+pub(super) struct Single<'a> {
+    pub(super) dof: Dof,
+    pub(super) moved: &'a Moved,
+    pub(super) water: &'a Water,
+}
+
+impl Path for Single<'_> {
+    fn steps(&self) -> usize {
+        self.moved.velocity.len() - 1
+    }
+
+    fn attitude(&self, step: usize, t_s: f64) -> Attitude {
+        self.water.attitude(t_s, self.moved.position[step], self.moved.velocity[step])
+    }
+
+    fn velocity(&self, step: usize) -> Vector3<f64> {
+        let mut v = Vector3::zeros();
+        if !self.dof.is_rotation() {
+            v[self.dof.index()] = self.moved.velocity[step];
+        }
+        v
+    }
+
+    fn sunk(&self, step: usize) -> (f64, f64) {
+        let sinking = if self.dof == Dof::Heave { self.moved.velocity[step] } else { 0.0 };
+        (self.moved.sunk[step], sinking)
+    }
+
+    fn asked(&self, thruster: usize, tick: usize) -> f64 {
+        let driven = pair(self.dof).iter().position(|&driven| driven == thruster);
+        driven.map_or(0.0, |which| self.moved.speeds[which][tick])
+    }
+}
+
+/// Who looks at a motion, and how well.
+pub(super) struct Observer<'a> {
+    pub(super) spec: &'a TwinSpec,
+    pub(super) vehicle: &'a Vehicle,
+    pub(super) streams: &'a Streams<'a>,
+    pub(super) noise: InstrumentNoise,
+}
 
 /// Writes the log of one trial.
 ///
 /// # Errors
 /// As [`Timed::new`], if the vehicle moved beyond all numbers.
-pub(super) fn record(
-    spec: &TwinSpec,
-    dof: Dof,
-    moved: &Moved,
-    water: &Water,
-    streams: &Streams<'_>,
-    noise: InstrumentNoise,
-) -> Result<Recording, Error> {
-    let vehicle = spec.true_vehicle()?;
+pub(super) fn record(observer: &Observer<'_>, path: &dyn Path) -> Result<Recording, Error> {
+    let Observer { spec, vehicle, streams, noise } = *observer;
     let mut recording = Recording::new();
-    let ticks = moved.speeds[0].len();
+    let ticks = path.steps() / STEPS_PER_TICK;
     let faults = Faults::of(spec, streams, ticks);
     let logged: Vec<usize> = (0..ticks).step_by(faults.ticks_per_speed()).collect();
     let times: Vec<f64> = logged.iter().map(|tick| tick_time(*tick)).collect();
     for (at, thruster) in vehicle.thrusters.iter().enumerate() {
-        let which = pair(dof).iter().position(|&driven| driven == at);
-        let speed = |tick: &usize| {
-            which.map_or(0.0, |which| to_grid(moved.speeds[which][*tick], SPEED_QUANTUM))
-        };
-        let name = thruster.name.clone();
-        let quantity = Quantity::Thruster { name, input: ThrusterInput::Speed };
+        let input = thruster.curve.input();
+        let speed = |tick: &usize| to_grid(path.asked(at, *tick), quantum(input));
+        let quantity = Quantity::Thruster { name: thruster.name.clone(), input };
         let speed = logged.iter().map(speed).collect();
         let [series] = faults.logged("speed", None, &times, [speed])?;
         recording.insert(quantity, series);
     }
-    let attitudes = (0..=ticks)
-        .map(|tick| {
-            let step = tick * STEPS_PER_TICK;
-            water.attitude(tick_time(tick), moved.position[step], moved.velocity[step])
-        })
-        .collect();
+    let attitude = |tick| path.attitude(tick * STEPS_PER_TICK, tick_time(tick));
+    let attitudes = (0..=ticks).map(attitude).collect();
     let sensors = &vehicle.sensors;
-    let sensing = Sensing { attitudes, spec, dof, moved, water, sensors, streams, noise, faults };
+    let sensing = Sensing { attitudes, spec, path, sensors, streams, noise, faults };
     sensing.attitude(&mut recording)?;
     match &spec.accelerometer {
         None => sensing.dvl(&mut recording)?,
         Some(imu) => sensing.accelerometer(imu, &mut recording)?,
     }
     sensing.depth(&mut recording)?;
+    if noise.gyro.is_some() {
+        sensing.gyro(&mut recording)?;
+    }
     Ok(recording)
+}
+
+/// In what steps an input is logged: rad/s, or parts of full command.
+fn quantum(input: ThrusterInput) -> f64 {
+    if input == ThrusterInput::Speed { SPEED_QUANTUM } else { COMMAND_QUANTUM }
 }
 
 struct Sensing<'a> {
     /// At each tick, and at the end of the last.
     attitudes: Vec<Attitude>,
     spec: &'a TwinSpec,
-    dof: Dof,
-    moved: &'a Moved,
-    water: &'a Water,
+    path: &'a dyn Path,
     sensors: &'a Sensors,
     streams: &'a Streams<'a>,
     noise: InstrumentNoise,
@@ -130,11 +181,8 @@ impl Sensing<'_> {
         imu: &TwinAccelerometer,
         recording: &mut Recording,
     ) -> Result<(), Error> {
-        let steps = self.moved.velocity.len() - 1;
-        let at_step = |step: usize| {
-            let (turned, turning) = (self.moved.position[step], self.moved.velocity[step]);
-            self.water.attitude(step as f64 * STEP_S, turned, turning)
-        };
+        let steps = self.path.steps();
+        let at_step = |step: usize| self.path.attitude(step, step as f64 * STEP_S);
         let mut rngs = ["imu x", "imu y", "imu z"].map(|axis| self.streams.of(axis));
         let mut leaks = [0, 1, 2].map(|k| imu.leak * normal(&mut rngs[k]));
         let kept = (-STEP_S / imu.leak_s).exp();
@@ -167,12 +215,8 @@ impl Sensing<'_> {
     ) -> Vector3<f64> {
         let (from, to) = (body_rates(before), body_rates(after));
         let (omega, slope) = (0.5 * (from + to), (to - from) / STEP_S);
-        let (mut v, mut rate) = (Vector3::zeros(), Vector3::zeros());
-        if !self.dof.is_rotation() {
-            let moved = &self.moved.velocity[step..step + 2];
-            v[self.dof.index()] = 0.5 * (moved[0] + moved[1]);
-            rate[self.dof.index()] = (moved[1] - moved[0]) / STEP_S;
-        }
+        let (start, end) = (self.path.velocity(step), self.path.velocity(step + 1));
+        let (v, rate) = (0.5 * (start + end), (end - start) / STEP_S);
         let down = before.rotation().inverse() * Vector3::z();
         rate + omega.cross(&v) + slope.cross(lever) + omega.cross(&omega.cross(lever))
             - GRAVITY * down
@@ -184,41 +228,52 @@ impl Sensing<'_> {
             let at_tick = |(tick, attitude)| self.at_dvl(tick * STEPS_PER_TICK, attitude);
             return self.attitudes.iter().enumerate().map(at_tick).collect();
         }
-        let at_step = |step: usize| {
-            let (turned, turning) = (self.moved.position[step], self.moved.velocity[step]);
-            self.at_dvl(step, &self.water.attitude(step as f64 * STEP_S, turned, turning))
-        };
-        self.faults.smoothed((0..self.moved.velocity.len()).map(at_step).collect())
+        let at_step =
+            |step: usize| self.at_dvl(step, &self.path.attitude(step, step as f64 * STEP_S));
+        self.faults.smoothed((0..=self.path.steps()).map(at_step).collect())
     }
 
     /// `v_dvl = R_bsᵀ (v + ω × r)`.
     fn at_dvl(&self, step: usize, attitude: &Attitude) -> Vector3<f64> {
         let dvl = self.sensors.dvl;
-        let mut v = Vector3::zeros();
-        if !self.dof.is_rotation() {
-            v[self.dof.index()] = self.moved.velocity[step];
-        }
+        let v = self.path.velocity(step);
         dvl.to_body().inverse() * (v + body_rates(attitude).cross(&dvl.position_body))
     }
 
     fn depth(&self, recording: &mut Recording) -> Result<(), Error> {
         let mut rng = self.streams.of("depth");
         let lever = self.sensors.depth.position_body;
-        let end_s = tick_time(self.moved.speeds[0].len());
+        let end_s = tick_time(self.attitudes.len() - 1);
         let t: Vec<f64> = (0..=(end_s * DEPTH_HZ) as usize).map(|k| k as f64 / DEPTH_HZ).collect();
         let read = |t: &f64| {
-            let step = ((t / STEP_S).round() as usize).min(self.moved.sunk.len() - 1);
+            let step = ((t / STEP_S).round() as usize).min(self.path.steps());
             // Within a hundredth of a second of the sample: below 0.1 mm.
             let late_s = t - step as f64 * STEP_S;
-            let sinking = if self.dof == Dof::Heave { self.moved.velocity[step] } else { 0.0 };
-            let origin = self.spec.start_depth_m + self.moved.sunk[step] + late_s * sinking;
-            // Heading does not matter to depth.
-            let sensor = origin + (self.water.attitude(*t, 0.0, 0.0).rotation() * lever).z;
+            let (sunk, sinking) = self.path.sunk(step);
+            let origin = self.spec.start_depth_m + sunk + late_s * sinking;
+            let sensor = origin + (self.path.attitude(step, *t).rotation() * lever).z;
             to_grid(sensor + self.noise.depth * normal(&mut rng), DEPTH_QUANTUM_M)
         };
         let depth: Vec<f64> = t.iter().map(read).collect();
         let [depth] = self.faults.logged("depth", None, &t, [depth])?;
         recording.insert(Quantity::Depth, depth);
+        Ok(())
+    }
+
+    /// Rates of turn in body axes, at every step.
+    fn gyro(&self, recording: &mut Recording) -> Result<(), Error> {
+        let times: Vec<f64> = (0..=self.path.steps()).map(|step| step as f64 * STEP_S).collect();
+        let rates = times.iter().enumerate().map(|(step, t)| self.path.attitude(step, *t));
+        let rates: Vec<Vector3<f64>> = rates.map(|attitude| body_rates(&attitude)).collect();
+        let std = self.noise.gyro.unwrap_or(0.0);
+        let read = [0, 1, 2].map(|k| -> Vec<f64> {
+            let mut rng = self.streams.of(["gyro x", "gyro y", "gyro z"][k]);
+            rates.iter().map(|rate| rate[k] + std * normal(&mut rng)).collect()
+        });
+        let logged = self.faults.logged("gyro", None, &times, read)?;
+        for (axis, series) in [Axis::X, Axis::Y, Axis::Z].into_iter().zip(logged) {
+            recording.insert(Quantity::Rate(axis), series);
+        }
         Ok(())
     }
 }
@@ -257,8 +312,12 @@ mod tests {
         let pilot = plan.pilot(&spec, &streams);
         let moved = move_vehicle(&spec, &plan, pilot, &water, &streams).expect("stable");
         let silent = InstrumentNoise::default();
-        let log = record(&spec, plan.dof, &moved, &water, &streams, silent).expect("finite");
-        (log, moved, spec.true_vehicle().expect("valid").sensors)
+        let vehicle = spec.true_vehicle().expect("valid");
+        let observer =
+            Observer { spec: &spec, vehicle: &vehicle, streams: &streams, noise: silent };
+        let path = Single { dof: plan.dof, moved: &moved, water: &water };
+        let log = record(&observer, &path).expect("finite");
+        (log, moved, vehicle.sensors)
     }
 
     /// The filter on rates leaves its mark this deep at both ends, in samples.

@@ -8,31 +8,37 @@ use crate::{QuadraticThrust, Vehicle};
 
 /// Standard deviation of propeller speed, rad/s, and its correlation time, s.
 const JITTER_RAD_S: f64 = 5.0 * RPM;
-const JITTER_CORRELATION_S: f64 = 0.5;
+pub(super) const JITTER_CORRELATION_S: f64 = 0.5;
 
 /// The pair of propellers that drives one degree of freedom.
 pub(super) struct Propellers {
-    law: QuadraticThrust,
+    screw: Screw,
     /// What one newton of each gives: 1, or ± the arm.
     weights: [f64; 2],
-    max_speed: f64,
     jitter: [Vec<f64>; 2],
     motor: Motor,
     delay_s: f64,
+    /// Part of thrust that is lost at the start of the trial, and per second in it.
+    sag: (f64, f64),
+    turning: [f64; 2],
+}
+
+/// How a propeller thrusts at a speed.
+#[derive(Clone, Copy)]
+pub(super) struct Screw {
+    law: QuadraticThrust,
+    max_speed: f64,
     /// Thrust lost per speed of propeller and of inflow, N s²/(rad m).
     inflow: f64,
     /// The same, but only while the propeller advances.
     inflow_one_sided: f64,
     /// p − 2 of F ∝ |n|^p.
     beyond_square: f64,
-    /// Part of thrust that is lost at the start of the trial, and per second in it.
-    sag: (f64, f64),
-    turning: [f64; 2],
 }
 
 /// How a propeller follows the speed that is asked of it.
 #[derive(Clone, Copy)]
-struct Motor {
+pub(super) struct Motor {
     /// Time constants, s, of speeding up and of slowing down.
     up_s: f64,
     down_s: f64,
@@ -93,8 +99,36 @@ fn beyond_square(force: f64, part_of_greatest: f64, power: f64) -> f64 {
     if power == 0.0 || force == 0.0 { force } else { force * part_of_greatest.abs().powf(power) }
 }
 
+impl Screw {
+    pub(super) fn of(spec: &TwinSpec) -> Self {
+        Self {
+            law: spec.thrusters.law(),
+            max_speed: spec.thrusters.max_speed(),
+            inflow: spec.inflow(),
+            inflow_one_sided: spec.inflow_one_sided(),
+            beyond_square: spec.exponent() - 2.0,
+        }
+    }
+
+    /// The speed of a thrust by the square law, at most the greatest.
+    pub(super) fn speed_for(&self, thrust: f64) -> f64 {
+        let coefficient = if thrust < 0.0 { self.law.reverse } else { self.law.forward };
+        (thrust.abs() / coefficient).sqrt().min(self.max_speed).copysign(thrust)
+    }
+
+    /// Thrust at a speed, where the propeller moves with `along` through the water, N.
+    pub(super) fn thrust(&self, speed: f64, along: f64) -> f64 {
+        let mut lost = self.inflow * speed.abs() * along;
+        if speed * along > 0.0 {
+            lost += self.inflow_one_sided * speed.abs() * along;
+        }
+        let part = speed / self.max_speed;
+        beyond_square(self.law.force(speed), part, self.beyond_square) - lost
+    }
+}
+
 impl Motor {
-    fn of(spec: &TwinSpec) -> Self {
+    pub(super) fn of(spec: &TwinSpec) -> Self {
         let (up_s, down_s) = spec.lags();
         let slew_s = spec.strength_of(Disturbance::Slew, spec.strength.slew_s);
         let most = if slew_s > 0.0 { spec.thrusters.max_speed() / slew_s } else { f64::INFINITY };
@@ -110,7 +144,7 @@ impl Motor {
     ///
     /// `ṅ = (n_wanted − n)/T`, at most ± the fastest change; T is one while |n| grows and
     /// another while it falls. Solved exactly, piece by piece.
-    fn after(&self, dt: f64, mut speed: f64, wanted: f64) -> f64 {
+    pub(super) fn after(&self, dt: f64, mut speed: f64, wanted: f64) -> f64 {
         let mut left = dt;
         // At most four pieces: slowing down and speeding up, each first at the limit.
         while left > 0.0 && speed != wanted {
@@ -160,15 +194,11 @@ impl Propellers {
         let sag = spec.strength_of(Disturbance::BatterySag, spec.strength.sag_part);
         let (before, after) = plan.spent;
         Self {
-            law: spec.thrusters.law(),
+            screw: Screw::of(spec),
             weights: pair(dof).map(|at| vehicle.thrusters[at].unit_wrench()[dof.index()]),
-            max_speed: spec.thrusters.max_speed(),
             jitter: ["first jitter", "second jitter"].map(jitter),
             motor: Motor::of(spec),
             delay_s: spec.strength_of(Disturbance::Delay, spec.strength.delay_s),
-            inflow: spec.inflow(),
-            inflow_one_sided: spec.inflow_one_sided(),
-            beyond_square: spec.exponent() - 2.0,
             sag: (sag * before, sag * (after - before) / plan.duration_s),
             turning: [0.0; 2],
         }
@@ -179,9 +209,7 @@ impl Propellers {
         let total: f64 = self.weights.iter().map(|w| w * w).sum();
         [0, 1].map(|i| {
             let thrust = force * self.weights[i] / total;
-            let coefficient = if thrust < 0.0 { self.law.reverse } else { self.law.forward };
-            let speed = (thrust.abs() / coefficient).sqrt().min(self.max_speed);
-            speed.copysign(thrust) + self.jitter[i][tick]
+            self.screw.speed_for(thrust) + self.jitter[i][tick]
         })
     }
 
@@ -206,13 +234,7 @@ impl Propellers {
 
     /// Force or moment of the pair at a time where the vehicle moves with `v` through the water.
     pub(super) fn force(&self, speeds: [f64; 2], v: f64, t_s: f64) -> f64 {
-        let of = |(w, n): (f64, f64)| {
-            let mut lost = self.inflow * n.abs() * w * v;
-            if n * w * v > 0.0 {
-                lost += self.inflow_one_sided * n.abs() * w * v;
-            }
-            w * (beyond_square(self.law.force(n), n / self.max_speed, self.beyond_square) - lost)
-        };
+        let of = |(w, n): (f64, f64)| w * self.screw.thrust(n, w * v);
         let (before, per_s) = self.sag;
         (1.0 - before - per_s * t_s) * self.weights.into_iter().zip(speeds).map(of).sum::<f64>()
     }

@@ -25,6 +25,22 @@ pub struct Truth {
     pub nuisances: TrueNuisances,
     /// The mean current in each trial, m/s: along the degree of freedom, in yaw to the north.
     pub mean_current_m_s: BTreeMap<String, f64>,
+    /// The whole vehicle, where several of its axes move at once.
+    #[serde(default)]
+    pub vehicle: Option<TrueVehicle>,
+}
+
+/// What is true of a whole vehicle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TrueVehicle {
+    /// What its plant is called.
+    pub name: String,
+    /// Its coefficients, by the names that results have for them.
+    pub coefficients: BTreeMap<String, f64>,
+    /// Standard deviation of the tether's pull on each driven axis, N or N m.
+    pub tether: BTreeMap<Dof, f64>,
+    /// The mean current in each trial, north and east, m/s.
+    pub mean_current_m_s: BTreeMap<String, [f64; 2]>,
 }
 
 /// The true plant of one degree of freedom.
@@ -121,6 +137,7 @@ impl Truth {
             steady: heave.into_iter().map(|dof| (dof, steady)).collect(),
             nuisances: TrueNuisances::of(spec),
             mean_current_m_s,
+            vehicle: None,
         }
     }
 }

@@ -182,6 +182,17 @@ impl TwinSpec {
     }
 }
 
+impl TwinSpec {
+    /// Refuses a trial in which the vehicle rises by more than its depth, m.
+    pub(super) fn refuse_surfacing(&self, rises: f64, trial: &str) -> Result<(), Error> {
+        if self.start_depth_m > rises {
+            return Ok(());
+        }
+        let expected = format!("{:.0} or more: trial `{trial}` rises that far", rises + 1.0);
+        Err(refused("start_depth_m", &self.start_depth_m.to_string(), &expected))
+    }
+}
+
 pub(super) fn refused(name: &str, found: &str, expected: &str) -> Error {
     Error::TwinSpec {
         name: name.to_owned(),
@@ -190,12 +201,12 @@ pub(super) fn refused(name: &str, found: &str, expected: &str) -> Error {
     }
 }
 
-fn above_zero(name: &str, value: f64) -> Result<(), Error> {
+pub(super) fn above_zero(name: &str, value: f64) -> Result<(), Error> {
     let fine = value > 0.0 && value <= LARGEST;
     if fine { Ok(()) } else { Err(refused(name, &value.to_string(), "above 0, and finite")) }
 }
 
-fn not_negative(name: &str, value: f64) -> Result<(), Error> {
+pub(super) fn not_negative(name: &str, value: f64) -> Result<(), Error> {
     let fine = (0.0..=LARGEST).contains(&value);
     if fine { Ok(()) } else { Err(refused(name, &value.to_string(), "0 or more, and finite")) }
 }

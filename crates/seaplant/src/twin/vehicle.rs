@@ -48,6 +48,8 @@ pub(super) struct InstrumentNoise {
     pub(super) tilt: f64,
     /// Of depth before it is rounded, m.
     pub(super) depth: f64,
+    /// Of rates of turn, rad/s, if there is a gyroscope.
+    pub(super) gyro: Option<f64>,
 }
 
 impl InstrumentNoise {
@@ -57,7 +59,7 @@ impl InstrumentNoise {
             NoiseLevel::Middle => (3e-3, 0.1, 0.02),
             NoiseLevel::High => (10e-3, 0.3, 0.07),
         };
-        Self { dvl, heading: heading_deg.to_radians(), tilt: TILT_STD_RAD, depth }
+        Self { dvl, heading: heading_deg.to_radians(), tilt: TILT_STD_RAD, depth, gyro: None }
     }
 }
 

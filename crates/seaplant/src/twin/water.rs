@@ -30,10 +30,10 @@ pub(super) struct Water {
 
 /// `amplitude · cos(omega t + phase)`.
 #[derive(Clone, Copy)]
-struct Sine {
-    amplitude: f64,
-    omega: f64,
-    phase: f64,
+pub(super) struct Sine {
+    pub(super) amplitude: f64,
+    pub(super) omega: f64,
+    pub(super) phase: f64,
 }
 
 /// Roll, pitch and heading, rad, and their slopes, rad/s.
@@ -67,7 +67,8 @@ impl Water {
                 phase: streams.of("swell").random_range(0.0..TAU),
             },
             waves: if spec.has(Disturbance::SwellNarrowBand) {
-                waves(streams.of("narrow-band swell"), strength, TwinSpec::arm(dof), ticks)
+                let std = strength.swell_std_n * TwinSpec::arm(dof);
+                waves(streams.of("narrow-band swell"), strength, std, ticks)
             } else {
                 Vec::new()
             },
@@ -137,7 +138,7 @@ impl Attitude {
 }
 
 impl Sine {
-    fn at(&self, t_s: f64) -> f64 {
+    pub(super) fn at(&self, t_s: f64) -> f64 {
         self.amplitude * (self.omega * t_s + self.phase).cos()
     }
 
@@ -147,7 +148,7 @@ impl Sine {
 }
 
 /// The current of each tick, m/s: what is steady, what varies about it, and what drifts.
-fn current(spec: &TwinSpec, streams: &Streams<'_>, ticks: usize) -> Vec<f64> {
+pub(super) fn current(spec: &TwinSpec, streams: &Streams<'_>, ticks: usize) -> Vec<f64> {
     let strength = &spec.strength;
     let mean = spec.strength_of(Disturbance::Current, strength.current_m_s);
     let std = spec.strength_of(Disturbance::Current, strength.current_std_m_s);
@@ -163,13 +164,19 @@ fn current(spec: &TwinSpec, streams: &Streams<'_>, ticks: usize) -> Vec<f64> {
     varying.into_iter().zip(drift).map(|(varying, drift)| mean + varying + drift).collect()
 }
 
-/// Narrow-band swell, one value every half step, stationary from the start.
+/// Narrow-band swell of a standard deviation, one value every half step, stationary from the
+/// start.
 ///
 /// `F̈ + 2 ζ ω Ḟ + ω² F = ẇ` with white w: exact over each half step.
 ///
 /// # Source
 /// [Fossen2021, ch. 10]: the second-order wave model.
-fn waves(mut rng: ChaCha8Rng, strength: &DisturbanceStrength, arm: f64, ticks: usize) -> Vec<f64> {
+pub(super) fn waves(
+    mut rng: ChaCha8Rng,
+    strength: &DisturbanceStrength,
+    std: f64,
+    ticks: usize,
+) -> Vec<f64> {
     let (damping, omega) = (strength.swell_damping, TAU / strength.swell_period_s);
     let (decay, ringing) = (damping * omega, omega * (1.0 - damping * damping).sqrt());
     let h = 0.5 * STEP_S;
@@ -184,9 +191,8 @@ fn waves(mut rng: ChaCha8Rng, strength: &DisturbanceStrength, arm: f64, ticks: u
     let from_both = renewed[(0, 1)] / renewed[(1, 1)].sqrt();
     let from_first = (renewed[(0, 0)] - from_both * from_both).max(0.0).sqrt();
     let mut state = Vector2::from_fn(|_, _| normal(&mut rng));
-    let size = strength.swell_std_n * arm;
     let mut next = || {
-        let now = size * state[1];
+        let now = std * state[1];
         let (first, both) = (normal(&mut rng), normal(&mut rng));
         let new =
             Vector2::new(from_first * first + from_both * both, renewed[(1, 1)].sqrt() * both);
@@ -243,7 +249,7 @@ mod tests {
     /// Ten hours of narrow-band swell of 10 s, one value every half step.
     fn long_swell() -> Vec<f64> {
         let strength = DisturbanceStrength::default();
-        waves(Streams { seed: 1, trial: "t" }.of("w"), &strength, 1.0, 360_000)
+        waves(Streams { seed: 1, trial: "t" }.of("w"), &strength, strength.swell_std_n, 360_000)
     }
 
     fn correlation(x: &[f64], lag: usize) -> f64 {

@@ -1,0 +1,187 @@
+//! A twin of a whole vehicle: a plant of several axes, driven freely or one axis at a time.
+
+mod motion;
+mod pilot;
+mod rig;
+mod spec;
+
+use std::collections::BTreeMap;
+
+pub use spec::{Driving, WholeTwinSpec};
+
+use super::instruments::{Observer, record};
+use super::random::Streams;
+use super::vehicle::InstrumentNoise;
+use super::{TICK_HZ, TrueVehicle, Truth, TwinCampaign, TwinTrial};
+use crate::exchange::PlantModel;
+use crate::plant::{Basis, Symmetry};
+use crate::{CoupledPlan, Dof, Error, Role};
+use motion::{Currents, Disturbed, Whole};
+use pilot::WholePilot;
+use rig::Rig;
+
+/// Makes the logs of a vehicle whose plant of several axes is known.
+///
+/// The truth is `model.plant`, simulated as [`crate::motion::simulate`] does, under the thrusters
+/// of `model`: logged inputs are in force from their time stamp, and are those asked for; lag,
+/// delay and rate limit come after. Fitted trials are driven as `spec.driving` says, the held-out
+/// one freely, by steps.
+///
+/// # Errors
+/// [`Error::TwinSpec`] for a twin that cannot be, for thrusters that cannot drive an axis that is
+/// asked for, or if the vehicle surfaces; [`Error::Diverged`] if it runs away.
+///
+/// # Example
+/// ```
+/// use seaplant::exchange::PlantFile;
+/// use seaplant::twin::{WholeTwinSpec, make_whole};
+/// let file: PlantFile = serde_json::from_value(serde_json::json!({
+///     "schema": "seaplant/plant/1", "name": "boat", "source": "worked by hand",
+///     "axes": ["surge", "yaw"], "mass_matrix": [100.0, 20.0], "linear_damping": [30.0, 15.0],
+///     "thruster": [
+///         { "name": "port", "position_m": [0.0, -0.5, 0.0], "direction": [1.0, 0.0, 0.0],
+///           "curve": { "kind": "quadratic", "input": "command", "forward": 40.0, "reverse": 30.0 } },
+///         { "name": "starboard", "position_m": [0.0, 0.5, 0.0], "direction": [1.0, 0.0, 0.0],
+///           "curve": { "kind": "quadratic", "input": "command", "forward": 40.0, "reverse": 30.0 } }
+///     ]
+/// })).expect("a table");
+/// let spec = WholeTwinSpec { duration_s: 60.0, hold_out_s: 60.0, ..WholeTwinSpec::default() };
+/// let twin = make_whole(&spec, &file.model()?)?;
+/// let names: Vec<&str> = twin.trials.iter().map(|trial| trial.name.as_str()).collect();
+/// assert_eq!(names, ["free 1", "free 2", "hold-out"]);
+/// assert_eq!(twin.coupled[0].axes.len(), 2);
+/// # Ok::<(), seaplant::Error>(())
+/// ```
+pub fn make_whole(spec: &WholeTwinSpec, model: &PlantModel) -> Result<TwinCampaign, Error> {
+    let rig = Rig::of(spec, model)?;
+    let total_s: f64 = plans(spec, &rig).iter().map(|plan| plan.duration_s).sum();
+    let (mut trials, mut mean_current) = (Vec::new(), BTreeMap::new());
+    let mut elapsed_s = 0.0;
+    for plan in plans(spec, &rig) {
+        let spent = (elapsed_s / total_s, (elapsed_s + plan.duration_s) / total_s);
+        elapsed_s += plan.duration_s;
+        let (trial, current) = plan.carry_out(&rig, spent)?;
+        mean_current.insert(trial.name.clone(), current);
+        trials.push(trial);
+    }
+    let mut truth = Truth::of(&rig.shared, BTreeMap::new());
+    // The plants of the twin of one axis are not this vehicle's.
+    truth.plants.clear();
+    truth.steady.clear();
+    truth.nuisances.reverse_ratio = rig.reverse_ratio();
+    truth.vehicle = Some(TrueVehicle {
+        name: model.name.clone(),
+        coefficients: coefficients(model),
+        tether: rig.tether(),
+        mean_current_m_s: mean_current,
+    });
+    Ok(TwinCampaign {
+        vehicle: rig.believed_vehicle(model)?,
+        trials,
+        coupled: vec![plan_of(model)],
+        truth,
+        bollard_pull: Vec::new(),
+    })
+}
+
+/// The coefficients of a plant by name.
+fn coefficients(model: &PlantModel) -> BTreeMap<String, f64> {
+    let names = model.plant.structure().names().into_iter();
+    names.zip(model.plant.coefficients().iter().copied()).collect()
+}
+
+/// The plant that an analyst asks for, who knows how the hull is symmetric.
+fn plan_of(model: &PlantModel) -> CoupledPlan {
+    let structure = model.plant.structure();
+    let couples = |symmetry: Symmetry| {
+        structure.terms().iter().all(|term| match term {
+            Basis::Mass(i, j) => symmetry.couples(*i, *j),
+            _ => true,
+        })
+    };
+    let is_symmetric = couples(Symmetry::PortStarboard);
+    CoupledPlan {
+        axes: model.plant.axes().to_vec(),
+        symmetry: if is_symmetric { Symmetry::PortStarboard } else { Symmetry::None },
+        terms: Vec::new(),
+        effects: Vec::new(),
+        hold: BTreeMap::new(),
+        search: true,
+    }
+}
+
+/// What moves in a trial.
+#[derive(Clone, Copy)]
+enum Moves {
+    /// Every driven axis, by joystick and sinusoids.
+    Freely,
+    /// One, by a sinusoid whose frequency rises, and joystick.
+    Alone(Dof),
+    /// Every driven axis, by steps.
+    Steps,
+}
+
+struct WholePlan {
+    name: String,
+    role: Role,
+    moves: Moves,
+    duration_s: f64,
+}
+
+/// Free trials where a twin is driven freely alone, and where it is swept as well.
+const FREE_TRIALS: (usize, usize) = (2, 1);
+
+fn plans(spec: &WholeTwinSpec, rig: &Rig<'_>) -> Vec<WholePlan> {
+    let fit = |name: String, moves| WholePlan {
+        name,
+        role: Role::Fit,
+        moves,
+        duration_s: spec.duration_s,
+    };
+    let free = match spec.driving {
+        Driving::Free => FREE_TRIALS.0,
+        Driving::Sweeps => 0,
+        Driving::Mixture => FREE_TRIALS.1,
+    };
+    let mut plans: Vec<WholePlan> =
+        (1..=free).map(|k| fit(format!("free {k}"), Moves::Freely)).collect();
+    if spec.driving != Driving::Free {
+        let sweeps = rig.driven().map(|dof| fit(format!("{dof} sweep"), Moves::Alone(dof)));
+        plans.extend(sweeps);
+    }
+    let (name, duration_s) = ("hold-out".to_owned(), spec.hold_out_s);
+    plans.push(WholePlan { name, role: Role::HoldOut, moves: Moves::Steps, duration_s });
+    plans
+}
+
+impl WholePlan {
+    /// Makes the trial; with it comes the mean current in it, north and east, m/s.
+    fn carry_out(self, rig: &Rig<'_>, spent: (f64, f64)) -> Result<(TwinTrial, [f64; 2]), Error> {
+        let streams = Streams { seed: rig.shared.seed, trial: &self.name };
+        let ticks = (self.duration_s * TICK_HZ).round() as usize;
+        let pilot = WholePilot::of(rig, self.moves, &streams, ticks);
+        let currents = Currents::of(&rig.shared, &streams, ticks);
+        let disturbed = Disturbed::of(rig, &streams, ticks);
+        let thrusters = rig.thrusters(&streams, ticks, (spent, self.duration_s));
+        let whole = Whole::moved(rig, (pilot, thrusters), &disturbed, &currents, &streams)?;
+        whole.check_submerged(&rig.shared, &self.name)?;
+        let vehicle = rig.true_vehicle()?;
+        let noise = InstrumentNoise::of(rig.shared.noise).with_gyro(rig.shared.noise);
+        let observer = Observer { spec: &rig.shared, vehicle: &vehicle, streams: &streams, noise };
+        let recording = record(&observer, &whole)?;
+        let Self { name, role, .. } = self;
+        Ok((TwinTrial { name, role, dofs: Vec::new(), recording }, currents.mean()))
+    }
+}
+
+impl InstrumentNoise {
+    /// With a gyroscope of a noise level.
+    fn with_gyro(self, level: super::NoiseLevel) -> Self {
+        let std = match level {
+            super::NoiseLevel::Low => 0.5e-3,
+            super::NoiseLevel::Middle => 2e-3,
+            super::NoiseLevel::High => 6e-3,
+        };
+        Self { gyro: Some(std), ..self }
+    }
+}

@@ -1,0 +1,186 @@
+//! A whole vehicle in motion, and what pushes it beside its thrusters.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Rotation3, Vector3, Vector6};
+use rand::RngExt;
+
+use super::pilot::{Seen, WholePilot};
+use super::rig::{Rig, Thrusters};
+use crate::motion::{Inputs, Moving};
+use crate::twin::instruments::Path;
+use crate::twin::motion::STEP_S;
+use crate::twin::random::{Streams, ornstein_uhlenbeck};
+use crate::twin::water::{Attitude, Sine, current, waves};
+use crate::twin::{Disturbance, STEPS_PER_TICK, TwinSpec, tick_time};
+use crate::{Dof, Error, Timed};
+
+/// The velocity of the water at each tick, north and east, m/s.
+pub(super) struct Currents(Vec<[f64; 2]>);
+
+impl Currents {
+    pub(super) fn of(spec: &TwinSpec, streams: &Streams<'_>, ticks: usize) -> Self {
+        // The stream sets one way in all trials.
+        let heading = Streams { seed: spec.seed, trial: "campaign" }
+            .of("set of the current")
+            .random_range(0.0..TAU);
+        let (east, north) = heading.sin_cos();
+        let strength = current(spec, streams, ticks).into_iter();
+        Self(strength.map(|speed| [speed * north, speed * east]).collect())
+    }
+
+    pub(super) fn mean(&self) -> [f64; 2] {
+        let count = self.0.len() as f64;
+        [0, 1].map(|k| self.0.iter().map(|current| current[k]).sum::<f64>() / count)
+    }
+}
+
+/// Tether and swells on each axis.
+pub(super) struct Disturbed {
+    /// At each tick, N or N m.
+    tether: [Vec<f64>; 6],
+    swell: [Sine; 6],
+    /// At every half step; empty if it is off.
+    waves: [Vec<f64>; 6],
+}
+
+impl Disturbed {
+    pub(super) fn of(rig: &Rig<'_>, streams: &Streams<'_>, ticks: usize) -> Self {
+        let (spec, strength) = (&rig.shared, &rig.shared.strength);
+        let on = |disturbance, dof: Dof, part: f64| {
+            spec.strength_of(disturbance, part) * rig.force[dof.index()]
+        };
+        let stream = |dof: Dof, purpose: &str| streams.of(&format!("{dof} {purpose}"));
+        Self {
+            tether: Dof::ALL.map(|dof| {
+                let std = on(Disturbance::Tether, dof, rig.spec.tether_part);
+                let time_s = strength.tether_correlation_s;
+                ornstein_uhlenbeck(stream(dof, "tether"), std, time_s, ticks)
+            }),
+            swell: Dof::ALL.map(|dof| Sine {
+                amplitude: on(Disturbance::Swell, dof, rig.spec.swell_part),
+                omega: TAU / strength.swell_period_s,
+                phase: stream(dof, "swell").random_range(0.0..TAU),
+            }),
+            waves: Dof::ALL.map(|dof| {
+                let std = on(Disturbance::SwellNarrowBand, dof, rig.spec.swell_part);
+                let rng = stream(dof, "narrow-band swell");
+                if std > 0.0 { waves(rng, strength, std, ticks) } else { Vec::new() }
+            }),
+        }
+    }
+
+    /// In the middle of a step, N and N m.
+    fn push(&self, tick: usize, middle_s: f64) -> Vector6<f64> {
+        let wave_at = (2.0 * middle_s / STEP_S).round() as usize;
+        Vector6::from_fn(|k, _| {
+            let wave = self.waves[k].get(wave_at).copied().unwrap_or(0.0);
+            self.tether[k][tick] + self.swell[k].at(middle_s) + wave
+        })
+    }
+}
+
+/// What happened in one trial: states at every step, inputs at every tick.
+pub(super) struct Whole {
+    velocity: Vec<Vector6<f64>>,
+    attitude: Vec<[f64; 3]>,
+    /// Depth below the start, m.
+    sunk: Vec<f64>,
+    asked: Vec<Vec<f64>>,
+}
+
+impl Whole {
+    /// Lets the vehicle move for a trial, from rest and level.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] if it runs away.
+    pub(super) fn moved(
+        rig: &Rig<'_>,
+        (pilot, mut thrusters): (WholePilot<'_>, Thrusters<'_>),
+        disturbed: &Disturbed,
+        currents: &Currents,
+        streams: &Streams<'_>,
+    ) -> Result<Self, Error> {
+        let heading = streams.of("start heading").random_range(0.0..TAU);
+        let mut inputs = Inputs { current: currents.0[0], ..Inputs::default() };
+        inputs.attitude[2] = Some(Timed::new("heading", vec![0.0], vec![heading])?);
+        let mut moving = Moving::at_rest(&rig.plant, &inputs)?;
+        let mut whole = Self {
+            velocity: Vec::new(),
+            attitude: Vec::new(),
+            sunk: Vec::new(),
+            asked: Vec::new(),
+        };
+        whole.push(&moving, 0.0);
+        for (tick, current) in currents.0.iter().enumerate() {
+            moving.set_current(*current);
+            thrusters.ask(&pilot.wrench(tick, &whole.seen()));
+            for step in 0..STEPS_PER_TICK {
+                let t = tick_time(tick) + step as f64 * STEP_S;
+                let force = thrusters.turn(t, STEP_S, moving.through_water())
+                    + disturbed.push(tick, t + 0.5 * STEP_S);
+                let sinking = whole.sinking(whole.velocity.len() - 1);
+                moving.advance(&force, STEP_S)?;
+                whole.push(&moving, sinking);
+            }
+        }
+        whole.asked = std::mem::take(&mut thrusters.asked);
+        Ok(whole)
+    }
+
+    /// Adds a state; depth is the integral of what it sinks by the trapezoid rule.
+    fn push(&mut self, moving: &Moving<'_>, sinking_before: f64) {
+        self.velocity.push(moving.velocity());
+        self.attitude.push(moving.attitude());
+        let at = self.velocity.len() - 1;
+        let before = self.sunk.last().copied();
+        let moved = 0.5 * STEP_S * (sinking_before + self.sinking(at));
+        self.sunk.push(before.map_or(0.0, |before| before + moved));
+    }
+
+    fn sinking(&self, step: usize) -> f64 {
+        let [roll, pitch, heading] = self.attitude[step];
+        (Rotation3::from_euler_angles(roll, pitch, heading) * self.velocity(step)).z
+    }
+
+    fn seen(&self) -> Seen {
+        let at = self.velocity.len() - 1;
+        Seen {
+            attitude: self.attitude[at],
+            velocity: self.velocity[at],
+            sunk: self.sunk[at],
+            sinking: self.sinking(at),
+        }
+    }
+
+    pub(super) fn check_submerged(&self, spec: &TwinSpec, trial: &str) -> Result<(), Error> {
+        spec.refuse_surfacing(-self.sunk.iter().copied().fold(0.0, f64::min), trial)
+    }
+}
+
+impl Path for Whole {
+    fn steps(&self) -> usize {
+        self.velocity.len() - 1
+    }
+
+    fn attitude(&self, step: usize, _t_s: f64) -> Attitude {
+        let [roll, pitch, _] = self.attitude[step];
+        let (p, q, r) = (self.velocity[step][3], self.velocity[step][4], self.velocity[step][5]);
+        let across = q * roll.sin() + r * roll.cos();
+        let slopes =
+            [p + pitch.tan() * across, q * roll.cos() - r * roll.sin(), across / pitch.cos()];
+        Attitude { angles: self.attitude[step], slopes }
+    }
+
+    fn velocity(&self, step: usize) -> Vector3<f64> {
+        self.velocity[step].fixed_rows::<3>(0).into_owned()
+    }
+
+    fn sunk(&self, step: usize) -> (f64, f64) {
+        (self.sunk[step], self.sinking(step))
+    }
+
+    fn asked(&self, thruster: usize, tick: usize) -> f64 {
+        self.asked[thruster][tick]
+    }
+}

@@ -1,0 +1,144 @@
+//! What a user may say of the twin of a whole vehicle.
+
+use std::collections::BTreeSet;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::twin::validate::{above_zero, not_negative, refused};
+use crate::twin::{Disturbance, DisturbanceStrength, NoiseLevel, TwinSpec};
+use crate::{Dof, Error};
+
+/// What the twin of a whole vehicle is and does; every field but the vehicle has a default.
+///
+/// ```
+/// use seaplant::Dof;
+/// use seaplant::twin::{Driving, WholeTwinSpec};
+/// let spec = WholeTwinSpec { driving: Driving::Mixture, ..WholeTwinSpec::default() };
+/// assert_eq!(spec.duration_s, 300.0);
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct WholeTwinSpec {
+    /// Its plant and thrusters: `published:NAME`, or a plant file.
+    pub vehicle: String,
+    /// Where every random number starts: equal seeds give equal logs.
+    pub seed: u64,
+    /// How noisy the instruments are.
+    pub noise: NoiseLevel,
+    /// What disturbs the vehicle or misleads its analyst.
+    pub disturbances: BTreeSet<Disturbance>,
+    /// The axes that are driven; all that the thrusters push if left out.
+    pub axes: Vec<Dof>,
+    /// What moves in the trials that are fitted.
+    pub driving: Driving,
+    /// Length of each trial that is fitted, s.
+    pub duration_s: f64,
+    /// Length of the held-out trial, s.
+    pub hold_out_s: f64,
+    /// Depth of the vehicle's origin at the start of each trial, m.
+    pub start_depth_m: f64,
+    /// How fast it is driven along an axis where the thrusters allow it, m/s.
+    pub speed_m_s: f64,
+    /// How fast it is turned, rad/s.
+    pub rate_rad_s: f64,
+    /// How far it is rolled and pitched, rad.
+    pub tilt_rad: f64,
+    /// The fastest that a propeller is told to turn, rpm, where thrust is by propeller speed.
+    pub max_rpm: Option<f64>,
+    /// Standard deviation of the tether's pull on each axis, as a part of the force that drives
+    /// the axis; in place of `strength.tether_n`.
+    pub tether_part: f64,
+    /// Amplitude of the swell, and standard deviation of the narrow-band swell, likewise; in place
+    /// of `strength.swell_n` and `strength.swell_std_n`.
+    pub swell_part: f64,
+    /// How strong each disturbance is, if it is on.
+    pub strength: DisturbanceStrength,
+}
+
+/// What moves in the trials that are fitted.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Driving {
+    /// All driven axes at once, in two trials.
+    #[default]
+    Free,
+    /// One axis at a time, in a trial each.
+    Sweeps,
+    /// One trial of all at once, and one of each axis.
+    Mixture,
+}
+
+impl Default for WholeTwinSpec {
+    fn default() -> Self {
+        Self {
+            vehicle: "published:bluerov2-heavy-von-benzon-2022".to_owned(),
+            seed: 1,
+            noise: NoiseLevel::Middle,
+            disturbances: BTreeSet::new(),
+            axes: Vec::new(),
+            driving: Driving::Free,
+            duration_s: 300.0,
+            hold_out_s: 200.0,
+            start_depth_m: 150.0,
+            speed_m_s: 0.5,
+            rate_rad_s: 0.4,
+            tilt_rad: 0.25,
+            max_rpm: None,
+            tether_part: 0.05,
+            swell_part: 0.05,
+            strength: DisturbanceStrength::default(),
+        }
+    }
+}
+
+/// Beyond this attitude is no longer told by roll and pitch, rad.
+const MOST_TILT: f64 = 0.6;
+
+impl WholeTwinSpec {
+    /// The part that the twin of one axis understands, and thrusters of a law.
+    pub(super) fn shared(&self) -> Result<TwinSpec, Error> {
+        self.refuse_forces()?;
+        [("speed_m_s", self.speed_m_s), ("rate_rad_s", self.rate_rad_s)]
+            .iter()
+            .try_for_each(|(name, value)| above_zero(name, *value))?;
+        [("tether_part", self.tether_part), ("swell_part", self.swell_part)]
+            .iter()
+            .try_for_each(|(name, value)| not_negative(name, *value))?;
+        if !(0.0..=MOST_TILT).contains(&self.tilt_rad) {
+            let expected = format!("from 0 to {MOST_TILT}");
+            return Err(refused("tilt_rad", &self.tilt_rad.to_string(), &expected));
+        }
+        let spec = TwinSpec {
+            seed: self.seed,
+            noise: self.noise,
+            disturbances: self.disturbances.clone(),
+            duration_s: self.duration_s,
+            hold_out_s: self.hold_out_s,
+            start_depth_m: self.start_depth_m,
+            strength: self.strength,
+            ..TwinSpec::jason2()
+        };
+        spec.validate()?;
+        Ok(spec)
+    }
+
+    /// Newtons that suit Jason 2 do not suit every vehicle.
+    fn refuse_forces(&self) -> Result<(), Error> {
+        let usual = DisturbanceStrength::default();
+        let forces = [
+            ("tether_n", self.strength.tether_n, usual.tether_n, "tether_part"),
+            ("swell_n", self.strength.swell_n, usual.swell_n, "swell_part"),
+            ("swell_std_n", self.strength.swell_std_n, usual.swell_std_n, "swell_part"),
+        ];
+        match forces.into_iter().find(|(_, value, usual, _)| value != usual) {
+            None => Ok(()),
+            Some((name, value, _, instead)) => {
+                let expected = format!("left out: of a whole vehicle {instead} says it");
+                Err(refused(&format!("strength.{name}"), &value.to_string(), &expected))
+            }
+        }
+    }
+}
