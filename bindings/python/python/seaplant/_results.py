@@ -1508,12 +1508,12 @@ class Results(Record):
     coupled: dict[str, CoupledPlant]
     """Plants of several axes, by their axes: ``surge-sway-yaw``."""
 
+    coupled_online: dict[str, dict[str, CoupledOnline]]
+    """The same by methods that work sample by sample."""
+
     coupled_truth: dict[str, float] | None
     """True coefficients of the plant of several axes, by name, where the logs are those of
     the twin of a whole vehicle."""
-
-    coupled_online: dict[str, dict[str, CoupledOnline]]
-    """The same by methods that work sample by sample."""
 
     dry_mass_kg: float | None
     """Its mass in air, kg."""
