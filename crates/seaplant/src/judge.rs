@@ -25,6 +25,6 @@ pub use null::{NullModel, NullScore};
 pub use score::score_plant;
 pub(crate) use score::{Scored, records, score};
 pub(crate) use thrust::{feedback, one_speed, reversed};
+pub(crate) use verdict::{PREDICTS, free_error, intervals, verdict, vouched};
 pub use verdict::{Trust, Verdict};
-pub(crate) use verdict::{free_error, intervals, verdict, vouched};
 pub(crate) use working::{drag_at, simulated_speed, working_speed};

@@ -168,9 +168,9 @@ class Plant:
     >>> plant = sp.Plant.open("published:bluerov2-wu-2018")
     >>> plant.axes[:3]
     ('surge', 'sway', 'heave')
-    >>> moved = plant.simulate([0, 5, 10], {"force.surge": 40.0})
+    >>> moved = plant.simulate([0, 5, 10], {"force.surge": 5.0})
     >>> round(float(moved.velocity[-1, 0]), 2)
-    1.36
+    0.4
     """
 
     def __init__(self, native: _native.Plant) -> None:
@@ -271,10 +271,10 @@ class Plant:
         >>> import seaplant as sp
         >>> from scipy.integrate import solve_ivp
         >>> plant = sp.Plant.open("published:bluerov2-wu-2018")
-        >>> u = plant.wrench({"force.surge": 40.0})
+        >>> u = plant.wrench({"force.surge": 5.0})
         >>> run = solve_ivp(lambda t, x: plant.derivative(x, u), (0, 10), [0.0] * 12)
         >>> round(float(run.y[6, -1]), 2)
-        1.36
+        0.4
         """
         return self._native.rate(state(x), _floats(u), _floats(current))
 

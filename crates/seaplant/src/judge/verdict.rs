@@ -57,7 +57,7 @@ impl Default for Verdict {
 
 /// A model that predicts vouches for its plant if its error is below this part of the error of a
 /// model that never moves …
-const PREDICTS: f64 = 0.5;
+pub(crate) const PREDICTS: f64 = 0.5;
 /// … and this part of that of the best model without a plant.
 const BEATS_NULL: f64 = 0.85;
 

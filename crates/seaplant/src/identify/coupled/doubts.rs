@@ -3,15 +3,13 @@
 use super::known;
 use crate::caveat::spoken;
 use crate::estimate::{CoupledFit, NEGLIGIBLE_POWER, damping_power};
+use crate::judge::PREDICTS;
 use crate::plant::{Basis, EffectForce};
 use crate::results::{CoupledPlant, CoupledScore, ToldBy};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Vehicle};
 
 /// Two coefficients that are correlated by more cannot be told apart.
 const COLLINEAR: f64 = 0.98;
-
-/// A plant whose error is not below this part of that of one that never moves is no better.
-const NO_BETTER: f64 = 0.9;
 
 /// R² of a plant whose error is 0.85 of that of a model that keeps its mean speed.
 const LEAST_R2: f64 = 0.28;
@@ -212,7 +210,7 @@ fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
             return Some(Caveat::severe(CaveatCode::Unstable, message));
         };
         let units = dof.units().velocity;
-        let message = if error > NO_BETTER * score.null_error {
+        let message = if error > PREDICTS * score.null_error {
             format!(
                 "on {where_} the error of {dof} is {} {units}, and that of a model that never moves {} {units}",
                 spoken(error),
