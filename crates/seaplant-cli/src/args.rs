@@ -278,7 +278,7 @@ pub struct Plot {
     /// Draw only columns whose name contains this; may be given several times.
     #[arg(long, value_name = "TEXT")]
     pub only: Vec<String>,
-    /// The page to write (.html): drag over a stretch to get its [[trial]] for campaign.toml.
+    /// The page to write (.html): drag over a stretch to get the lines of its trial for campaign.toml.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
     /// Write over a file that is not such a page, too; never over what is read.

@@ -60,7 +60,8 @@ const TOLD_PART: f64 = 0.25;
 /// use seaplant_control::{Actuators, Design, Tuning, design, doubts_of_model};
 /// let file = read_plant_file("published:bluerov2-wu-2018".as_ref())?.expect("a table");
 /// let model = file.model()?;
-/// let tuning = [(Dof::Surge, Tuning::new(0.1, 1.0))].into();
+/// let axes = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw];
+/// let tuning = axes.map(|dof| (dof, Tuning::new(0.1, 1.0))).into();
 /// let gains = design(&model.plant, &[], &Actuators::default(), &Design { tuning, ..Design::default() })?;
 /// // A table has neither a verdict nor standard deviations.
 /// assert!(doubts_of_model(&model, &gains).is_empty());

@@ -94,7 +94,7 @@ def test_thrusters_drive_it(case, tmp_path):
 
     def run(values_of):
         fmu, at = slave(case, tmp_path)
-        values = values_of([name for name in at if name.startswith("thruster_")])
+        values = values_of(at)
         fmu.instantiate()
         fmu.enterInitializationMode()
         fmu.exitInitializationMode()
@@ -105,11 +105,17 @@ def test_thrusters_drive_it(case, tmp_path):
         fmu.freeInstance()
         return np.array(found)
 
-    volts = {"supply_voltage": thrust["supply_v"]}
     if case.name == "every-term":
         # Its thrust lags: the first step is not that of the inputs' own wrench.
         return
-    by_inputs = run(lambda names: dict(zip(names, inputs, strict=True)) | volts)
+
+    def driven(names):
+        thrusters = [name for name in names if name.startswith("thruster_")]
+        # Only curves that were measured at a voltage ask for one.
+        volts = {"supply_voltage": thrust["supply_v"]} if "supply_voltage" in names else {}
+        return dict(zip(thrusters, inputs, strict=True)) | volts
+
+    by_inputs = run(driven)
     by_wrench = run(lambda _: dict(zip(WRENCH, expected, strict=True)))
     assert np.abs(by_inputs - by_wrench).max() < 1e-12
 
