@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use seaplant::exchange::{Drive, PlantFile, PlantModel};
 use seaplant::motion::{Inputs, simulate};
-use seaplant::{Dof, Timed};
+use seaplant::{Dof, Thruster, ThrusterInput, Timed};
 use seaplant_export::{EXPORTERS, Permission, export};
 use serde_json::{Value, json};
 
@@ -140,7 +140,8 @@ fn actuated(model: &PlantModel) -> Result<Value, Failed> {
     let mut drive = Drive::default();
     let mut inputs = Vec::new();
     for thruster in &model.thrusters {
-        let series: Vec<f64> = times.iter().map(|_| random.random_range(1050.0..1950.0)).collect();
+        let series: Vec<f64> =
+            times.iter().map(|_| input(thruster.curve.input(), &mut random)).collect();
         drive
             .thrusters
             .insert(thruster.name.clone(), Timed::new("input", times.clone(), series.clone())?);
@@ -159,11 +160,24 @@ fn actuated(model: &PlantModel) -> Result<Value, Failed> {
     }))
 }
 
+/// What a thruster may be told.
+fn input(kind: ThrusterInput, random: &mut ChaCha8Rng) -> f64 {
+    random.random_range(match kind {
+        ThrusterInput::Speed => -150.0..150.0,
+        ThrusterInput::Pwm => 1050.0..1950.0,
+        ThrusterInput::Command => -1.0..1.0,
+        ThrusterInput::Force => -100.0..100.0,
+    })
+}
+
 /// Inputs of all thrusters with the wrench that they make.
 fn thrust(model: &PlantModel) -> Value {
     let mut random = ChaCha8Rng::seed_from_u64(SEED + 2);
     let inputs: Vec<Vec<f64>> = (0..50)
-        .map(|_| model.thrusters.iter().map(|_| random.random_range(1050.0..1950.0)).collect())
+        .map(|_| {
+            let drawn = |thruster: &Thruster| input(thruster.curve.input(), &mut random);
+            model.thrusters.iter().map(drawn).collect()
+        })
         .collect();
     let wrench = |inputs: &Vec<f64>| {
         let mut tau = [0.0; 6];
