@@ -142,6 +142,7 @@ pub fn fit_filter_error(
     }
     fit.caveats.extend(hurried_disturbance(&fit, axes));
     fit.caveats.extend(accelerometer_doubts(&fit));
+    fit.caveats.extend(hidden_drag(&fit, axes));
     fit.caveats.extend(struck_out(dof, spiked, &clean));
     if !candidates.is_empty() {
         fit.caveats.extend(lag_or_mass(&fit, &fitted, &search));
@@ -182,6 +183,18 @@ fn struck_out(dof: Dof, spikes: usize, records: &[Record]) -> Option<Caveat> {
             left + spikes
         );
         Caveat::note(CaveatCode::Outliers, message)
+    })
+}
+
+/// Linear drag that acceleration alone did not find, and that mass may have made up for.
+fn hidden_drag(fit: &Fit, axes: &[AxisRecord]) -> Option<Caveat> {
+    let is_blind = !axes.iter().any(AxisRecord::knows_velocity);
+    (is_blind && !fit.terms.has(Term::Linear)).then(|| {
+        let message = format!(
+            "no linear drag was found in {}, and acceleration alone hardly shows it: mass may be some ten per cent too large in its place; run at several steady speeds, or log a velocity, depth or position",
+            fit.dof
+        );
+        Caveat::warning(CaveatCode::WideInterval, message)
     })
 }
 
