@@ -221,7 +221,7 @@ impl<const N: usize> Fitted<N> {
         Ok(CoupledFit {
             plant: problem.plant(&optimum.point.free)?.pruned()?,
             inflation: inflation(&optimum.information, p),
-            covariance: covariance.view((0, 0), (p, p)).into_owned(),
+            covariance: of_coefficients(&problem.structure, &covariance),
             actuator: optimum.point.actuator,
             actuator_std: std::array::from_fn(std_of_actuator),
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
@@ -306,6 +306,14 @@ impl<const N: usize> Search<N> {
         self.found = None;
         Ok(())
     }
+}
+
+/// The covariance of a structure's coefficients: a held one has no error.
+fn of_coefficients(structure: &Structure, covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let p = structure.terms().len();
+    let is_held: Vec<bool> =
+        structure.terms().iter().map(|term| structure.held(term).is_some()).collect();
+    DMatrix::from_fn(p, p, |i, j| if is_held[i] || is_held[j] { 0.0 } else { covariance[(i, j)] })
 }
 
 /// What each coefficient's variance is multiplied with because others look like it.

@@ -128,8 +128,8 @@ struct WholePlan {
     duration_s: f64,
 }
 
-/// Free trials where a twin is driven freely alone, and where it is swept as well.
-const FREE_TRIALS: (usize, usize) = (2, 1);
+/// Trials of free driving in a twin that is driven freely alone.
+const FREE_TRIALS: usize = 2;
 
 fn plans(spec: &WholeTwinSpec, rig: &Rig<'_>) -> Vec<WholePlan> {
     let fit = |name: String, moves| WholePlan {
@@ -139,9 +139,9 @@ fn plans(spec: &WholeTwinSpec, rig: &Rig<'_>) -> Vec<WholePlan> {
         duration_s: spec.duration_s,
     };
     let free = match spec.driving {
-        Driving::Free => FREE_TRIALS.0,
+        Driving::Free => FREE_TRIALS,
         Driving::Sweeps => 0,
-        Driving::Mixture => FREE_TRIALS.1,
+        Driving::Mixture => 1,
     };
     let mut plans: Vec<WholePlan> =
         (1..=free).map(|k| fit(format!("free {k}"), Moves::Freely)).collect();
