@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 pub use spec::{Driving, WholeTwinSpec};
 
-use super::instruments::{Observer, record};
+use super::instruments::{Misreading, Observer, record};
 use super::random::Streams;
 use super::vehicle::InstrumentNoise;
 use super::{TICK_HZ, TrueVehicle, Truth, TwinCampaign, TwinTrial};
@@ -163,10 +163,11 @@ impl WholePlan {
         let currents = Currents::of(&rig.shared, &streams, ticks);
         let disturbed = Disturbed::of(rig, &streams, ticks);
         let thrusters = rig.thrusters(&streams, ticks, (spent, self.duration_s));
-        let whole = Whole::moved(rig, (pilot, thrusters), &disturbed, &currents, &streams)?;
-        whole.check_submerged(&rig.shared, &self.name)?;
         let vehicle = rig.true_vehicle()?;
         let noise = InstrumentNoise::of(rig.shared.noise).with_gyro(rig.shared.noise);
+        let driver = (pilot, thrusters, Misreading::of(&streams, noise, &vehicle.sensors));
+        let whole = Whole::moved(rig, driver, &disturbed, &currents, &streams)?;
+        whole.check_submerged(&rig.shared, &self.name)?;
         let observer = Observer { spec: &rig.shared, vehicle: &vehicle, streams: &streams, noise };
         let recording = record(&observer, &whole)?;
         let Self { name, role, .. } = self;
