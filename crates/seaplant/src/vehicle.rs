@@ -4,7 +4,7 @@ mod actuators;
 
 use nalgebra::{Rotation3, Unit, Vector3};
 
-pub use actuators::{Fin, VehicleEffect, Windage};
+pub use actuators::{Fin, PropellerCurve, VehicleEffect, Windage};
 
 use crate::plant::{Buoyancy, RigidBody};
 use crate::{Dof, Error, ThrustCurve};
@@ -24,6 +24,8 @@ pub struct Thruster {
     pub uncertainty: ThrustUncertainty,
     /// What its azimuth turns it about, a unit vector: its direction is that at zero azimuth.
     pub azimuth_axis: Option<Vector3<f64>>,
+    /// Its open-water curve, where its thrust is that.
+    pub open_water: Option<PropellerCurve>,
 }
 
 /// Standard deviations of a thruster's strength, each way, as parts of its thrust; zero
@@ -63,6 +65,7 @@ impl Thruster {
             curve,
             uncertainty: ThrustUncertainty::default(),
             azimuth_axis: None,
+            open_water: None,
         })
     }
 

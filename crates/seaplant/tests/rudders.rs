@@ -67,6 +67,7 @@ fn plan(hold: &[(&str, f64)], effects: &[&str]) -> CoupledPlan {
     CoupledPlan {
         axes: AXES.to_vec(),
         symmetry: Symmetry::PortStarboard,
+        model: None,
         terms: vec!["sway: r".parse().expect("a term")],
         effects: effects.iter().map(ToString::to_string).collect(),
         hold: hold.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
