@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
-use seaplant::plant::RudderFlow;
+use seaplant::plant::{RudderFlow, WakeByDrift};
 use seaplant::results::InputFile;
 use seaplant::{
     Caveat, CaveatCode, Fin, PropellerCurve, QuadraticThrust, SEA_WATER_KG_M3, Sensor, Sensors,
@@ -65,6 +65,10 @@ pub struct VehicleFile {
     /// Density of the water, kg/m³; 1025 if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub water_density_kg_m3: Option<f64>,
+    /// Draught, m: with it coefficients without dimension are by length times draught, as of
+    /// ships, else by length squared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub draught_m: Option<f64>,
     /// The instruments; one that is left out sits at the origin, aligned.
     #[serde(default)]
     pub sensor: SensorEntries,
@@ -155,7 +159,7 @@ pub struct FlowEntry {
     pub race_factor: f64,
     /// η: the propeller's diameter over the rudder's span.
     pub diameter_to_span: f64,
-    /// γ_R: one number, or two, for flow at the rudder from port and from starboard.
+    /// γ_R: one number, or two, for flow at the rudder from starboard and from port.
     pub straightening: StraighteningEntry,
     /// l_R: at which x the sideways flow is that of the hull, m.
     pub flow_at_m: f64,
@@ -172,11 +176,11 @@ pub struct FlowEntry {
 
 /// Flow straightening of both sides, or of each.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected a number, or two: [from port, from starboard]")]
+#[serde(untagged, expecting = "expected a number, or two: [from starboard, from port]")]
 pub enum StraighteningEntry {
     /// Of both.
     Both(f64),
-    /// Of flow from port, and of flow from starboard.
+    /// Of flow from starboard, and of flow from port.
     Each([f64; 2]),
 }
 
@@ -303,6 +307,10 @@ pub struct OpenWaterEntry {
     pub k_t: [f64; 3],
     /// Wake fraction w: 0 for a propeller that no hull shades.
     pub wake: f64,
+    /// How the wake changes with drift: `{ rate = C1, greatest = [C2 of flow from starboard, C2 of
+    /// flow from port] }`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wake_by_drift: Option<WakeByDrift>,
     /// Thrust deduction fraction t; estimated if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thrust_deduction: Option<f64>,
@@ -310,8 +318,8 @@ pub struct OpenWaterEntry {
 
 impl OpenWaterEntry {
     fn curve(&self, path: &Path, thruster: &str) -> Result<PropellerCurve, Error> {
-        let Self { diameter_m, k_t, wake, thrust_deduction } = *self;
-        PropellerCurve { diameter_m, k_t, wake, thrust_deduction }
+        let Self { diameter_m, k_t, wake, wake_by_drift, thrust_deduction } = *self;
+        PropellerCurve { diameter_m, k_t, wake, wake_by_drift, thrust_deduction }
             .checked(thruster)
             .map_err(Error::model(path))
     }
@@ -537,6 +545,9 @@ impl VehicleFile {
             return Err(Error::value(path, "size_m", reason));
         }
         let of_preset = || self.preset.map(|preset| preset.title().to_owned());
+        if self.draught_m.is_some_and(|x| !(x > 0.0 && x.is_finite())) {
+            return Err(Error::value(path, "draught_m", "must be a positive number of m"));
+        }
         let name = self
             .name
             .clone()
@@ -563,7 +574,7 @@ impl VehicleFile {
         }
         self.sensor.check(path)?;
         let sensors = self.sensor.clone().into_sensors();
-        let Self { dry_mass_kg, size_m, .. } = self;
+        let Self { dry_mass_kg, size_m, draught_m, .. } = self;
         let rigid_body = self.rigid_body.as_ref().map(|entry| entry.body(path, dry_mass_kg));
         let buoyancy = self.buoyancy.as_ref().map(|entry| entry.buoyancy(path));
         let (rigid_body, buoyancy) = (rigid_body.transpose()?, buoyancy.transpose()?);
@@ -571,6 +582,7 @@ impl VehicleFile {
             name,
             dry_mass_kg,
             size_m,
+            draught_m,
             rigid_body,
             buoyancy,
             thrusters,

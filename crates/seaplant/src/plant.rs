@@ -26,7 +26,7 @@ pub(crate) use basis::{kirchhoff, kirchhoff_slope};
 pub use coefficients::Plant;
 pub use effect::{Effect, EffectForce, Foil, Signal};
 pub use hull::HullModel;
-pub use open_water::{OpenWater, RudderFlow};
+pub use open_water::{OpenWater, RudderFlow, WakeByDrift};
 pub use parameterisation::{Parameterisation, Physical, Plain};
 pub use rigid_body::{Buoyancy, GRAVITY, RigidBody};
 pub use structure::{Structure, Symmetry};

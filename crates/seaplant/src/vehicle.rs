@@ -163,6 +163,8 @@ pub struct Vehicle {
     pub dry_mass_kg: Option<f64>,
     /// Length, width and height of the hull, m.
     pub size_m: Option<[f64; 3]>,
+    /// How deep the hull reaches into the water, m: makes ship coefficients without dimension.
+    pub draught_m: Option<f64>,
     /// What is known of it dry, for plants of several axes.
     pub rigid_body: Option<RigidBody>,
     /// What the water carries of it.
@@ -188,6 +190,7 @@ impl Default for Vehicle {
             name: String::new(),
             dry_mass_kg: None,
             size_m: None,
+            draught_m: None,
             rigid_body: None,
             buoyancy: None,
             thrusters: Vec::new(),

@@ -3,6 +3,7 @@
 mod doubts;
 mod known;
 mod online;
+mod prime;
 mod score;
 mod verdict;
 
@@ -223,6 +224,7 @@ fn plant(
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = score;
     plant.hold_out = hold_out;
+    plant.nondimensional = prime::prime(&fit, &records.fit, vehicle);
     plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records.fit, vehicle);
@@ -360,6 +362,7 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
         }),
         correlation: correlation(fit),
         nuisances: nuisances(fit),
+        nondimensional: None,
         identifiability: Identifiability {
             coefficients: structure.terms().len(),
             rank: fit.rank,

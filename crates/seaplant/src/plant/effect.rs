@@ -127,10 +127,6 @@ pub enum EffectForce {
     OpenWater {
         /// The propeller.
         curve: OpenWater,
-        /// Where it pushes, m.
-        position_m: [f64; 3],
-        /// The way of positive thrust, a unit vector.
-        direction: [f64; 3],
     },
     /// A propeller of unknown strength: `n|n|` along its direction.
     Thrust {
@@ -298,10 +294,11 @@ impl Effect {
                 let (way, force, slope) = flow.force(foil, behind, velocity, signals);
                 along(&way, force, slope)
             }
-            EffectForce::OpenWater { curve, position_m, direction } => {
-                let way = at_place(&(*position_m).into(), &(*direction).into());
-                let (thrust, slope) = curve.thrust(way.dot(velocity), first);
-                along(&way, thrust, way * slope)
+            EffectForce::OpenWater { curve } => {
+                let way = at_place(&curve.position_m.into(), &curve.direction.into());
+                let (inflow, by) = curve.inflow(velocity);
+                let (thrust, slope) = curve.thrust(inflow, first);
+                along(&way, thrust, by * slope)
             }
             EffectForce::Thrust { position_m, direction, .. } => {
                 let way = at_place(&(*position_m).into(), &(*direction).into());
@@ -364,11 +361,13 @@ impl Effect {
                 acts(&(straight.abs() + turned.abs()))
             }
             EffectForce::Thrust { position_m, direction, .. }
-            | EffectForce::OpenWater { position_m, direction, .. }
             | EffectForce::Advance { position_m, direction, .. } => {
                 acts(&at_place(&(*position_m).into(), &(*direction).into()))
             }
             EffectForce::Astern { way, .. } => acts(&Vector6::from(*way)),
+            EffectForce::OpenWater { curve } => {
+                acts(&at_place(&curve.position_m.into(), &curve.direction.into()))
+            }
             EffectForce::Wind { on, .. } => vec![*on],
             EffectForce::WindAcross { .. } => vec![Dof::Yaw],
         }
@@ -401,6 +400,7 @@ fn air_slope(by_x: f64, by_y: f64) -> Vector6<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plant::WakeByDrift;
 
     /// Central differences over 1e-6 of numbers of order one to ten.
     const DIFFERENCE: f64 = 1e-7;
@@ -413,9 +413,12 @@ mod tests {
     fn open_water() -> OpenWater {
         OpenWater {
             propeller: "propeller".into(),
+            position_m: [-0.7, 0.2, 0.1],
+            direction: [0.8, 0.6, 0.0],
             diameter_m: 4.0,
             k_t: [0.3, -0.25, -0.15],
             wake: 0.4,
+            wake_by_drift: Some(WakeByDrift { rate: 2.0, greatest: [1.1, 1.6] }),
             density_kg_m3: 1.0,
         }
     }
@@ -488,7 +491,7 @@ mod tests {
                 behind: open_water(),
                 flow: flow(),
             },
-            EffectForce::OpenWater { curve: open_water(), position_m, direction },
+            EffectForce::OpenWater { curve: open_water() },
             EffectForce::Race { foil: foils(), propeller: propeller(), squared: false },
             EffectForce::Thrust { propeller: propeller(), position_m, direction },
             EffectForce::Advance { propeller: propeller(), position_m, direction },

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::{Thruster, Vehicle};
-use crate::plant::{Effect, EffectForce, Foil, OpenWater, RudderFlow};
+use crate::plant::{Effect, EffectForce, Foil, OpenWater, RudderFlow, WakeByDrift};
 use crate::quantity::Surface;
 use crate::{Dof, Error, ThrusterInput};
 
@@ -41,8 +41,10 @@ pub struct PropellerCurve {
     pub diameter_m: f64,
     /// K_T = k₀ + k₁ J + k₂ J².
     pub k_t: [f64; 3],
-    /// Wake fraction, 0 to below 1.
+    /// Wake fraction straight ahead, 0 to below 1.
     pub wake: f64,
+    /// How the wake changes with drift, if it does.
+    pub wake_by_drift: Option<WakeByDrift>,
     /// Thrust deduction fraction; to be estimated if it is not known.
     pub thrust_deduction: Option<f64>,
 }
@@ -67,6 +69,11 @@ impl PropellerCurve {
         }
         if !is_part(self.wake) {
             return refuse("its wake must be a fraction from 0 to below 1");
+        }
+        if let Some(WakeByDrift { rate, greatest }) = self.wake_by_drift
+            && ![rate, greatest[0], greatest[1]].iter().all(|x| *x >= 0.0 && x.is_finite())
+        {
+            return refuse("its wake_by_drift must hold numbers that are not below 0");
         }
         if self.thrust_deduction.is_some_and(|t| !is_part(t)) {
             return refuse(
@@ -254,11 +261,7 @@ impl Vehicle {
         };
         for thruster in &self.propellers {
             if let Some(curve) = self.open_water(thruster) {
-                let force = EffectForce::OpenWater {
-                    curve,
-                    position_m: thruster.position_body.into(),
-                    direction: thruster.direction_body.into(),
-                };
+                let force = EffectForce::OpenWater { curve };
                 let deduction = thruster.open_water.and_then(|curve| curve.thrust_deduction);
                 push(format!("{}.thrust", thruster.name), force, true, deduction.map(|t| 1.0 - t));
                 continue;
@@ -318,9 +321,17 @@ impl Vehicle {
     }
 
     fn open_water(&self, thruster: &Thruster) -> Option<OpenWater> {
-        let PropellerCurve { diameter_m, k_t, wake, .. } = thruster.open_water?;
-        let density_kg_m3 = self.water_density_kg_m3;
-        Some(OpenWater { propeller: thruster.name.clone(), diameter_m, k_t, wake, density_kg_m3 })
+        let PropellerCurve { diameter_m, k_t, wake, wake_by_drift, .. } = thruster.open_water?;
+        Some(OpenWater {
+            propeller: thruster.name.clone(),
+            position_m: thruster.position_body.into(),
+            direction: thruster.direction_body.into(),
+            diameter_m,
+            k_t,
+            wake,
+            wake_by_drift,
+            density_kg_m3: self.water_density_kg_m3,
+        })
     }
 
     /// The channel that drives a propeller of unknown strength.
