@@ -5,6 +5,7 @@ mod known;
 mod online;
 mod prime;
 mod score;
+mod under_way;
 mod verdict;
 
 use std::collections::BTreeMap;
@@ -227,7 +228,7 @@ fn plant(
     plant.nondimensional = prime::prime(&fit, &records.fit, vehicle);
     plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
-    plant.caveats = doubts::doubts(&fit, &plant, &records.fit, vehicle);
+    plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle);
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
     plant.verdict = verdict::verdict(&plant);
