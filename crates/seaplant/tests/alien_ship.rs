@@ -17,9 +17,9 @@ use seaplant::plant::{HullModel, Plant, RudderFlow, Signal, Symmetry, WakeByDrif
 use seaplant::quantity::{Attitude, Axis};
 use seaplant::results::{CoupledPlant, Results, ToldBy};
 use seaplant::{
-    CoupledPlan, Dof, Fin, IdentifyOptions, PropellerCurve, QuadraticThrust, Quantity, Recording,
-    Role, Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle,
-    identify, plant_of_result,
+    CaveatCode, CoupledPlan, Dof, Fin, IdentifyOptions, PropellerCurve, QuadraticThrust, Quantity,
+    Recording, Role, Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup,
+    Vehicle, identify, plant_of_result,
 };
 
 const DENSITY: f64 = 1000.0;
@@ -472,5 +472,8 @@ fn turning_circles_come_out_where_nothing_of_rudder_and_propeller_is_known() {
     let hold = BTreeMap::from([("mass.surge".to_owned(), surge), ("mass.sway".to_owned(), sway)]);
     let results = identified(ship, &vehicle, CoupledPlan { hold, ..plan(true) });
     let found = plant_of(&results);
+    // Its yaw inertia is not that of the ship, and the plant says that it need not be.
+    let codes: Vec<CaveatCode> = found.caveats.iter().map(|caveat| caveat.code).collect();
+    assert!(codes.contains(&CaveatCode::ThrustScale), "{codes:?}");
     check_circles(ship, found);
 }

@@ -4,7 +4,7 @@
 use super::Records;
 use crate::caveat::spoken;
 use crate::plant::Signal;
-use crate::results::CoupledPlant;
+use crate::results::{CoupledPlant, ToldBy};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Fin, Vehicle};
 
 /// Slower than this a vehicle has no way on, m/s.
@@ -19,6 +19,7 @@ pub(super) fn doubts(
     let mut all = Vec::new();
     all.extend(munk(plant, &records.fit));
     all.extend(one_speed(plant, &records.fit));
+    all.extend(free_scale(plant, &records.fit));
     all.extend(drift_beyond(plant, records));
     all.extend(vehicle.fins.iter().filter_map(|fin| beyond_limit(fin, &records.fit)));
     all.extend(vehicle.fins.iter().filter_map(|fin| at_limit(fin, &records.fit)));
@@ -75,6 +76,26 @@ fn one_speed(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat>
         );
         Caveat::warning(CaveatCode::OneSpeed, message)
     })
+}
+
+/// Where only rudders of unknown lift steer, and hull forces hold `ur`, nothing but the rudder's
+/// own drag ties the forces of sway and yaw to those of surge.
+fn free_scale(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat> {
+    let is_free =
+        |name: &str| plant.parameters.get(name).is_some_and(|x| x.told_by == ToldBy::Data);
+    let takes_scale = is_free("sway: Ur") || is_free("sway: ur");
+    let is_pushed = |dof: Dof| records.iter().any(|record| record.is_driven(dof));
+    let lifts: Vec<&String> =
+        plant.parameters.keys().filter(|name| name.ends_with(".lift")).collect();
+    let is_known = lifts.is_empty() || lifts.iter().any(|name| !is_free(name));
+    if !takes_scale || is_known || is_pushed(Dof::Yaw) || is_pushed(Dof::Sway) {
+        return None;
+    }
+    let message = format!(
+        "no force of known size acts in sway and yaw: their masses and damping are in proportion to `{}`, which little but the drag of a turned rudder and its place tells, and what hull and race do to it goes into the yaw inertia; motion is predicted all the same; state area_m2, lift_slope and flow of the rudder before the numbers are used by themselves",
+        lifts[0]
+    );
+    Some(Caveat::warning(CaveatCode::ThrustScale, message))
 }
 
 /// Beyond this angle of drift hull forces are those of cross flow, rad.
