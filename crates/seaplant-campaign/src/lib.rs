@@ -50,7 +50,8 @@ pub use twin_file::{TwinError, TwinFile};
 pub use twin_files::{TextFile, twin_files};
 pub use validate::{Simulation, Validation, validate, validate_table};
 pub use vehicle_file::{
-    AttitudeEntry, CurveEntry, DvlEntry, EstimateCurveEntry, FinEntry, ImuEntry, LiftEntry,
-    PositionEntry, PresetCurveEntry, QuadraticEntry, SensorEntries, SourcedVehicle, TableEntry,
-    ThrusterEntry, UncertaintyEntry, VehicleFile, VoltageEntry, WindEntry, read_vehicle,
+    AttitudeEntry, CurveEntry, DvlEntry, EstimateCurveEntry, FinEntry, FlowEntry, ImuEntry,
+    LiftEntry, OpenWaterEntry, PositionEntry, PresetCurveEntry, QuadraticEntry, SensorEntries,
+    SourcedVehicle, StraighteningEntry, TableEntry, ThrusterEntry, UncertaintyEntry, VehicleFile,
+    VoltageEntry, WindEntry, read_vehicle,
 };

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use schemars::JsonSchema;
-use seaplant::plant::{Basis, Buoyancy, RigidBody, Symmetry};
+use seaplant::plant::{Basis, Buoyancy, HullModel, RigidBody, Symmetry};
 use seaplant::results::RigidBodyResult;
 use seaplant::{CoupledPlan, Dof, Vehicle};
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,11 @@ pub struct PlantEntry {
     /// `diagonal` for no two.
     #[serde(default)]
     pub symmetry: Symmetry,
-    /// Terms beside the usual ones, such as \"yaw: |v|r\"; u v w p q r, positive on the side of
+    /// Hull forces of a ship in place of the usual damping: `mmg`, `abkowitz` or `modulus`; those
+    /// of second order and more are tried, and kept where the trials ask for them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<HullModel>,
+    /// Terms beside the usual ones, such as \"yaw: |v|r\" or \"sway: vvr/U\"; u v w p q r, U, positive on the side of
     /// damping. Also effects of the vehicle by name, such as \"wind.sway\" or \"rudder.race\".
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<String>,
@@ -67,6 +71,7 @@ impl PlantEntry {
         Self {
             axes: plan.axes.clone(),
             symmetry: plan.symmetry,
+            model: plan.model,
             terms: terms.collect(),
             hold: plan.hold.clone(),
             find_couplings: plan.search,
@@ -86,6 +91,7 @@ impl PlantEntry {
         let plan = CoupledPlan {
             axes: self.axes.clone(),
             symmetry: self.symmetry,
+            model: self.model,
             terms,
             effects,
             hold: self.hold.clone(),
@@ -162,6 +168,7 @@ mod tests {
         PlantEntry {
             axes: axes.to_vec(),
             symmetry: Symmetry::default(),
+            model: None,
             terms: terms.iter().map(ToString::to_string).collect(),
             find_couplings: true,
             hold: BTreeMap::new(),

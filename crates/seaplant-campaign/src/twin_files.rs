@@ -199,6 +199,7 @@ fn vehicle_file(vehicle: &Vehicle) -> VehicleFile {
         name: Some(vehicle.name.clone()),
         dry_mass_kg: vehicle.dry_mass_kg,
         size_m: vehicle.size_m,
+        draught_m: vehicle.draught_m,
         rigid_body: vehicle.rigid_body.as_ref().map(RigidBodyEntry::of),
         buoyancy: None,
         thruster_curve: None,

@@ -4,10 +4,12 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
+use seaplant::plant::{RudderFlow, WakeByDrift};
 use seaplant::results::InputFile;
 use seaplant::{
-    Caveat, CaveatCode, Fin, QuadraticThrust, SEA_WATER_KG_M3, Sensor, Sensors, Surface,
-    ThrustCurve, ThrustTable, ThrustUncertainty, Thruster, ThrusterInput, Vehicle, Windage, exact,
+    Caveat, CaveatCode, Fin, PropellerCurve, QuadraticThrust, SEA_WATER_KG_M3, Sensor, Sensors,
+    Surface, ThrustCurve, ThrustTable, ThrustUncertainty, Thruster, ThrusterInput, Vehicle,
+    Windage, exact,
 };
 use serde::{Deserialize, Serialize};
 
@@ -63,6 +65,10 @@ pub struct VehicleFile {
     /// Density of the water, kg/m³; 1025 if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub water_density_kg_m3: Option<f64>,
+    /// Draught, m: with it coefficients without dimension are by length times draught, as of
+    /// ships, else by length squared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub draught_m: Option<f64>,
     /// The instruments; one that is left out sits at the origin, aligned.
     #[serde(default)]
     pub sensor: SensorEntries,
@@ -137,6 +143,64 @@ pub struct FinEntry {
     /// The thruster in whose race it stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slipstream: Option<String>,
+    /// What hull and race do to its flow, where that is known: behind a thruster whose curve is
+    /// `open-water`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flow: Option<FlowEntry>,
+}
+
+/// The flow at a rudder behind a ship, by the MMG standard method.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FlowEntry {
+    /// ε: `(1 − w_R)/(1 − w_P)`.
+    pub wake_ratio: f64,
+    /// κ: how far the race has been sped up where the rudder is.
+    pub race_factor: f64,
+    /// η: the propeller's diameter over the rudder's span.
+    pub diameter_to_span: f64,
+    /// γ_R: one number, or two, for flow at the rudder from starboard and from port.
+    pub straightening: StraighteningEntry,
+    /// l_R: at which x the sideways flow is that of the hull, m.
+    pub flow_at_m: f64,
+    /// t_R: the part of the rudder's drag that the hull takes back.
+    #[serde(default)]
+    pub steering_deduction: f64,
+    /// a_H: what the hull adds to the rudder's side force, as a part of it.
+    #[serde(default)]
+    pub hull_increase: f64,
+    /// x_H: at which x it adds that, m; 0 if it adds nothing.
+    #[serde(default)]
+    pub hull_at_m: f64,
+}
+
+/// Flow straightening of both sides, or of each.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a number, or two: [from starboard, from port]")]
+pub enum StraighteningEntry {
+    /// Of both.
+    Both(f64),
+    /// Of flow from starboard, and of flow from port.
+    Each([f64; 2]),
+}
+
+impl FlowEntry {
+    fn flow(self) -> RudderFlow {
+        let straightening = match self.straightening {
+            StraighteningEntry::Both(x) => [x; 2],
+            StraighteningEntry::Each(each) => each,
+        };
+        RudderFlow {
+            wake_ratio: self.wake_ratio,
+            race_factor: self.race_factor,
+            diameter_to_span: self.diameter_to_span,
+            straightening,
+            flow_at_m: self.flow_at_m,
+            steering_deduction: self.steering_deduction,
+            hull_increase: self.hull_increase,
+            hull_at_m: self.hull_at_m,
+        }
+    }
 }
 
 /// A lift slope, or `"estimate"`.
@@ -162,6 +226,7 @@ impl FinEntry {
                 stall_rad: self.stall_deg.map(f64::to_radians),
                 limit_rad: self.limit_deg.map(f64::to_radians),
                 slipstream: self.slipstream.clone(),
+                flow: self.flow.map(FlowEntry::flow),
                 ..fin
             }
             .checked()
@@ -227,6 +292,37 @@ pub enum CurveEntry {
     Preset(PresetCurveEntry),
     /// Of unknown strength, `k n|n|`, to be estimated by a plant of several axes.
     Estimate(EstimateCurveEntry),
+    /// Of a propeller whose open-water curve is known, for plants of several axes.
+    OpenWater(OpenWaterEntry),
+}
+
+/// `T = (1 − t) ρ n² D⁴ K_T(J)`, `J = u (1 − w)/(n D)`, `K_T = k0 + k1 J + k2 J²`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OpenWaterEntry {
+    /// Diameter D, m.
+    pub diameter_m: f64,
+    /// k0, k1, k2.
+    #[serde(deserialize_with = "exact::numbers")]
+    pub k_t: [f64; 3],
+    /// Wake fraction w: 0 for a propeller that no hull shades.
+    pub wake: f64,
+    /// How the wake changes with drift: `{ rate = C1, greatest = [C2 of flow from starboard, C2 of
+    /// flow from port] }`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wake_by_drift: Option<WakeByDrift>,
+    /// Thrust deduction fraction t; estimated if it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thrust_deduction: Option<f64>,
+}
+
+impl OpenWaterEntry {
+    fn curve(&self, path: &Path, thruster: &str) -> Result<PropellerCurve, Error> {
+        let Self { diameter_m, k_t, wake, wake_by_drift, thrust_deduction } = *self;
+        PropellerCurve { diameter_m, k_t, wake, wake_by_drift, thrust_deduction }
+            .checked(thruster)
+            .map_err(Error::model(path))
+    }
 }
 
 /// A curve that is not known.
@@ -449,6 +545,9 @@ impl VehicleFile {
             return Err(Error::value(path, "size_m", reason));
         }
         let of_preset = || self.preset.map(|preset| preset.title().to_owned());
+        if self.draught_m.is_some_and(|x| !(x > 0.0 && x.is_finite())) {
+            return Err(Error::value(path, "draught_m", "must be a positive number of m"));
+        }
         let name = self
             .name
             .clone()
@@ -457,9 +556,13 @@ impl VehicleFile {
         let entries = self.entries();
         let (mut thrusters, mut propellers) = (Vec::new(), Vec::new());
         for entry in &entries {
-            let thruster = self.thruster(entry, path, inputs)?;
+            let mut thruster = self.thruster(entry, path, inputs)?;
             let curve = entry.curve.as_ref().or(self.thruster_curve.as_ref());
-            let is_estimated = matches!(curve, Some(CurveEntry::Estimate(_)));
+            if let Some(CurveEntry::OpenWater(curve)) = curve {
+                thruster.open_water = Some(curve.curve(path, &entry.name)?);
+            }
+            let is_estimated =
+                matches!(curve, Some(CurveEntry::Estimate(_) | CurveEntry::OpenWater(_)));
             if is_estimated { propellers.push(thruster) } else { thrusters.push(thruster) }
         }
         let fins = self.fins(path)?;
@@ -471,7 +574,7 @@ impl VehicleFile {
         }
         self.sensor.check(path)?;
         let sensors = self.sensor.clone().into_sensors();
-        let Self { dry_mass_kg, size_m, .. } = self;
+        let Self { dry_mass_kg, size_m, draught_m, .. } = self;
         let rigid_body = self.rigid_body.as_ref().map(|entry| entry.body(path, dry_mass_kg));
         let buoyancy = self.buoyancy.as_ref().map(|entry| entry.buoyancy(path));
         let (rigid_body, buoyancy) = (rigid_body.transpose()?, buoyancy.transpose()?);
@@ -479,6 +582,7 @@ impl VehicleFile {
             name,
             dry_mass_kg,
             size_m,
+            draught_m,
             rigid_body,
             buoyancy,
             thrusters,
@@ -488,6 +592,14 @@ impl VehicleFile {
             water_density_kg_m3,
             sensors,
         })
+    }
+
+    /// Whether the curve of a thruster is that of open water.
+    fn is_open_water(&self, name: Option<&String>) -> bool {
+        let entries = self.entries();
+        let thruster = name.and_then(|name| entries.iter().find(|known| known.name == *name));
+        let curve = thruster.map(|entry| entry.curve.as_ref().or(self.thruster_curve.as_ref()));
+        matches!(curve, Some(Some(CurveEntry::OpenWater(_))))
     }
 
     /// Rudders and fins, each with a name of its own.
@@ -505,6 +617,10 @@ impl VehicleFile {
             if entry.name.is_empty() || entry.name.chars().any(char::is_control) {
                 let reason = "its name is empty or holds a control character; give it another";
                 return Err(Error::value(path, key, reason));
+            }
+            if entry.flow.is_some() && !self.is_open_water(entry.slipstream.as_ref()) {
+                let reason = "needs a slipstream: a thruster whose curve has kind = \"open-water\"; name it, or leave flow out";
+                return Err(Error::value(path, format!("{key}, flow"), reason));
             }
             if let Some(ahead) = &entry.slipstream
                 && !self.entries().iter().any(|known| known.name == *ahead)
@@ -653,7 +769,9 @@ impl CurveEntry {
     fn usual_uncertainty(&self) -> UncertaintyEntry {
         match self {
             Self::Preset(_) => UncertaintyEntry { forward: PRESET_STD, reverse: PRESET_STD },
-            Self::Quadratic(_) | Self::Table(_) | Self::Estimate(_) => UncertaintyEntry::default(),
+            Self::Quadratic(_) | Self::Table(_) | Self::Estimate(_) | Self::OpenWater(_) => {
+                UncertaintyEntry::default()
+            }
         }
     }
 
@@ -669,6 +787,12 @@ impl CurveEntry {
             Self::Table(entry) => entry.curve(path, &key, inputs),
             Self::Preset(PresetCurveEntry { name, voltage_v }) => {
                 name.curve(*voltage_v).map_err(|reason| Error::value(path, key, reason))
+            }
+            // Only what it reads matters: the plant's own terms hold its thrust.
+            Self::OpenWater(_) => {
+                let law =
+                    QuadraticThrust { forward: 1.0, reverse: 1.0, ..QuadraticThrust::default() };
+                Ok(ThrustCurve::Quadratic { input: ThrusterInput::Speed, law })
             }
             Self::Estimate(EstimateCurveEntry { input }) => match input {
                 ThrusterInput::Speed | ThrusterInput::Command => {

@@ -195,8 +195,7 @@ fn a_thrust_coefficient_is_a_positive_number() {
 #[test]
 fn a_curve_is_of_a_known_kind_with_known_keys() {
     let cubic = of_curve("{ kind = \"cubic\" }");
-    let known =
-        "unknown variant `cubic`, expected one of `quadratic`, `table`, `preset`, `estimate`";
+    let known = "unknown variant `cubic`, expected one of `quadratic`, `table`, `preset`, `estimate`, `open-water`";
     assert!(cubic.ends_with(known), "{cubic}");
     let misspelt =
         of_curve("{ kind = \"quadratic\", forward = 1.0, reverse = 1.0, deadbnd = 3.0 }");
@@ -235,4 +234,55 @@ fn a_file_that_is_not_text_is_no_campaign() {
     let message = Campaign::open(&path).expect_err("not text").to_string();
     let end = ": is not UTF-8 text; give a TOML file here, and logs under log = [...]";
     assert!(message.ends_with(end), "{message}");
+}
+
+const OPEN_WATER: &str =
+    "{ kind = \"open-water\", diameter_m = 0.2, k_t = [0.3, -0.3, -0.1], wake = 0.3 }";
+
+#[test]
+fn an_open_water_curve_has_possible_numbers() {
+    let with = |from: &str, to: &str| of_curve(&OPEN_WATER.replacen(from, to, 1));
+    let message = with("diameter_m = 0.2", "diameter_m = 0.0");
+    assert!(message.contains("diameter_m must be a positive number"), "{message}");
+    let message = with("[0.3, -0.3, -0.1]", "[0.0, -0.3, -0.1]");
+    assert!(message.contains("k_t") && message.contains("above 0"), "{message}");
+    let message = with("wake = 0.3", "wake = 1.0");
+    assert!(message.contains("wake must be a fraction"), "{message}");
+    let message = with("wake = 0.3", "wake = 0.3, thrust_deduction = 1.5");
+    assert!(message.contains("leave it out to estimate it"), "{message}");
+    let message =
+        with("wake = 0.3", "wake = 0.3, wake_by_drift = { rate = -1, greatest = [1, 1] }");
+    assert!(message.contains("wake_by_drift"), "{message}");
+}
+
+#[test]
+fn a_flow_at_a_rudder_needs_a_propeller_by_its_open_water_curve() {
+    let rudder = |flow: &str, curve: &str| {
+        let vehicle = format!(
+            "{curve}\n[[rudder]]\nname = \"helm\"\nposition_m = [-1, 0, 0]\naxis = [0, 0, -1]\nslipstream = \"prop\"\nflow = {{ {flow} }}"
+        );
+        of_curve(&vehicle)
+    };
+    let flow = "wake_ratio = 1.1, race_factor = 0.5, diameter_to_span = 0.6, straightening = 0.5, flow_at_m = -1.4";
+    let quadratic = "{ kind = \"quadratic\", forward = 0.04, reverse = 0.04 }";
+    let message = rudder(flow, quadratic);
+    assert!(message.contains("helm") && message.contains("open-water"), "{message}");
+    let message = rudder(&flow.replace("0.5, flow", "-0.5, flow"), OPEN_WATER);
+    assert!(message.contains("straightening must not be below 0"), "{message}");
+    let message = rudder(&flow.replace("0.5, flow", "\"all\", flow"), OPEN_WATER);
+    assert!(message.contains("from starboard, from port"), "{message}");
+}
+
+#[test]
+fn a_model_of_ships_is_known_and_of_the_plane() {
+    let plant = |axes: &str, model: &str| {
+        of_campaign(
+            "[channels]",
+            &format!("[[plant]]\naxes = {axes}\nmodel = \"{model}\"\n[channels]"),
+        )
+    };
+    let message = plant("[\"sway\", \"yaw\"]", "mmg");
+    assert!(message.contains("surge") && message.contains("mmg"), "{message}");
+    let message = plant("[\"surge\", \"sway\", \"yaw\"]", "nomoto");
+    assert!(message.contains("abkowitz"), "{message}");
 }

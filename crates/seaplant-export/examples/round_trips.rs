@@ -16,12 +16,13 @@ use serde_json::{Value, json};
 type Failed = Box<dyn Error>;
 
 /// Published tables, and plants with terms of every kind.
-const CASES: [(&str, &str); 6] = [
+const CASES: [(&str, &str); 7] = [
     ("heavy", include_str!("../../seaplant-campaign/plants/bluerov2-heavy-von-benzon-2022.toml")),
     ("rexrov", include_str!("../../seaplant-campaign/plants/rexrov.toml")),
     ("boat", include_str!("../../seaplant-campaign/plants/wam-v-vrx.toml")),
     ("every-term", include_str!("round_trips/every-term.toml")),
     ("vertical", include_str!("round_trips/vertical.toml")),
+    ("hull", include_str!("round_trips/hull.toml")),
     ("surge", include_str!("round_trips/surge.toml")),
 ];
 

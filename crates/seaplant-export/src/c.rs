@@ -14,6 +14,7 @@ pub(crate) struct C;
 pub(crate) const SYNTAX: Syntax = Syntax {
     element: bracket,
     modulus: |x| format!("fabs({x})"),
+    root: |x| format!("sqrt({x})"),
     entry: |name, i, j| format!("{name}[{i}][{j}]"),
     add: |place, value| format!("{place} += {value};"),
     set: |place, value| format!("{place} = {value};"),

@@ -13,6 +13,7 @@ pub(crate) struct Casadi;
 const SYNTAX: Syntax = Syntax {
     element: bracket,
     modulus: |x| format!("ca.fabs({x})"),
+    root: |x| format!("ca.sqrt({x})"),
     entry: |name, i, j| format!("{name}[{i}, {j}]"),
     add: |place, value| format!("{place} += {value}"),
     set: |place, value| format!("{place} = {value}"),

@@ -1,7 +1,7 @@
 //! The equation of motion as lines of code, in any language with products and moduli.
 
 use seaplant::exchange::PlantModel;
-use seaplant::plant::{Basis, Product};
+use seaplant::plant::{Basis, NO_WAY, Product};
 use seaplant::{Dof, ThrustCurve};
 
 /// How a language writes what the equation needs.
@@ -10,6 +10,8 @@ pub(crate) struct Syntax {
     pub(crate) element: fn(&str, usize) -> String,
     /// The modulus of an expression.
     pub(crate) modulus: fn(&str) -> String,
+    /// The square root of an expression.
+    pub(crate) root: fn(&str) -> String,
     /// An element of a matrix, counted from 0.
     pub(crate) entry: fn(&str, usize, usize) -> String,
     /// Adds an expression to a place.
@@ -120,7 +122,18 @@ impl Syntax {
             let nu = (self.element)("nu", factor.of.index());
             if factor.modulus { (self.modulus)(&nu) } else { nu }
         };
-        product.factors().map(factor).collect::<Vec<_>>().join(" * ")
+        let factors = product.factors().map(factor);
+        let power = usize::from(product.speed().unsigned_abs());
+        let speeds = std::iter::repeat_with(|| self.speed(product.speed() < 0)).take(power);
+        factors.chain(speeds).collect::<Vec<_>>().join(" * ")
+    }
+
+    /// U, or what stands for 1/U.
+    fn speed(&self, divides: bool) -> String {
+        let nu = |k: usize| (self.element)("nu", k);
+        let squares = (0..3).map(|k| format!("{0} * {0}", nu(k))).collect::<Vec<_>>().join(" + ");
+        let speed = (self.root)(&squares);
+        if divides { format!("({speed} / ({squares} + {}))", number(NO_WAY)) } else { speed }
     }
 
     /// Damping, restoring and constant forces of `theta`, `nu` and `down`, added to `n`.

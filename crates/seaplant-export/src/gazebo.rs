@@ -76,6 +76,7 @@ fn tag(on: Dof, product: &Product) -> Option<String> {
     let factors: Vec<Factor> = product.factors().collect();
     let letter = |factor: &Factor| COLUMNS[factor.of.index()];
     match factors.as_slice() {
+        _ if product.speed() != 0 => None,
         [one] if !one.modulus => Some(format!("{row}{}", letter(one))),
         // Moduli stand first.
         [a, b] if a.modulus && !b.modulus => Some(format!("{row}{}abs{}", letter(b), letter(a))),

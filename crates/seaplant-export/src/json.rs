@@ -174,6 +174,12 @@ pub(crate) fn sname(model: &PlantModel) -> BTreeMap<String, f64> {
                 let plain = plain.iter().map(|f| VELOCITIES[f.of.index()].to_owned());
                 let moduli = moduli.iter().map(|f| format!("|{}|", VELOCITIES[f.of.index()]));
                 let letters: String = plain.chain(moduli).collect();
+                let power = usize::from(product.speed().unsigned_abs());
+                let letters = match product.speed() {
+                    0 => letters,
+                    up if up > 0 => "U".repeat(power) + &letters,
+                    _ => format!("{letters}/{}", "U".repeat(power)),
+                };
                 all.insert(format!("{}_{letters}", FORCES[on.index()]), -value);
             }
             Basis::One(on) => {

@@ -16,6 +16,7 @@ fn element(name: &str, k: usize) -> String {
 const SYNTAX: Syntax = Syntax {
     element,
     modulus: |x| format!("abs({x})"),
+    root: |x| format!("sqrt({x})"),
     entry: |name, i, j| format!("{name}({}, {})", i + 1, j + 1),
     add: |place, value| format!("{place} = {place} + {value};"),
     set: |place, value| format!("{place} = {value};"),

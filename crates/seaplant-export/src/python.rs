@@ -14,6 +14,7 @@ pub(crate) struct Python;
 const SYNTAX: Syntax = Syntax {
     element: bracket,
     modulus: |x| format!("abs({x})"),
+    root: |x| format!("({x}) ** 0.5"),
     entry: |name, i, j| format!("{name}[{i}, {j}]"),
     add: |place, value| format!("{place} += {value}"),
     set: |place, value| format!("{place} = {value}"),

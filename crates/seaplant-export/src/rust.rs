@@ -12,6 +12,7 @@ pub(crate) struct Rust;
 const SYNTAX: Syntax = Syntax {
     element: bracket,
     modulus: |x| format!("{x}.abs()"),
+    root: |x| format!("({x}).sqrt()"),
     entry: |name, i, j| format!("{name}[{i}][{j}]"),
     add: |place, value| format!("{place} += {value};"),
     set: |place, value| format!("{place} = {value};"),

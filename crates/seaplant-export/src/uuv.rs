@@ -43,6 +43,7 @@ impl Exporter for UuvSimulator {
 fn forward_speed(product: &Product) -> Option<Dof> {
     let factors: Vec<Factor> = product.factors().collect();
     match factors.as_slice() {
+        _ if product.speed() != 0 => None,
         [a, b] if !a.modulus && !b.modulus && a.of == Dof::Surge => Some(b.of),
         _ => None,
     }

@@ -278,6 +278,22 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
             format!("current north: {HOSTILE}"),
             parameter(0.1, 0.01, "m/s"),
         )]),
+        nondimensional: Some(PrimeSystem {
+            length_m: 3.4,
+            depth_m: 3.4,
+            density_kg_m3: 1025.0,
+            speed_m_s: 0.5,
+            coefficients: BTreeMap::from([(
+                "yaw: |v|r".to_owned(),
+                PrimeCoefficient {
+                    symbol: "N'_|v|r".to_owned(),
+                    value: -0.003,
+                    std: 0.0004,
+                    low95: -0.0038,
+                    high95: -0.0022,
+                },
+            )]),
+        }),
         identifiability: Identifiability {
             coefficients: 8,
             rank: 7,

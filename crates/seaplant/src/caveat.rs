@@ -37,8 +37,12 @@ pub enum CaveatCode {
     Collinear,
     /// An axis of a coupled plant on which nothing pushes.
     UndrivenAxis,
-    /// Trials drift further than polynomials of sway and yaw rate hold.
+    /// Trials drift further than polynomials of sway and yaw rate hold, or than those fitted.
     DriftBeyond,
+    /// Yaw without surge and sway, on a vehicle that drifts under way.
+    MunkMoment,
+    /// A rudder beyond its limit, or at it most of the time.
+    RudderSaturated,
     /// Damping that gives power to the vehicle.
     NotDissipative,
     /// Restoring forces that are not those of the stated weight and buoyancy.

@@ -119,6 +119,6 @@ pub use trial::{
     VelocitySource, lever_axes,
 };
 pub use vehicle::{
-    Fin, SEA_WATER_KG_M3, Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle, VehicleEffect,
-    Windage,
+    Fin, PropellerCurve, SEA_WATER_KG_M3, Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle,
+    VehicleEffect, Windage,
 };

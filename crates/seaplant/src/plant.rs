@@ -12,17 +12,21 @@
 mod basis;
 mod coefficients;
 mod effect;
+mod hull;
 mod notation;
+mod open_water;
 mod parameterisation;
 mod rigid_body;
 mod structure;
 
 use std::fmt;
 
-pub use basis::{Basis, Factor, Instant, Product};
+pub use basis::{Basis, Factor, Instant, NO_WAY, Product};
 pub(crate) use basis::{kirchhoff, kirchhoff_slope};
 pub use coefficients::Plant;
 pub use effect::{Effect, EffectForce, Foil, Signal};
+pub use hull::HullModel;
+pub use open_water::{OpenWater, RudderFlow, WakeByDrift};
 pub use parameterisation::{Parameterisation, Physical, Plain};
 pub use rigid_body::{Buoyancy, GRAVITY, RigidBody};
 pub use structure::{Structure, Symmetry};

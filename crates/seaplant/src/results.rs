@@ -28,7 +28,7 @@ pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
 pub use coupled::{
     AxisScore, Coefficient, Correlation, CoupledPlant, CoupledScore, Identifiability, MatrixResult,
-    TermDecision, ToldBy,
+    PrimeCoefficient, PrimeSystem, TermDecision, ToldBy,
 };
 
 /// The name and version of this contract.

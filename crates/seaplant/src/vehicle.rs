@@ -4,7 +4,7 @@ mod actuators;
 
 use nalgebra::{Rotation3, Unit, Vector3};
 
-pub use actuators::{Fin, VehicleEffect, Windage};
+pub use actuators::{Fin, PropellerCurve, VehicleEffect, Windage};
 
 use crate::plant::{Buoyancy, RigidBody};
 use crate::{Dof, Error, ThrustCurve};
@@ -24,6 +24,8 @@ pub struct Thruster {
     pub uncertainty: ThrustUncertainty,
     /// What its azimuth turns it about, a unit vector: its direction is that at zero azimuth.
     pub azimuth_axis: Option<Vector3<f64>>,
+    /// Its open-water curve, where its thrust is that.
+    pub open_water: Option<PropellerCurve>,
 }
 
 /// Standard deviations of a thruster's strength, each way, as parts of its thrust; zero
@@ -63,6 +65,7 @@ impl Thruster {
             curve,
             uncertainty: ThrustUncertainty::default(),
             azimuth_axis: None,
+            open_water: None,
         })
     }
 
@@ -160,6 +163,8 @@ pub struct Vehicle {
     pub dry_mass_kg: Option<f64>,
     /// Length, width and height of the hull, m.
     pub size_m: Option<[f64; 3]>,
+    /// How deep the hull reaches into the water, m: makes ship coefficients without dimension.
+    pub draught_m: Option<f64>,
     /// What is known of it dry, for plants of several axes.
     pub rigid_body: Option<RigidBody>,
     /// What the water carries of it.
@@ -185,6 +190,7 @@ impl Default for Vehicle {
             name: String::new(),
             dry_mass_kg: None,
             size_m: None,
+            draught_m: None,
             rigid_body: None,
             buoyancy: None,
             thrusters: Vec::new(),

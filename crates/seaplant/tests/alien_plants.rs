@@ -119,6 +119,7 @@ fn identified(
     let plan = CoupledPlan {
         axes: axes.to_vec(),
         symmetry,
+        model: None,
         terms: Vec::new(),
         effects: Vec::new(),
         hold: Default::default(),

@@ -154,6 +154,7 @@ fn a_freely_driven_vehicle_comes_out_whole() {
     let plan = CoupledPlan {
         axes: Dof::ALL.to_vec(),
         symmetry: Symmetry::PortStarboard,
+        model: None,
         terms: Vec::new(),
         effects: Vec::new(),
         hold: Default::default(),

@@ -307,6 +307,7 @@ fn what_samples_do_not_hold_is_refused_with_what_would_do() {
     let plan = CoupledPlan {
         axes: vec![Dof::Surge, Dof::Sway, Dof::Yaw],
         symmetry: Symmetry::PortStarboard,
+        model: None,
         terms: Vec::new(),
         effects: Vec::new(),
         hold: Default::default(),

@@ -11,11 +11,12 @@ use seaplant::plant::{Plant, Signal, Symmetry};
 use seaplant::quantity::{Attitude, Axis, WindFrame, WindPart};
 use seaplant::results::{CoupledPlant, Results, ToldBy};
 use seaplant::{
-    CoupledPlan, Dof, Fin, IdentifyOptions, QuadraticThrust, Quantity, Recording, Role, Surface,
-    ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle, identify,
+    CaveatCode, CoupledPlan, Dof, Fin, IdentifyOptions, QuadraticThrust, Quantity, Recording, Role,
+    Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle, identify,
 };
 
 const AXES: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
+const SIDEWAYS: [Dof; 2] = [Dof::Sway, Dof::Yaw];
 
 /// A vehicle, what is asked of it, and its true coefficients.
 struct Case {
@@ -67,6 +68,7 @@ fn plan(hold: &[(&str, f64)], effects: &[&str]) -> CoupledPlan {
     CoupledPlan {
         axes: AXES.to_vec(),
         symmetry: Symmetry::PortStarboard,
+        model: None,
         terms: vec!["sway: r".parse().expect("a term")],
         effects: effects.iter().map(ToString::to_string).collect(),
         hold: hold.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
@@ -198,7 +200,7 @@ fn trial(name: &str, role: Role, seed: u64, case: &Case, with_wind: bool) -> Tri
     let setup = TrialSetup {
         name: name.to_owned(),
         role,
-        coupled: vec![AXES.to_vec()],
+        coupled: vec![AXES.to_vec(), SIDEWAYS.to_vec()],
         ..TrialSetup::default()
     };
     Trial::new(setup, &recording, &case.vehicle).expect("complete")
@@ -261,6 +263,25 @@ fn a_rudder_alone_leaves_the_scale_of_force_free() {
     assert!(results.coupled.is_empty());
     let message = &results.failures[0].message;
     assert!(message.contains("scale of force") && message.contains("hold"), "{message}");
+}
+
+#[test]
+fn sway_and_yaw_without_surge_hold_part_of_munks_moment() {
+    let case = case(true, &[], &[]);
+    let trials = [("a", Role::Fit, 1), ("b", Role::HoldOut, 3)];
+    let trials = trials.map(|(name, role, seed)| trial(name, role, seed, &case, false));
+    let hold = [("mass.sway".to_owned(), 420.0)].into();
+    let alone = CoupledPlan { axes: SIDEWAYS.to_vec(), hold, search: false, ..case.plan.clone() };
+    let options = IdentifyOptions { coupled: vec![alone], ..IdentifyOptions::default() };
+    let results = identify(&case.vehicle, &trials, &options).results;
+    assert!(results.failures.is_empty(), "{:?}", results.failures);
+    let plant = &results.coupled["sway-yaw"];
+    let found = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::MunkMoment);
+    let message = &found.expect("it drifts under way").message;
+    assert!(message.contains("surge is none of the plant's axes"), "{message}");
+    // 180 kg m² with all three axes.
+    let inertia = plant.parameters["mass.yaw"].value;
+    assert!((inertia / 180.0 - 1.0).abs() > 0.05, "{inertia}");
 }
 
 #[test]

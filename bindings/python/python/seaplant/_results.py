@@ -56,6 +56,7 @@ __all__ = [
     "NullScore",
     "OffsetPair",
     "OnlineHistory",
+    "OpenWater",
     "PairResult",
     "Parameter",
     "ParameterName",
@@ -64,12 +65,15 @@ __all__ = [
     "PlantChange",
     "PlantChanged",
     "PlantResult",
+    "PrimeCoefficient",
+    "PrimeSystem",
     "Provenance",
     "RegressionResult",
     "Results",
     "RigidBodyResult",
     "Role",
     "Row",
+    "RudderFlow",
     "Score",
     "ScoredMotion",
     "SecondOrder",
@@ -99,6 +103,7 @@ __all__ = [
     "Truth",
     "Validation",
     "Verdict",
+    "WakeByDrift",
 ]
 
 Candidate: TypeAlias = Literal[
@@ -134,6 +139,8 @@ CaveatCode: TypeAlias = Literal[
     "collinear",
     "undriven-axis",
     "drift-beyond",
+    "munk-moment",
+    "rudder-saturated",
     "not-dissipative",
     "restoring-contradicts",
     "two-level-thrust",
@@ -744,6 +751,9 @@ class CoupledPlant(Record):
     hold_out: CoupledScore | None
     """Its error on trials that it had not seen."""
 
+    nondimensional: PrimeSystem | None
+    """Coefficients without dimension, where the vehicle's length is known."""
+
     rigid_body_mass_matrix: Floats | None
     """M of the dry vehicle, where that is known."""
 
@@ -862,16 +872,26 @@ class EffectForce(Record):
     """What scales with one coefficient."""
 
     kind: str
-    """One of lift, slipstream, race, thrust, advance, astern, wind, wind-across."""
+    """One of lift, slipstream, race, steering, open-water, thrust, advance, astern, wind,
+    wind-across."""
 
     foil: Foil | None = None
-    """The fin."""
+    """The rudder."""
 
     propeller: str | None = None
     """The propeller."""
 
     squared: bool | None = None
     """Whether the drive is a speed or command n, so that T is n²."""
+
+    behind: OpenWater | None = None
+    """The propeller ahead of it."""
+
+    flow: RudderFlow | None = None
+    """What hull and race do to its flow."""
+
+    curve: OpenWater | None = None
+    """The propeller."""
 
     direction: Floats | None = None
     """The way of positive thrust, a unit vector."""
@@ -1238,6 +1258,35 @@ class OnlineHistory(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class OpenWater(Record):
+    """A propeller whose open-water curve is known."""
+
+    propeller: str
+    """What channels call it."""
+
+    position_m: Floats
+    """Where it is, m."""
+
+    direction: Floats
+    """The way of positive thrust, a unit vector."""
+
+    diameter_m: float
+    """Diameter D, m."""
+
+    k_t: Floats
+    """k₀, k₁, k₂."""
+
+    wake: float
+    """Wake fraction w, straight ahead."""
+
+    density_kg_m3: float
+    """Density of the water ρ, kg/m³."""
+
+    wake_by_drift: WakeByDrift | None
+    """How the wake changes with drift, if it does."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class PairResult(Record):
     """Two steady stretches at one thrust, one each way."""
 
@@ -1412,6 +1461,49 @@ class PlantResult(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class PrimeCoefficient(Record):
+    """A coefficient without dimension."""
+
+    symbol: str
+    """How tables call it: ``Y'_vvr``, with the sign of a force on the vehicle; ``m22'`` is a
+    mass."""
+
+    value: float
+    """The estimate."""
+
+    std: float
+    """Its standard deviation."""
+
+    low95: float
+    """Lower end of its 95 % interval."""
+
+    high95: float
+    """Upper end of its 95 % interval."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PrimeSystem(Record):
+    """Coefficients in the prime system: forces over ``½ρ L T U²``, moments over ``½ρ L² T
+    U²``, masses over ``½ρ L² T``, velocities over U and rates over U/L."""
+
+    length_m: float
+    """L, m."""
+
+    depth_m: float
+    """T, m: the draught, or L where no draught is stated."""
+
+    density_kg_m3: float
+    """ρ, kg/m³."""
+
+    speed_m_s: float
+    """U, m/s: the mean speed of the fitted trials. Coefficients of second degree do not
+    depend on it."""
+
+    coefficients: dict[str, PrimeCoefficient]
+    """By the names of the coefficients."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Provenance(Record):
     """What results were made from."""
 
@@ -1573,6 +1665,37 @@ class Row(Record):
 
     failures: int
     """Fits that gave none."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RudderFlow(Record):
+    """How hull and propeller change the flow at a rudder, and what the hull adds to its
+    force."""
+
+    wake_ratio: float
+    """ε: the wake at the rudder over that at the propeller, ``(1 − w_R)/(1 − w_P)``."""
+
+    race_factor: float
+    """κ: how far the race has been sped up where the rudder is."""
+
+    diameter_to_span: float
+    """η: the propeller's diameter over the rudder's span."""
+
+    straightening: Floats
+    """γ_R: how much of the hull's sideways flow reaches the rudder, where that comes from
+    starboard and where from port."""
+
+    flow_at_m: float
+    """l_R: at which x the sideways flow is that of the hull, m."""
+
+    steering_deduction: float
+    """t_R: the part of the rudder's drag that the hull takes back."""
+
+    hull_increase: float
+    """a_H: what the hull adds to the rudder's side force, as a part of it."""
+
+    hull_at_m: float
+    """x_H: where it adds that, m."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2047,3 +2170,15 @@ class Verdict(Record):
 
     codes: tuple[CaveatCode, ...]
     """The caveats that decided it, the worst first."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WakeByDrift(Record):
+    """How flow at a propeller changes with drift."""
+
+    rate: float
+    """C₁, 1/rad."""
+
+    greatest: Floats
+    """C₂: flow at great drift over that straight ahead, where it comes from starboard and
+    where from port."""

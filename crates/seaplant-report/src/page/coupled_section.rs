@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use seaplant::Dof;
-use seaplant::results::{AxisScore, Coefficient, CoupledPlant, MatrixResult, Parameter, ToldBy};
+use seaplant::results::{
+    AxisScore, Coefficient, CoupledPlant, MatrixResult, Parameter, PrimeCoefficient, ToldBy,
+};
 use serde::Serialize;
 
 use super::doubts::{Doubts, collected};
@@ -37,6 +39,7 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant) -> CoupledSection {
     tables.push(matrix("Linear damping, on ν", plant, &plant.linear_damping));
     tables.push(matrix("Quadratic damping, on |ν|ν", plant, &plant.quadratic_damping));
     tables.extend(others(plant));
+    tables.extend(prime(plant));
     let mut details = vec![coefficients(plant), nuisances(&plant.nuisances)];
     details.extend(structure(plant));
     details.push(correlation(plant));
@@ -176,6 +179,33 @@ fn coefficient_row(name: &str, x: &Coefficient) -> Row {
         ToldBy::Data | ToldBy::Nothing => rounded.value,
     };
     Row::new([name.to_owned(), value, rounded.std, interval, x.unit.clone()])
+}
+
+/// Coefficients without dimension.
+fn prime(plant: &CoupledPlant) -> Option<Table> {
+    let system = plant.nondimensional.as_ref()?;
+    let row = |(name, x): (&String, &PrimeCoefficient)| {
+        let rounded = Rounded::of(&Parameter {
+            value: x.value,
+            std: x.std,
+            low95: x.low95,
+            high95: x.high95,
+            unit: String::new(),
+        });
+        let interval = format!("{} … {}", rounded.low95, rounded.high95);
+        Row::new([x.symbol.clone(), rounded.value, rounded.std, interval, name.clone()])
+    };
+    let note = format!(
+        "Forces are divided by ½ρLTU², moments by ½ρL²TU², masses by ½ρL²T, rates by U/L: L = {} m, T = {} m{}, ρ = {} kg/m³, U = {} m/s, the mean speed of the fitted trials, on which coefficients of second degree do not depend. Derivatives have the sign of forces on the vehicle. The Coriolis forces of the whole mass matrix stand apart: tables that have none in yaw hold Munk’s moment in N'_v.",
+        significant(system.length_m, 4),
+        significant(system.depth_m, 4),
+        if system.depth_m == system.length_m { " (no draught is stated)" } else { "" },
+        significant(system.density_kg_m3, 4),
+        significant(system.speed_m_s, 3),
+    );
+    let head = ["Symbol", "value", "±", "95 % interval", "coefficient"];
+    let rows: Vec<Row> = system.coefficients.iter().map(row).collect();
+    Some(Table::new("Coefficients without dimension", head, rows).noted(&note))
 }
 
 fn coefficients(plant: &CoupledPlant) -> Table {

@@ -94,8 +94,8 @@ pub fn fit_coupled(
 ) -> Result<CoupledFit, Error> {
     with_places!(structure.axes().len(), N => {
         let problem = Problem::new(structure, records, rigid_body.map(RigidBody::mass_matrix));
-        let (first, least_squares, optimum) = first_optimum::<N>(&problem, records)?;
-        let fitted = Fitted { optimum, problem, tried: Vec::new() }.with_actuator_that_shows()?;
+        let (first, least_squares, fitted) = begun::<N>(problem, records)?;
+        let fitted = fitted.with_actuator_that_shows()?;
         let fitted = if search { fitted.searched(records)? } else { fitted };
         fitted.refined()?.finished(first, &least_squares)
     })
@@ -344,6 +344,34 @@ fn disturbances<const N: usize>(
         (dof, found)
     };
     structure.axes().iter().enumerate().map(of).collect()
+}
+
+/// The first optimum; where none is reached with products of three velocities and more, from that
+/// without them.
+///
+/// # Errors
+/// That of the whole structure, if it has no such products or these do not help.
+fn begun<const N: usize>(
+    problem: Problem,
+    records: &[&CoupledRecord],
+) -> Result<(Plant, EquationError, Fitted<N>), Error> {
+    let refused = match first_optimum::<N>(&problem, records) {
+        Ok((start, found, optimum)) => {
+            return Ok((start, found, Fitted { problem, optimum, tried: Vec::new() }));
+        }
+        Err(error) => error,
+    };
+    let is_high =
+        |term: &Basis| matches!(term, Basis::Product(_, product) if product.factors().count() > 2);
+    let lower = problem.structure.without(is_high);
+    if lower.terms().len() == problem.structure.terms().len() {
+        return Err(refused);
+    }
+    let lower = problem.with_terms(lower);
+    let (start, found, optimum) = first_optimum::<N>(&lower, records).map_err(|_| refused)?;
+    let start_of_whole = search::widened(&problem, &lower, &optimum.point);
+    let optimum = problem.optimum(start_of_whole, Tolerance::COARSE)?;
+    Ok((start, found, Fitted { problem, optimum, tried: Vec::new() }))
 }
 
 /// The optimum that the likeliest of several starts leads to; from the next one, if that does

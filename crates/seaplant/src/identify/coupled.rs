@@ -3,7 +3,9 @@
 mod doubts;
 mod known;
 mod online;
+mod prime;
 mod score;
+mod under_way;
 mod verdict;
 
 use std::collections::BTreeMap;
@@ -13,7 +15,7 @@ use nalgebra::{DMatrix, Matrix6};
 use super::IdentifyOptions;
 use crate::estimate::{CoupledFit, Tried, fit_coupled};
 use crate::exchange::Driven;
-use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
+use crate::plant::{Basis, HullModel, Plant, Product, RigidBody, Signal, Structure, Symmetry};
 use crate::results::{
     AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, Failure, Identifiability,
     MatrixResult, Parameter, Results, TermDecision, ToldBy, Verdict,
@@ -30,7 +32,10 @@ pub struct CoupledPlan {
     pub axes: Vec<Dof>,
     /// Which of them M may couple.
     pub symmetry: Symmetry,
-    /// Terms beside the usual ones of [`Structure::of`].
+    /// Hull forces of a ship in place of the usual damping; all of them without a search, else
+    /// those of second order and more that the trials ask for.
+    pub model: Option<HullModel>,
+    /// Terms beside the usual ones of [`Structure::of`], or of the model.
     pub terms: Vec<Basis>,
     /// Effects of the vehicle beside its usual ones, by name: `wind.sway`, `rudder.race`.
     pub effects: Vec<String>,
@@ -52,8 +57,7 @@ impl CoupledPlan {
         vehicle: &Vehicle,
         is_logged: impl Fn(&Signal) -> bool,
     ) -> Result<Structure, Error> {
-        let usual = Structure::of(&self.axes, self.symmetry)?;
-        let mut structure = self.terms.iter().try_fold(usual, |s, term| s.with(*term))?;
+        let mut structure = self.of_hull(Structure::of(&self.axes, self.symmetry)?)?;
         let effects = vehicle.effects();
         self.check_names(&structure, &effects)?;
         for VehicleEffect { effect, is_usual, known } in effects {
@@ -81,6 +85,20 @@ impl CoupledPlan {
             structure = structure.holding(term, *value)?;
         }
         Ok(structure)
+    }
+
+    /// The structure without effects: the usual terms, or those of a model, and those asked for.
+    fn of_hull(&self, usual: Structure) -> Result<Structure, Error> {
+        let with_own =
+            |structure: Structure| self.terms.iter().try_fold(structure, |s, term| s.with(*term));
+        let Some(model) = self.model else { return with_own(usual) };
+        let (structure, mut tried) = model.shape(&usual)?;
+        tried.retain(|term| !self.terms.contains(term));
+        let structure = with_own(structure)?;
+        match self.search {
+            true => Ok(structure.trying(tried)),
+            false => tried.iter().try_fold(structure, |s, term| s.with(*term)),
+        }
     }
 
     fn check_names(&self, structure: &Structure, known: &[VehicleEffect]) -> Result<(), Error> {
@@ -208,9 +226,10 @@ fn plant(
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = score;
     plant.hold_out = hold_out;
+    plant.nondimensional = prime::prime(&fit, &records.fit, vehicle);
     plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
-    plant.caveats = doubts::doubts(&fit, &plant, &records.fit, vehicle);
+    plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle);
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
     plant.verdict = verdict::verdict(&plant);
@@ -346,6 +365,7 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
         }),
         correlation: correlation(fit),
         nuisances: nuisances(fit),
+        nondimensional: None,
         identifiability: Identifiability {
             coefficients: structure.terms().len(),
             rank: fit.rank,

@@ -79,14 +79,14 @@ const fn causes(dof: Dof) -> &'static [Cause] {
     ];
     const PITCH: &[Cause] = &[
         cause("pitch", |at, _| at.pitch.sin()),
-        cause("u w", |at, _| at.u * at.w),
+        cause("u w of Munk's moment", |at, _| at.u * at.w),
         cause("p r", |at, _| at.p * at.r),
         cause("w", |at, _| at.w),
         cause("u̇", |_, rate| rate.u),
         cause("u q", |at, _| at.u * at.q),
     ];
     const YAW: &[Cause] = &[
-        cause("u v", |at, _| at.u * at.v),
+        cause("u v of Munk's moment", |at, _| at.u * at.v),
         cause("u r", |at, _| at.u * at.r),
         cause("v", |at, _| at.v),
         cause("v̇", |_, rate| rate.v),

@@ -24,17 +24,22 @@ pub struct Factor {
     pub modulus: bool,
 }
 
-/// A product of one to three velocities, such as `|u|u` or `ur`.
+/// A product of one to four velocities, such as `|u|u` or `ur`, times a power of the speed U
+/// through the water, such as `Uv` or `vvr/U`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Product {
     factors: [Option<Factor>; Self::MOST],
+    speed: i8,
 }
 
 impl Product {
     /// The greatest degree that a term may have.
-    pub const MOST: usize = 3;
+    pub const MOST: usize = 4;
 
-    /// A product of velocities; `None` unless there are one to three factors.
+    /// The greatest power of U, either way.
+    pub const MOST_SPEED: i8 = 2;
+
+    /// A product of velocities; `None` unless there are one to four factors.
     pub fn new(factors: &[Factor]) -> Option<Self> {
         if factors.is_empty() || factors.len() > Self::MOST {
             return None;
@@ -46,18 +51,34 @@ impl Product {
         for (place, factor) in all.iter_mut().zip(sorted) {
             *place = Some(factor);
         }
-        Some(Self { factors: all })
+        Some(Self { factors: all, speed: 0 })
+    }
+
+    /// The same times U to a power, `U = √(u² + v² + w²)`; `None` for one beyond ±2.
+    ///
+    /// Divided by U the product goes to zero where the vehicle has no way on: below
+    /// 0.01 m/s, `1/U` is that of `U/(U² + (0.01 m/s)²)`.
+    ///
+    /// # Source
+    /// [Yasukawa2015, eq. (9)]: hull forces by v' = v/U and r' = rL/U.
+    pub fn by_speed(self, power: i8) -> Option<Self> {
+        (power.abs() <= Self::MOST_SPEED).then_some(Self { speed: power, ..self })
+    }
+
+    /// The power of U.
+    pub const fn speed(&self) -> i8 {
+        self.speed
     }
 
     /// `ν`.
     pub const fn linear(of: Dof) -> Self {
-        Self { factors: [Some(Factor { of, modulus: false }), None, None] }
+        Self { factors: [Some(Factor { of, modulus: false }), None, None, None], speed: 0 }
     }
 
     /// `|ν| ν`.
     pub const fn quadratic(of: Dof) -> Self {
         let modulus = Some(Factor { of, modulus: true });
-        Self { factors: [modulus, Some(Factor { of, modulus: false }), None] }
+        Self { factors: [modulus, Some(Factor { of, modulus: false }), None, None], speed: 0 }
     }
 
     /// The factors, moduli first.
@@ -67,7 +88,11 @@ impl Product {
 
     /// The product at a velocity.
     pub fn value(&self, velocity: &Vector6<f64>) -> f64 {
-        self.factors().map(|factor| factor.value(velocity)).product()
+        let product: f64 = self.factors().map(|factor| factor.value(velocity)).product();
+        match self.speed {
+            0 => product,
+            power => product * Speed::of(velocity).power(power).0,
+        }
     }
 
     /// The product with its last factor without a modulus of another velocity.
@@ -79,11 +104,25 @@ impl Product {
             true => factor.value(reference),
             false => factor.value(velocity),
         };
-        self.factors().enumerate().map(at).product()
+        let product: f64 = self.factors().enumerate().map(at).product();
+        match self.speed {
+            0 => product,
+            power => product * Speed::of(velocity).power(power).0,
+        }
     }
 
     /// Adds `weight · ∂product/∂ν` to a row.
     pub fn add_slope(&self, velocity: &Vector6<f64>, weight: f64, row: &mut [f64; 6]) {
+        let mut weight = weight;
+        if self.speed != 0 {
+            let speed = Speed::of(velocity);
+            let (scale, slope) = speed.power(self.speed);
+            let product: f64 = self.factors().map(|factor| factor.value(velocity)).product();
+            for (x, along) in row.iter_mut().zip(speed.slope) {
+                *x += weight * product * slope * along;
+            }
+            weight *= scale;
+        }
         for (k, factor) in self.factors().enumerate() {
             let others = self.factors().enumerate().filter(|(j, _)| *j != k);
             let others: f64 = others.map(|(_, other)| other.value(velocity)).product();
@@ -91,6 +130,38 @@ impl Product {
             let slope = if factor.modulus { sign(velocity[index]) } else { 1.0 };
             row[index] += weight * slope * others;
         }
+    }
+}
+
+/// Speed through the water.
+struct Speed {
+    /// U, m/s.
+    value: f64,
+    /// ∂U/∂(u, v, w).
+    slope: [f64; 3],
+}
+
+/// The square of a speed below which a hull's drift angle says nothing, (m/s)².
+pub const NO_WAY: f64 = 1e-4;
+
+impl Speed {
+    fn of(velocity: &Vector6<f64>) -> Self {
+        let along = [velocity[0], velocity[1], velocity[2]];
+        let value = along.iter().map(|x| x * x).sum::<f64>().sqrt();
+        Self { value, slope: along.map(|x| if value > 0.0 { x / value } else { 0.0 }) }
+    }
+
+    /// A power of U, and its slope by U.
+    fn power(&self, power: i8) -> (f64, f64) {
+        let n = i32::from(power.abs());
+        let (base, slope) = if power > 0 {
+            (self.value, 1.0)
+        } else {
+            let square = self.value * self.value;
+            let sum = square + NO_WAY;
+            (self.value / sum, (NO_WAY - square) / (sum * sum))
+        };
+        (base.powi(n), f64::from(n) * base.powi(n - 1) * slope)
     }
 }
 
@@ -229,15 +300,19 @@ impl Basis {
 /// `(m/s)²`, `(m/s)(rad/s)`, … of a product of velocities.
 fn velocity_unit(product: &Product) -> String {
     let rotations = product.factors().filter(|factor| factor.of.is_rotation()).count();
-    let translations = product.factors().count() - rotations;
-    let power = |unit: &str, n: usize| match n {
+    let translations = product.factors().count() as i32 - rotations as i32;
+    let translations = translations + i32::from(product.speed());
+    let power = |unit: &str, n: i32| match n {
         0 => String::new(),
         1 => format!("({unit})"),
         2 => format!("({unit})²"),
-        _ => format!("({unit})³"),
+        3 => format!("({unit})³"),
+        4 => format!("({unit})⁴"),
+        -1 => format!("({unit})⁻¹"),
+        _ => format!("({unit})⁻²"),
     };
-    let text = power("m/s", translations) + &power("rad/s", rotations);
-    if translations > 0 && rotations > 0 { format!("({text})") } else { text }
+    let text = power("m/s", translations) + &power("rad/s", rotations as i32);
+    if translations != 0 && rotations > 0 { format!("({text})") } else { text }
 }
 
 fn on_axis(on: Dof, value: f64) -> Vector6<f64> {
@@ -348,5 +423,36 @@ mod tests {
         assert_eq!(unit(Basis::Product(Dof::Yaw, mixed.expect("two"))), "N m/((m/s)(rad/s))");
         assert_eq!(unit(Basis::Product(Dof::Surge, Product::quadratic(Dof::Surge))), "N/(m/s)²");
         assert_eq!(unit(Basis::Mass(Dof::Sway, Dof::Yaw)), "kg m");
+        let of = |text: &str| unit(text.parse().expect("a term"));
+        assert_eq!(of("sway: Uv"), "N/(m/s)²");
+        assert_eq!(of("yaw: rrr/U"), "N m/((m/s)⁻¹(rad/s)³)");
+        assert_eq!(of("surge: vvvv/UU"), "N/(m/s)²");
+    }
+
+    #[test]
+    fn slopes_of_products_with_speed_are_those_of_their_values() {
+        let velocity = Vector6::new(1.1, -0.3, 0.1, 0.2, 0.1, 0.15);
+        for text in ["sway: Uv", "yaw: vvr/U", "surge: vvvv/UU", "yaw: |v|r", "sway: UUr"] {
+            let Ok(Basis::Product(_, product)) = text.parse() else { panic!("{text}") };
+            let mut row = [0.0; 6];
+            product.add_slope(&velocity, 2.0, &mut row);
+            for (j, slope) in row.into_iter().enumerate() {
+                let at = |step: f64| {
+                    let mut moved = velocity;
+                    moved[j] += step;
+                    2.0 * product.value(&moved)
+                };
+                let found = (at(1e-6) - at(-1e-6)) / 2e-6;
+                assert!((found - slope).abs() < 1e-8, "{text} by {j}: {found} {slope}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_product_divided_by_speed_is_gone_without_way() {
+        let Ok(Basis::Product(_, product)) = "yaw: rrr/U".parse() else { panic!("a term") };
+        assert_eq!(product.value(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.5)), 0.0);
+        let under_way = product.value(&Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.5));
+        assert!((under_way - 0.125).abs() < 2e-5, "{under_way}");
     }
 }

@@ -6,6 +6,8 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::{OpenWater, RudderFlow};
+
 use crate::quantity::Surface;
 use crate::{Dof, Timed};
 
@@ -111,6 +113,21 @@ pub enum EffectForce {
         /// Whether the drive is a speed or command n, so that T is n².
         squared: bool,
     },
+    /// A rudder in the race of a propeller whose open-water curve is known: its normal force by
+    /// `½ρA ∂C_L/∂α`, N/(m/s)², with what the hull makes of flow and force.
+    Steering {
+        /// The rudder.
+        foil: Foil,
+        /// The propeller ahead of it.
+        behind: OpenWater,
+        /// What hull and race do to its flow.
+        flow: RudderFlow,
+    },
+    /// Thrust by an open-water curve along a direction; 1 less the thrust deduction.
+    OpenWater {
+        /// The propeller.
+        curve: OpenWater,
+    },
     /// A propeller of unknown strength: `n|n|` along its direction.
     Thrust {
         /// The propeller.
@@ -167,12 +184,19 @@ struct Flow {
 }
 
 impl Foil {
-    fn at(&self, velocity: &Vector6<f64>, angle: f64) -> Flow {
-        let (r, axis) = (Vector3::from(self.position_m), Vector3::from(self.axis));
+    /// Its chord and its normal when it is not turned, unit vectors.
+    pub(super) fn directions(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let axis = Vector3::from(self.axis);
         let chord = Vector3::x() - axis * axis.x;
         let chord = chord.try_normalize(1e-6).unwrap_or_else(Vector3::x);
+        (chord, axis.cross(&chord))
+    }
+
+    fn at(&self, velocity: &Vector6<f64>, angle: f64) -> Flow {
+        let (r, axis) = (Vector3::from(self.position_m), Vector3::from(self.axis));
+        let (chord, side) = self.directions();
         let (sin, cos) = angle.sin_cos();
-        let normal = axis.cross(&chord) * cos - chord * sin;
+        let normal = side * cos - chord * sin;
         let own = velocity.fixed_rows::<3>(0) + velocity.fixed_rows::<3>(3).cross(&r);
         let own = Vector3::new(own.x, own.y, own.z);
         let across = own - axis * own.dot(&axis);
@@ -205,7 +229,7 @@ impl Flow {
 const SLOW: f64 = 1e-9;
 
 /// `[f; r × f]`.
-fn at_place(r: &Vector3<f64>, force: &Vector3<f64>) -> Vector6<f64> {
+pub(super) fn at_place(r: &Vector3<f64>, force: &Vector3<f64>) -> Vector6<f64> {
     let moment = r.cross(force);
     Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
 }
@@ -220,6 +244,10 @@ impl Effect {
             | EffectForce::Race { foil, propeller, .. } => {
                 vec![angle(foil), Signal::Drive(propeller.clone())]
             }
+            EffectForce::Steering { foil, behind, .. } => {
+                vec![angle(foil), Signal::Drive(behind.propeller.clone())]
+            }
+            EffectForce::OpenWater { curve, .. } => vec![Signal::Drive(curve.propeller.clone())],
             EffectForce::Thrust { propeller, .. }
             | EffectForce::Advance { propeller, .. }
             | EffectForce::Astern { propeller, .. } => {
@@ -262,6 +290,16 @@ impl Effect {
                 let speed = if *squared { drive } else { drive.sqrt() };
                 along(&flow.normal, -speed * flow.along_normal, flow.normal * -speed)
             }
+            EffectForce::Steering { foil, behind, flow } => {
+                let (way, force, slope) = flow.force(foil, behind, velocity, signals);
+                along(&way, force, slope)
+            }
+            EffectForce::OpenWater { curve } => {
+                let way = at_place(&curve.position_m.into(), &curve.direction.into());
+                let (inflow, by) = curve.inflow(velocity);
+                let (thrust, slope) = curve.thrust(inflow, first);
+                along(&way, thrust, by * slope)
+            }
             EffectForce::Thrust { position_m, direction, .. } => {
                 let way = at_place(&(*position_m).into(), &(*direction).into());
                 along(&way, first * first.abs(), Vector6::zeros())
@@ -293,7 +331,8 @@ impl Effect {
     /// The unit of its coefficient.
     pub fn unit(&self) -> &'static str {
         match &self.force {
-            EffectForce::Lift { .. } => "N/(m/s)²",
+            EffectForce::Lift { .. } | EffectForce::Steering { .. } => "N/(m/s)²",
+            EffectForce::OpenWater { .. } => "1",
             EffectForce::Slipstream { squared: false, .. } => "1",
             EffectForce::Slipstream { .. } => "N/(rad/s)²",
             EffectForce::Race { squared: false, .. } => "√N/(m/s)",
@@ -314,6 +353,7 @@ impl Effect {
         };
         match &self.force {
             EffectForce::Lift { foil }
+            | EffectForce::Steering { foil, .. }
             | EffectForce::Slipstream { foil, .. }
             | EffectForce::Race { foil, .. } => {
                 let straight = foil.at(&Vector6::zeros(), 0.0).normal;
@@ -325,6 +365,9 @@ impl Effect {
                 acts(&at_place(&(*position_m).into(), &(*direction).into()))
             }
             EffectForce::Astern { way, .. } => acts(&Vector6::from(*way)),
+            EffectForce::OpenWater { curve } => {
+                acts(&at_place(&curve.position_m.into(), &curve.direction.into()))
+            }
             EffectForce::Wind { on, .. } => vec![*on],
             EffectForce::WindAcross { .. } => vec![Dof::Yaw],
         }
@@ -357,6 +400,7 @@ fn air_slope(by_x: f64, by_y: f64) -> Vector6<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plant::WakeByDrift;
 
     /// Central differences over 1e-6 of numbers of order one to ten.
     const DIFFERENCE: f64 = 1e-7;
@@ -364,6 +408,32 @@ mod tests {
     fn foil(axis: [f64; 3], stall_rad: Option<f64>) -> Foil {
         let position_m = [-0.638, 0.0, 0.0];
         Foil { kind: Surface::Rudder, name: "rudder".into(), position_m, axis, stall_rad }
+    }
+
+    fn open_water() -> OpenWater {
+        OpenWater {
+            propeller: "propeller".into(),
+            position_m: [-0.7, 0.2, 0.1],
+            direction: [0.8, 0.6, 0.0],
+            diameter_m: 4.0,
+            k_t: [0.3, -0.25, -0.15],
+            wake: 0.4,
+            wake_by_drift: Some(WakeByDrift { rate: 2.0, greatest: [1.1, 1.6] }),
+            density_kg_m3: 1.0,
+        }
+    }
+
+    fn flow() -> RudderFlow {
+        RudderFlow {
+            wake_ratio: 1.1,
+            race_factor: 0.5,
+            diameter_to_span: 0.6,
+            straightening: [0.4, 0.6],
+            flow_at_m: -0.9,
+            steering_deduction: 0.4,
+            hull_increase: 0.3,
+            hull_at_m: -0.6,
+        }
     }
 
     fn effect(force: EffectForce) -> Effect {
@@ -415,6 +485,13 @@ mod tests {
             EffectForce::Lift { foil: foils() },
             EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], Some(0.05)) },
             EffectForce::Slipstream { foil: foils(), propeller: propeller(), squared: true },
+            EffectForce::Steering { foil: foils(), behind: open_water(), flow: flow() },
+            EffectForce::Steering {
+                foil: foil([0.0, 0.0, 1.0], Some(0.05)),
+                behind: open_water(),
+                flow: flow(),
+            },
+            EffectForce::OpenWater { curve: open_water() },
             EffectForce::Race { foil: foils(), propeller: propeller(), squared: false },
             EffectForce::Thrust { propeller: propeller(), position_m, direction },
             EffectForce::Advance { propeller: propeller(), position_m, direction },

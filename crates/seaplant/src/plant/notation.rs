@@ -10,11 +10,15 @@ const LETTERS: [char; 6] = ['u', 'v', 'w', 'p', 'q', 'r'];
 
 impl fmt::Display for Product {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        (0..self.speed()).try_for_each(|_| write!(f, "U"))?;
         for factor in self.factors() {
             let letter = LETTERS[factor.of.index()];
             if factor.modulus { write!(f, "|{letter}|") } else { write!(f, "{letter}") }?;
         }
-        Ok(())
+        if self.speed() < 0 {
+            write!(f, "/")?;
+        }
+        (self.speed()..0).try_for_each(|_| write!(f, "U"))
     }
 }
 
@@ -38,13 +42,14 @@ impl fmt::Display for Basis {
 impl FromStr for Basis {
     type Err = Error;
 
-    /// Reads `AXIS: PRODUCT`, the product being one to three of u v w p q r, each between
-    /// bars or not, or 1.
+    /// Reads `AXIS: PRODUCT`, the product being one to four of u v w p q r, each between
+    /// bars or not, with U or UU before or /U or /UU behind, or 1.
     ///
     /// ```
     /// use seaplant::plant::Basis;
     /// let term: Basis = "yaw: v|r|".parse()?;
     /// assert_eq!(term.to_string(), "yaw: |r|v");
+    /// assert_eq!("sway: rvv/U".parse::<Basis>()?.to_string(), "sway: vvr/U");
     /// let error = "yaw: v|x|".parse::<Basis>().unwrap_err().to_string();
     /// assert!(error.contains("at character 8"), "{error}");
     /// # Ok::<(), seaplant::Error>(())
@@ -65,12 +70,24 @@ impl FromStr for Basis {
         if text[colon + 1..].trim() == "1" {
             return Ok(Self::One(on));
         }
-        let mut factors = Vec::new();
+        let (mut factors, mut speed, mut divides) = (Vec::new(), 0_i8, false);
         let mut rest =
             text[colon + 1..].char_indices().map(|(at, c)| (colon + 1 + at, c)).peekable();
         while let Some((at, c)) = rest.next() {
             let factor = match c {
                 ' ' | '*' | '·' => continue,
+                '/' if !divides => {
+                    divides = true;
+                    continue;
+                }
+                'U' if speed.abs() < Product::MOST_SPEED && (divides || speed >= 0) => {
+                    speed += if divides { -1 } else { 1 };
+                    continue;
+                }
+                c if divides || c == 'U' => {
+                    let reason = "divides by what is not U, or has U more than twice; write it as \"vvr/U\" or \"Uv\"";
+                    return Err(refuse(at, reason.to_owned()));
+                }
                 '|' => {
                     let of = rest.next().ok_or_else(|| refuse(at, OPEN.to_owned()))?;
                     let of = letter(of.1).ok_or_else(|| refuse(of.0, unknown(of.1)))?;
@@ -94,7 +111,10 @@ impl FromStr for Basis {
             factors.push(factor);
         }
         let product = Product::new(&factors).ok_or_else(|| {
-            refuse(colon + 1, "has no velocity; write one to three of u v w p q r".to_owned())
+            refuse(colon + 1, "has no velocity; write one to four of u v w p q r".to_owned())
+        })?;
+        let product = product.by_speed(speed).ok_or_else(|| {
+            refuse(colon + 1, "has a greater power of U than 2; write U or UU".to_owned())
         })?;
         Ok(Self::Product(on, product))
     }
@@ -121,7 +141,9 @@ mod tests {
 
     #[test]
     fn terms_read_back_what_they_write() {
-        for text in ["yaw: |v|r", "sway: ur", "heave: 1", "surge: |u|u", "yaw: vvv", "pitch: q"] {
+        let with_speed = ["sway: Uv", "yaw: vvr/U", "surge: vvvv/UU", "sway: UUr"];
+        let plain = ["yaw: |v|r", "sway: ur", "heave: 1", "surge: |u|u", "yaw: vvv", "pitch: q"];
+        for text in plain.into_iter().chain(with_speed) {
             let term: Basis = text.parse().expect("a term");
             assert_eq!(term.to_string(), text);
         }
@@ -135,7 +157,9 @@ mod tests {
         assert!(error("yar: v").contains("at character 1"), "{}", error("yar: v"));
         assert!(error("yaw: x").contains("at character 6"), "{}", error("yaw: x"));
         assert!(error("yaw: v|r").contains("at character 7"), "{}", error("yaw: v|r"));
-        assert!(error("yaw: uvwp").contains("at character 9"), "{}", error("yaw: uvwp"));
+        assert!(error("yaw: uvwpq").contains("at character 10"), "{}", error("yaw: uvwpq"));
+        assert!(error("yaw: v/r").contains("divides"), "{}", error("yaw: v/r"));
+        assert!(error("yaw: UUUv").contains("at character 8"), "{}", error("yaw: UUUv"));
         assert!(error("yaw:").contains("no velocity"), "{}", error("yaw:"));
     }
 }

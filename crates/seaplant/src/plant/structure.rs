@@ -83,6 +83,8 @@ pub struct Structure {
     places: Vec<[Option<usize>; 2]>,
     /// Coefficients that are known, and stay as they are.
     held: Vec<(Basis, f64)>,
+    /// Terms that are tried beside these, in place of the usual ones.
+    tried: Option<Vec<Basis>>,
 }
 
 impl Structure {
@@ -126,7 +128,20 @@ impl Structure {
             signals: Vec::new(),
             places: Vec::new(),
             held: Vec::new(),
+            tried: None,
         })
+    }
+
+    /// The same with the terms that a search tries beside effects, in place of linear and
+    /// quadratic damping of one axis by another.
+    #[must_use]
+    pub fn trying(self, tried: Vec<Basis>) -> Self {
+        Self { tried: Some(tried), ..self }
+    }
+
+    /// The terms that a search tries in place of the usual ones, if they were stated.
+    pub fn tried(&self) -> Option<&[Basis]> {
+        self.tried.as_deref()
     }
 
     /// The same with one term more.
@@ -140,7 +155,10 @@ impl Structure {
             return Err(refuse(format!("it has the term \"{term}\" already; leave it out")));
         }
         let reads: Vec<Dof> = match term {
-            Basis::Product(_, product) => product.factors().map(|factor| factor.of).collect(),
+            Basis::Product(_, product) => {
+                let of_speed = (product.speed() != 0).then_some(Dof::Surge);
+                product.factors().map(|factor| factor.of).chain(of_speed).collect()
+            }
             _ => Vec::new(),
         };
         let acts = match term {
@@ -234,6 +252,7 @@ impl Structure {
             signals: Vec::new(),
             places: Vec::new(),
             held: Vec::new(),
+            tried: None,
             ..self.clone()
         };
         for term in &self.terms {

@@ -42,6 +42,9 @@ pub struct CoupledPlant {
     pub correlation: Correlation,
     /// Currents by trial; disturbance and noise by axis.
     pub nuisances: BTreeMap<String, Parameter>,
+    /// Coefficients without dimension, where the vehicle's length is known.
+    #[serde(default)]
+    pub nondimensional: Option<PrimeSystem>,
     /// What the trials tell of the coefficients.
     pub identifiability: Identifiability,
     /// The terms that were tried beside the usual ones.
@@ -87,6 +90,38 @@ pub struct Coefficient {
     pub on: Vec<Dof>,
     /// What tells it.
     pub told_by: ToldBy,
+}
+
+/// Coefficients in the prime system: forces over `½ρ L T U²`, moments over `½ρ L² T U²`, masses
+/// over `½ρ L² T`, velocities over U and rates over U/L.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PrimeSystem {
+    /// L, m.
+    pub length_m: f64,
+    /// T, m: the draught, or L where no draught is stated.
+    pub depth_m: f64,
+    /// ρ, kg/m³.
+    pub density_kg_m3: f64,
+    /// U, m/s: the mean speed of the fitted trials. Coefficients of second degree do not depend
+    /// on it.
+    pub speed_m_s: f64,
+    /// By the names of the coefficients.
+    pub coefficients: BTreeMap<String, PrimeCoefficient>,
+}
+
+/// A coefficient without dimension.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PrimeCoefficient {
+    /// How tables call it: `Y'_vvr`, with the sign of a force on the vehicle; `m22'` is a mass.
+    pub symbol: String,
+    /// The estimate.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// Lower end of its 95 % interval.
+    pub low95: f64,
+    /// Upper end of its 95 % interval.
+    pub high95: f64,
 }
 
 /// Where a number comes from.

@@ -103,6 +103,7 @@ fn plan_of(model: &PlantModel) -> CoupledPlan {
     CoupledPlan {
         axes: model.plant.axes().to_vec(),
         symmetry: if is_symmetric { Symmetry::PortStarboard } else { Symmetry::None },
+        model: None,
         terms: Vec::new(),
         effects: Vec::new(),
         hold: BTreeMap::new(),

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::{Thruster, Vehicle};
-use crate::plant::{Effect, EffectForce, Foil};
+use crate::plant::{Effect, EffectForce, Foil, OpenWater, RudderFlow, WakeByDrift};
 use crate::quantity::Surface;
 use crate::{Dof, Error, ThrusterInput};
 
@@ -30,6 +30,58 @@ pub struct Fin {
     pub limit_rad: Option<f64>,
     /// The thruster in whose race it stands.
     pub slipstream: Option<String>,
+    /// What hull and race do to its flow, behind a thruster with an open-water curve.
+    pub flow: Option<RudderFlow>,
+}
+
+/// An open-water curve as a vehicle has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PropellerCurve {
+    /// Diameter, m.
+    pub diameter_m: f64,
+    /// K_T = k₀ + k₁ J + k₂ J².
+    pub k_t: [f64; 3],
+    /// Wake fraction straight ahead, 0 to below 1.
+    pub wake: f64,
+    /// How the wake changes with drift, if it does.
+    pub wake_by_drift: Option<WakeByDrift>,
+    /// Thrust deduction fraction; to be estimated if it is not known.
+    pub thrust_deduction: Option<f64>,
+}
+
+impl PropellerCurve {
+    /// The curve, after a check.
+    ///
+    /// # Errors
+    /// [`Error::Thruster`] with the key that cannot be, for a thruster of this name.
+    pub fn checked(self, name: &str) -> Result<Self, Error> {
+        let refuse = |reason: &str| {
+            Err(Error::Thruster { name: name.to_owned(), reason: reason.to_owned() })
+        };
+        let is_part = |x: f64| (0.0..1.0).contains(&x);
+        if !(self.diameter_m > 0.0 && self.diameter_m.is_finite()) {
+            return refuse("its diameter_m must be a positive number");
+        }
+        if !(self.k_t[0] > 0.0 && self.k_t.iter().all(|k| k.is_finite())) {
+            return refuse(
+                "its k_t must be three numbers, K_T = k0 + k1 J + k2 J^2, the first above 0",
+            );
+        }
+        if !is_part(self.wake) {
+            return refuse("its wake must be a fraction from 0 to below 1");
+        }
+        if let Some(WakeByDrift { rate, greatest }) = self.wake_by_drift
+            && ![rate, greatest[0], greatest[1]].iter().all(|x| *x >= 0.0 && x.is_finite())
+        {
+            return refuse("its wake_by_drift must hold numbers that are not below 0");
+        }
+        if self.thrust_deduction.is_some_and(|t| !is_part(t)) {
+            return refuse(
+                "its thrust_deduction must be a fraction from 0 to below 1; leave it out to estimate it",
+            );
+        }
+        Ok(self)
+    }
 }
 
 impl Fin {
@@ -82,6 +134,7 @@ impl Fin {
             stall_rad: None,
             limit_rad: None,
             slipstream: None,
+            flow: None,
         })
     }
 
@@ -102,6 +155,31 @@ impl Fin {
         for (key, angle) in [("stall_deg", self.stall_rad), ("limit_deg", self.limit_rad)] {
             if angle.is_some_and(|x| !(x > 0.0 && x <= std::f64::consts::FRAC_PI_2)) {
                 return refuse(format!("its {key} must be above 0 and at most 90"));
+            }
+        }
+        if let Some(flow) = self.flow {
+            if self.slipstream.is_none() {
+                return refuse(
+                    "has a flow but no slipstream; name the thruster ahead of it".to_owned(),
+                );
+            }
+            let not_negative = [
+                ("wake_ratio", flow.wake_ratio),
+                ("race_factor", flow.race_factor),
+                ("diameter_to_span", flow.diameter_to_span),
+                ("straightening", flow.straightening[0].min(flow.straightening[1])),
+                ("hull_increase", flow.hull_increase),
+            ];
+            if let Some((key, _)) = not_negative.iter().find(|(_, x)| !(*x >= 0.0 && x.is_finite()))
+            {
+                return refuse(format!("its flow's {key} must not be below 0"));
+            }
+            let numbers = [flow.flow_at_m, flow.hull_at_m, flow.steering_deduction];
+            if numbers.iter().any(|x| !x.is_finite()) || flow.steering_deduction >= 1.0 {
+                return refuse(
+                    "its flow's steering_deduction must be below 1, and all its numbers finite"
+                        .to_owned(),
+                );
             }
         }
         if self.lift_slope.is_some() && self.area_m2.is_none() {
@@ -182,6 +260,12 @@ impl Vehicle {
             all.push(VehicleEffect { effect: Effect { name, force }, is_usual, known });
         };
         for thruster in &self.propellers {
+            if let Some(curve) = self.open_water(thruster) {
+                let force = EffectForce::OpenWater { curve };
+                let deduction = thruster.open_water.and_then(|curve| curve.thrust_deduction);
+                push(format!("{}.thrust", thruster.name), force, true, deduction.map(|t| 1.0 - t));
+                continue;
+            }
             let (propeller, name) = (thruster.name.clone(), &thruster.name);
             let position_m = thruster.position_body.into();
             let direction = thruster.direction_body.into();
@@ -205,6 +289,19 @@ impl Vehicle {
             let (foil, name) = (fin.foil(), &fin.name);
             let known = fin.area_m2.zip(fin.lift_slope);
             let known = known.map(|(area, slope)| 0.5 * self.water_density_kg_m3 * area * slope);
+            let ahead = |name: &String| self.propellers.iter().find(|known| known.name == *name);
+            let behind = fin.slipstream.as_ref().and_then(ahead);
+            if let (Some(flow), Some(behind)) =
+                (fin.flow, behind.and_then(|thruster| self.open_water(thruster)))
+            {
+                push(
+                    format!("{name}.lift"),
+                    EffectForce::Steering { foil, behind, flow },
+                    true,
+                    known,
+                );
+                continue;
+            }
             push(format!("{name}.lift"), EffectForce::Lift { foil: foil.clone() }, true, known);
             let Some(propeller) = &fin.slipstream else { continue };
             let squared = self.propellers.iter().any(|known| known.name == *propeller);
@@ -221,6 +318,20 @@ impl Vehicle {
         let of_wind = self.windage.unwrap_or_default().effects().into_iter();
         all.extend(of_wind.map(|effect| VehicleEffect { effect, is_usual: false, known: None }));
         all
+    }
+
+    fn open_water(&self, thruster: &Thruster) -> Option<OpenWater> {
+        let PropellerCurve { diameter_m, k_t, wake, wake_by_drift, .. } = thruster.open_water?;
+        Some(OpenWater {
+            propeller: thruster.name.clone(),
+            position_m: thruster.position_body.into(),
+            direction: thruster.direction_body.into(),
+            diameter_m,
+            k_t,
+            wake,
+            wake_by_drift,
+            density_kg_m3: self.water_density_kg_m3,
+        })
     }
 
     /// The channel that drives a propeller of unknown strength.

@@ -28,15 +28,17 @@ pub struct Tried {
 /// proportion.
 const ADMITTED: f64 = 20.0;
 
-/// Linear and quadratic damping of an axis by another that its mass may couple with.
+/// Linear and quadratic damping of an axis by another that its mass may couple with, or the terms
+/// that the structure says; and effects.
 pub(super) fn candidates(structure: &Structure) -> Vec<Basis> {
     let axes = structure.axes();
     let symmetry = match structure.symmetry() {
         Symmetry::Diagonal => Symmetry::PortStarboard,
         stated => stated,
     };
-    let mut all = Vec::new();
-    for &on in axes {
+    let mut all = structure.tried().map(<[Basis]>::to_vec).unwrap_or_default();
+    let usual = if structure.tried().is_some() { &[] } else { axes };
+    for &on in usual {
         for &of in axes.iter().filter(|of| **of != on && symmetry.couples(on, **of)) {
             all.push(Basis::Product(on, Product::linear(of)));
             all.push(Basis::Product(on, Product::quadratic(of)));

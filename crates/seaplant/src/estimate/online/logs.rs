@@ -282,7 +282,11 @@ fn worst(names: &[String], inflation: &[f64]) -> String {
 fn term_of(term: &Basis) -> Term {
     match term {
         Basis::Mass(..) => Term::Force,
-        Basis::Product(_, product) if product.factors().count() == 1 => Term::Linear,
+        Basis::Product(_, product)
+            if product.factors().count() + usize::from(product.speed() != 0) == 1 =>
+        {
+            Term::Linear
+        }
         Basis::Product(..) => Term::Quadratic,
         _ => Term::Bias,
     }

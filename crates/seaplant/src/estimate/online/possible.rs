@@ -40,6 +40,9 @@ impl Possible {
         let mut damping = vec![Vec::new(); 7];
         for (k, term) in terms.iter().enumerate() {
             let Basis::Product(on, product) = term else { continue };
+            if product.speed() != 0 {
+                continue;
+            }
             let factors: [Option<_>; 3] = {
                 let mut all = product.factors();
                 [all.next(), all.next(), all.next()]

@@ -1,6 +1,6 @@
 //! Reasons to doubt a plant of several axes.
 
-use super::known;
+use super::{Records, known, under_way};
 use crate::caveat::spoken;
 use crate::estimate::{CoupledFit, NEGLIGIBLE_POWER, damping_power};
 use crate::judge::PREDICTS;
@@ -18,16 +18,18 @@ const LEAST_R2: f64 = 0.28;
 pub(super) fn doubts(
     fit: &CoupledFit,
     plant: &CoupledPlant,
-    records: &[&CoupledRecord],
+    records: &Records<'_>,
     vehicle: &Vehicle,
 ) -> Vec<Caveat> {
+    let of_vehicle = under_way::doubts(plant, records, vehicle);
+    let records = records.fit.as_slice();
     let mut all: Vec<Caveat> = records.iter().flat_map(|record| record.caveats.clone()).collect();
     all.extend(untold(plant));
     all.extend(known::doubts(fit, plant, records, vehicle));
     all.extend(collinear(plant));
     all.extend(not_driven(fit, plant, records));
     all.extend(turned_round(fit));
-    all.extend(drift_beyond(plant, records));
+    all.extend(of_vehicle);
     all.extend(not_dissipative(fit, records));
     all.extend(restoring(fit, vehicle));
     all.extend(scores(plant));
@@ -119,36 +121,6 @@ fn turned_round(fit: &CoupledFit) -> Option<Caveat> {
         );
         Caveat::warning(CaveatCode::WrongSign, message)
     })
-}
-
-/// Trials that drift further than those that were fitted ask the plant for more than it saw.
-fn drift_beyond(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat> {
-    let has = |dof| plant.axes.contains(&dof);
-    if !has(Dof::Surge) || !has(Dof::Sway) || !has(Dof::Yaw) {
-        return None;
-    }
-    let greatest = records.iter().map(|record| greatest_drift(record)).fold(0.0, f64::max);
-    (greatest > FAR_DRIFT).then(|| {
-        let message = format!(
-            "the trials drift by up to {:.0}°, where forces across the hull are no longer polynomials of sway and yaw rate near straight motion; trust the plant at the angles that its trials hold, and add terms such as \"sway: |v|r\" or \"yaw: |v|r\" if errors there matter",
-            greatest.to_degrees()
-        );
-        Caveat::note(CaveatCode::DriftBeyond, message)
-    })
-}
-
-/// Beyond this angle of drift, hull forces are those of cross flow, rad.
-const FAR_DRIFT: f64 = 0.52;
-/// Slower than this a drift angle says nothing, m/s.
-const UNDER_WAY: f64 = 0.1;
-
-fn greatest_drift(record: &CoupledRecord) -> f64 {
-    let [Some(surge), Some(sway), ..] = &record.velocity else { return 0.0 };
-    let of = |(&t, &u): (&f64, &f64)| {
-        let v = sway.at(t);
-        if u > UNDER_WAY { v.atan2(u).abs() } else { 0.0 }
-    };
-    surge.time_s().iter().zip(surge.values()).map(of).fold(0.0, f64::max)
 }
 
 /// Where the vehicle was, damping must take power.
