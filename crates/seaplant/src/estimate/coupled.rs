@@ -256,8 +256,7 @@ impl<const N: usize> Fitted<N> {
     ) -> Result<CoupledFit, Error> {
         let Self { problem, optimum, tried } = self;
         let p = problem.structure.terms().len();
-        let of_blocks =
-            || problem.covariance_of_blocks(&optimum.point, &optimum.information);
+        let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
         let covariance = problem.is_free.then(of_blocks).flatten();
         let covariance = covariance.unwrap_or_else(|| inverse(&optimum.information));
         let noise = problem.by_noise(&optimum.point);
@@ -332,8 +331,7 @@ impl<const N: usize> Search<N> {
             return Ok(outside);
         }
         let scores = search::scores(&now.problem, &now.optimum.point, &outside)?;
-        let admitted =
-            search::admitted(&now.problem.structure, &outside, &scores, now.bar()?);
+        let admitted = search::admitted(&now.problem.structure, &outside, &scores, now.bar()?);
         self.scores.extend(outside.into_iter().zip(scores));
         Ok(admitted)
     }
@@ -396,7 +394,11 @@ fn first_optimum<const N: usize>(
 ) -> Result<(Plant, EquationError, Optimum<N>), Error> {
     let mut refused = None;
     let tries = if problem.has_rival() { 1 } else { usize::MAX };
-    for (point, found) in starts::<N>(problem, records, &mut refused).into_iter().take(tries) {
+    let mut starts = starts::<N>(problem, records, &mut refused);
+    if problem.is_free {
+        starts = problem.nearer(starts);
+    }
+    for (point, found) in starts.into_iter().take(tries) {
         let start = problem.plant(&point.free)?;
         match problem.optimum(point, Tolerance::COARSE) {
             Ok(optimum) => return Ok((start, found, optimum)),

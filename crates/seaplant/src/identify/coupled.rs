@@ -15,8 +15,8 @@ use crate::estimate::{CoupledFit, Tried, fit_coupled, fit_coupled_freely};
 use crate::exchange::Driven;
 use crate::plant::{Basis, EffectForce, Plant, Product, RigidBody, Signal, Structure, Symmetry};
 use crate::results::{
-    AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, CoupledScore, Failure, Identifiability,
-    MatrixResult, Parameter, Results, TermDecision, ToldBy, Verdict,
+    AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, CoupledScore, Failure,
+    Identifiability, MatrixResult, Parameter, Results, TermDecision, ToldBy, Verdict,
 };
 use crate::{
     Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Timed, Trial, Vehicle,
@@ -379,9 +379,8 @@ fn check_scale_across(
     structure: &Structure,
     is_driven: impl Fn(&Dof) -> bool,
 ) -> Result<(), Error> {
-    let is_free = |name: &str| {
-        structure.term_named(name).is_some_and(|term| structure.held(&term).is_none())
-    };
+    let is_free =
+        |name: &str| structure.term_named(name).is_some_and(|term| structure.held(&term).is_none());
     let is_across = |dof: &Dof| matches!(dof, Dof::Sway | Dof::Yaw);
     let is_known = |term: &Basis| {
         structure.held(term).is_some() && structure.axes_of(term).iter().any(is_across)

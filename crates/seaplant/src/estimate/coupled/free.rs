@@ -43,6 +43,24 @@ pub(super) fn first_noise<const N: usize>(
 }
 
 impl Problem {
+    /// Starts brought to where pieces of the trials lead each of them, the likeliest first: left to
+    /// itself, motion far from the truth has optima of its own.
+    pub(super) fn nearer<const N: usize, T>(
+        &self,
+        starts: Vec<(Point<N>, T)>,
+    ) -> Vec<(Point<N>, T)> {
+        let Some(pieces) = self.in_pieces() else { return starts };
+        let mut found: Vec<(f64, Point<N>, T)> = starts
+            .into_iter()
+            .map(|(point, of)| match pieces.descent(point.clone(), Tolerance::COARSE) {
+                Ok(nearer) => (nearer.cost, nearer.point, of),
+                Err(_) => (f64::INFINITY, point, of),
+            })
+            .collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.into_iter().map(|(_, point, of)| (point, of)).collect()
+    }
+
     /// Sets the noise of each axis to its misfit; whether that is settled.
     pub(super) fn step_misfit<const N: usize>(
         &self,

@@ -120,8 +120,7 @@ pub(super) fn admitted(
     };
     let passes = |(term, &score): (&Basis, &f64)| {
         let axis = main_axis(structure, term);
-        let is_admitted =
-            score > needed * whiteness(axis) || score > needed && score >= best(axis);
+        let is_admitted = score > needed * whiteness(axis) || score > needed && score >= best(axis);
         is_admitted.then_some(*term)
     };
     candidates.iter().zip(scores).filter_map(passes).collect()

@@ -117,6 +117,7 @@ fn of_trial(
         attitude: record.attitude.clone(),
         current,
         signals: record.signals.clone(),
+        wind: None,
     };
     let simulated = match simulate(plant, &inputs, &start, &times) {
         Ok(simulated) => Some(simulated),

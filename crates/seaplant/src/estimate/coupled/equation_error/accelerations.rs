@@ -133,8 +133,7 @@ impl Problem<'_> {
         damping: &mut f64,
     ) -> Option<(DVector<f64>, f64)> {
         let lowest = self.physical.lowest();
-        let held =
-            |k: usize| lowest[k].is_some_and(|low| free[k] <= low && gradient[k] > 0.0);
+        let held = |k: usize| lowest[k].is_some_and(|low| free[k] <= low && gradient[k] > 0.0);
         let held: Vec<bool> = (0..free.len()).map(held).collect();
         while *damping < MOST_DAMPING {
             if let Some((step, _)) = damped_step(gradient, hessian, *damping, &held) {
