@@ -6,6 +6,8 @@ mod online;
 mod score;
 mod verdict;
 
+pub use score::score_coupled;
+
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, Matrix6};

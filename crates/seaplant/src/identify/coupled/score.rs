@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector6;
 
+use super::plant_of_result;
 use crate::estimate::Actuator;
 use crate::motion::{Inputs, Simulated, simulate};
 use crate::plant::Plant;
-use crate::results::{AxisScore, CoupledScore};
-use crate::{CoupledRecord, Dof, Error, Timed};
+use crate::results::{AxisScore, CoupledPlant, CoupledScore};
+use crate::{CoupledRecord, Dof, Error, Timed, Trial};
 
 /// Sums that make a score.
 #[derive(Clone, Copy, Default)]
@@ -60,6 +61,32 @@ impl Sums {
             samples: self.n,
         }
     }
+}
+
+/// The error of a coupled plant of results on trials, each simulated freely from its start.
+///
+/// Water is taken to move as in the trials that the plant was fitted to, in their mean.
+///
+/// # Errors
+/// That of the first trial, if none was read for the plant's axes; as [`plant_of_result`].
+pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<CoupledScore, Error> {
+    let plant = plant_of_result(result)?;
+    let number = |name: &str| result.nuisances.get(name).map_or(0.0, |x| x.value);
+    let actuator = Actuator { lag_s: number("lag"), delay_s: number("delay") };
+    let mean = |direction: &str| {
+        let own = result.nuisances.iter().filter(|(name, _)| name.starts_with(direction));
+        let weighted = own.map(|(_, x)| (x.value, 1.0 / (x.std * x.std).max(f64::MIN_POSITIVE)));
+        let (sum, weight) = weighted.fold((0.0, 0.0), |(s, w), (x, own)| (s + own * x, w + own));
+        if weight > 0.0 { sum / weight } else { 0.0 }
+    };
+    let current = [mean("current north: "), mean("current east: ")];
+    let read: Vec<_> = trials.iter().map(|trial| trial.coupled(&result.axes)).collect();
+    let records: Vec<&CoupledRecord> =
+        read.iter().filter_map(|x| x.as_ref().ok().copied()).collect();
+    if let (true, Some(Err(error))) = (records.is_empty(), read.into_iter().next()) {
+        return Err(error);
+    }
+    score(&plant, actuator, &records, |_| current)
 }
 
 /// Simulates trials freely from their start, with thrust as it acts, and compares velocities.
