@@ -171,7 +171,7 @@ def test_exports_are_the_command_lines(
         (lambda p: p.derivative([0.0] * 11, [0.0] * 6), "x has 11 numbers and needs 12"),
         (lambda p: p.derivative([np.nan] * 12, [0.0] * 6), "not finite"),
         (lambda p: p.derivative({"pitch": np.pi / 2}, [0.0] * 6), "straight up or down"),
-        (lambda p: p.linearise({"speed": 1.0}), "unknown state 'speed'"),
+        (lambda p: p.linearise({"speed": 1.0}), "unknown 'speed' of a state"),
         (lambda p: p.simulate([0, 1], {"surge": 1.0}), "unknown input `surge`"),
         (lambda p: p.simulate([0, 1], {"force.surge": [1.0] * 3}), r"shape \(3,\)"),
         (lambda p: p.simulate([0, 1], {"thruster.bow": 1.0}), "no such thruster"),

@@ -60,6 +60,9 @@ pub enum Error {
         /// The part of the bandwidths that is stable.
         part: f64,
     },
+    /// A vehicle under control whose speed grows without end.
+    #[error("the controlled vehicle runs away: the loop is unstable; lower the bandwidth")]
+    RunsAway,
     /// An integral that acts too fast.
     #[error(
         "a {dof} integral time of {asked_s:.1} s makes the loop unstable; it must be more than {least_s:.1} s"

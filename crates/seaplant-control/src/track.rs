@@ -118,7 +118,7 @@ struct Vehicle<'a> {
 /// rounded up, and pass the lag.
 ///
 /// # Errors
-/// [`Error::Plant`] if the true plant cannot move; [`Error::Setting`] if it runs away.
+/// [`Error::Plant`] if the true plant cannot move; [`Error::RunsAway`] if its speed grows without end.
 pub fn track(
     truth: &Plant,
     controller: &mut Controller,
@@ -234,11 +234,7 @@ impl Vehicle<'_> {
         if fastest.is_finite() && fastest < RUNAWAY {
             return Ok(());
         }
-        Err(Error::Setting {
-            name: "the speed of the controlled vehicle".to_owned(),
-            found: "beyond all bounds".to_owned(),
-            expected: "bounded; the loop is unstable, so lower the bandwidth".to_owned(),
-        })
+        Err(Error::RunsAway)
     }
 
     fn step(&mut self, sea: &Sea, h: f64) -> Result<(), Error> {

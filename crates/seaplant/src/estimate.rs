@@ -53,6 +53,10 @@ use crate::{
     ThrustModel, VelocitySensor,
 };
 
+/// No log tells mass and drag more precisely than to this part: propeller speeds are rounded, and
+/// nobody saw what they did between samples.
+const PRECISION: f64 = 1e-3;
+
 /// How a plant was found.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,

@@ -440,6 +440,14 @@ pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     Some(*median)
 }
 
+/// All times of some series, those of one instant once.
+pub(crate) fn union<'a>(series: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+    let mut all: Vec<f64> = series.flatten().copied().collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|later, earlier| *later - *earlier <= ROUNDING_S);
+    all
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -322,35 +322,3 @@ fn what_samples_do_not_hold_is_refused_with_what_would_do() {
         assert!(message.contains(names) && message.contains("filter-error"), "{message}");
     }
 }
-
-/// The longest that a sample of six axes may take, µs.
-const SAMPLE_US: f64 = 20.0;
-
-#[test]
-#[ignore = "prints what docs/src/methods/online.md says of speed; a busy machine is slower"]
-#[allow(clippy::print_stdout, reason = "the times are what it is for")]
-fn a_sample_of_six_axes_takes_less_than_20_microseconds() {
-    let truth = six_axes();
-    let how = Driven { h: 0.05, duration_s: 100.0, noise: 0.002, tether: 0.0, seed: 3 };
-    let samples = drive(&truth, SIX, &how);
-    for scheme in SCHEMES {
-        let structure = truth.structure().clone();
-        let online = Online::new(structure, scheme, OnlineOptions::default(), None);
-        let mut online = online.expect("sound");
-        fed(&mut online, &samples);
-        // The least of several runs is what the code takes where nothing else runs.
-        let mut least_us = f64::INFINITY;
-        for _ in 0..30 {
-            online.restart();
-            let begun = std::time::Instant::now();
-            fed(&mut online, &samples);
-            let us = 1e6 * begun.elapsed().as_secs_f64() / samples.len() as f64;
-            least_us = least_us.min(us);
-        }
-        println!(
-            "{scheme:?}: {least_us:.1} µs a sample of {} coefficients",
-            online.coefficients().len()
-        );
-        assert!(least_us < SAMPLE_US, "{scheme:?}: {least_us}");
-    }
-}

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from seaplant import _native
 from seaplant._record import Floats
-from seaplant.plants import STATES, Plant, State, six, state
+from seaplant.plants import STATES, Plant, State, by_name, state
 
 __all__ = ["Controller"]
 
@@ -152,8 +152,11 @@ class Controller:
         InputError
             If an argument has another shape or is not finite.
         """
-        pose = six("to", {} if to is None else to, STATES[:6])
-        rates = [six("rate", rate, STATES[:6]), six("acceleration", acceleration, STATES[:6])]
+        pose = by_name("to", {} if to is None else to, STATES[:6])
+        rates = [
+            by_name("rate", rate, STATES[:6]),
+            by_name("acceleration", acceleration, STATES[:6]),
+        ]
         return self._native.command(np.asarray(state(x)), pose, rates[0], rates[1])
 
     def c_header(self) -> str:

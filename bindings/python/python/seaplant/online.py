@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from seaplant import _native
 from seaplant._choices import Settings
 from seaplant._record import Floats
-from seaplant.plants import INPUTS, STATES, Plant, six
+from seaplant.plants import INPUTS, STATES, Plant, by_name
 from seaplant.vehicles import Vehicle
 
 __all__ = ["Online", "OnlineEstimate", "PlantChange"]
@@ -181,8 +181,8 @@ class Online:
         InputError
             If a number is not finite or time does not go on; the estimator is then as it was.
         """
-        v = six("velocity", velocity, STATES[6:])
-        tau = six("force", force, INPUTS)
+        v = by_name("velocity", velocity, STATES[6:])
+        tau = by_name("force", force, INPUTS)
         change = self._native.update(float(time_s), v, tau, (float(roll), float(pitch)))
         return None if change is None else PlantChange(*change)
 

@@ -452,23 +452,14 @@ class Plant:
 
 def state(given: State) -> Floats:
     """All twelve states, of some by name."""
-    if given is None:
-        return np.zeros(12)
-    if not isinstance(given, Mapping):
-        return _floats(given)
-    x = np.zeros(12)
-    for name, value in given.items():
-        if name not in STATES:
-            raise InputError(f"unknown state {name!r}; expected {', '.join(STATES)}")
-        x[STATES.index(name)] = value
-    return x
+    return by_name("a state", {} if given is None else given, STATES)
 
 
-def six(what: str, given: ArrayLike | Mapping[str, float], names: Sequence[str]) -> Floats:
-    """Six numbers, of some by name."""
+def by_name(what: str, given: ArrayLike | Mapping[str, float], names: Sequence[str]) -> Floats:
+    """Numbers in the order of their names, of some by name; others are zero."""
     if not isinstance(given, Mapping):
         return _floats(given)
-    x = np.zeros(6)
+    x = np.zeros(len(names))
     for name, value in given.items():
         if name not in names:
             raise InputError(f"unknown {name!r} of {what}; expected {', '.join(names)}")

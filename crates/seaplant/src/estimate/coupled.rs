@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::PRECISION;
 use crate::motion::with_places;
 use crate::plant::{Basis, Parameterisation, Plant, RigidBody, Structure};
 use crate::{CoupledRecord, Dof, Error, Method};
@@ -255,6 +256,7 @@ impl<const N: usize> Fitted<N> {
         method: Method,
     ) -> Result<CoupledFit, Error> {
         let Self { problem, optimum, tried } = self;
+        let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
         let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
         let covariance = problem.is_free.then(of_blocks).flatten();
@@ -271,10 +273,10 @@ impl<const N: usize> Fitted<N> {
         };
         let currents = problem.trials.iter().enumerate().map(current);
         Ok(CoupledFit {
-            plant: problem.plant(&optimum.point.free)?.pruned()?,
+            plant: plant.pruned()?,
             method,
             inflation: inflation(&optimum.information, p),
-            covariance: covariance.view((0, 0), (p, p)).into_owned(),
+            covariance: of_coefficients(&plant, &covariance),
             actuator: optimum.point.actuator,
             actuator_std: std::array::from_fn(std_of_actuator),
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
@@ -358,6 +360,19 @@ impl<const N: usize> Search<N> {
         self.found = None;
         Ok(())
     }
+}
+
+/// The covariance of a plant's coefficients: a held one has no error, and no other less than a log
+/// leaves.
+fn of_coefficients(plant: &Plant, all: &DMatrix<f64>) -> DMatrix<f64> {
+    let structure = plant.structure();
+    let terms = structure.terms().iter();
+    let is_held: Vec<bool> = terms.map(|term| structure.held(term).is_some()).collect();
+    let least = |k: usize| (PRECISION * plant.coefficients()[k]).powi(2);
+    DMatrix::from_fn(is_held.len(), is_held.len(), |i, j| match is_held[i] || is_held[j] {
+        true => 0.0,
+        false => all[(i, j)] + if i == j { least(i) } else { 0.0 },
+    })
 }
 
 /// What each coefficient's variance is multiplied with because others look like it.

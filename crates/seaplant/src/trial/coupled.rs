@@ -8,6 +8,7 @@ use super::{Role, TrialSetup};
 use crate::motion::smoothed_attitude;
 use crate::navigation::{Motion, Recording, navigate};
 use crate::plant::Signal;
+use crate::series::{ROUNDING_S, union};
 use crate::{Caveat, CaveatCode, Dof, Error, Grid, Timed, Vehicle};
 
 /// Forces, velocities and attitude of one trial, for a plant of several axes.
@@ -69,9 +70,13 @@ impl CoupledRecord {
             }
         }
         let signals = signals(recording, vehicle, &navigated, &velocity)?;
+        let drives = signals.iter().filter(|(signal, _)| signal.is_held());
+        let drives: Vec<Timed> = drives.map(|(_, x)| held_means(x)).collect();
+        let pushes = force.iter().flatten().chain(&drives);
+        let changes = union(pushes.map(Timed::time_s));
         let signals: BTreeMap<Signal, Timed> = signals
             .into_iter()
-            .map(|(signal, x)| (signal.clone(), signal_means(&signal, &x)))
+            .map(|(signal, x)| (signal.clone(), signal_means(&signal, &x, &changes)))
             .collect();
         let is_pushed = signals.keys().any(|signal| !signal.is_of_wind());
         let has_force = |dof: &Dof| force[dof.index()].is_some();
@@ -83,7 +88,7 @@ impl CoupledRecord {
                     .to_owned(),
             });
         }
-        velocity = velocity.map(|series| Some(means(&series?)));
+        velocity = velocity.map(|series| Some(means(&series?, &changes)));
         let turns = [Dof::Roll, Dof::Pitch, Dof::Yaw];
         let angles = turns.map(|dof| match dof {
             Dof::Yaw => navigated.heading.clone(),
@@ -200,25 +205,26 @@ fn no_motion(trial: &str, dof: Dof) -> Error {
 const FINEST_S: f64 = 0.05;
 
 /// A series without samples closer than that, each mean at the mean of its times.
-fn means(series: &Timed) -> Timed {
+///
+/// No mean goes beyond an instant of `changes`, which increase, when what pushes the vehicle
+/// changes: an autopilot acts on a sample, and a filter has to take it in before that.
+fn means(series: &Timed, changes: &[f64]) -> Timed {
     if series.period_s() >= 0.9 * FINEST_S {
         return series.clone();
     }
-    let bin = |t: f64| ((t - series.first_s()) / FINEST_S).floor();
-    let (mut time_s, mut values) = (Vec::new(), Vec::new());
-    let (mut sums, mut current) = ((0.0, 0.0, 0.0), bin(series.first_s()));
-    let mut close = |(t, x, n): (f64, f64, f64)| {
-        time_s.push(t / n);
-        values.push(x / n);
+    let bin = |t: f64| {
+        let change = changes.partition_point(|change| *change < t - ROUNDING_S);
+        let from = if change > 0 { changes[change - 1] } else { series.first_s() };
+        (change, ((t - from - ROUNDING_S) / FINEST_S).ceil())
     };
-    for (&t, &x) in series.time_s().iter().zip(series.values()) {
-        if bin(t) > current {
-            close(sums);
-            (sums, current) = ((0.0, 0.0, 0.0), bin(t));
-        }
-        sums = (sums.0 + t, sums.1 + x, sums.2 + 1.0);
-    }
-    close(sums);
+    let samples: Vec<(f64, f64)> =
+        series.time_s().iter().copied().zip(series.values().iter().copied()).collect();
+    let mean = |of: &[(f64, f64)]| {
+        let sum = of.iter().fold((0.0, 0.0), |sum, (t, x)| (sum.0 + t, sum.1 + x));
+        (sum.0 / of.len() as f64, sum.1 / of.len() as f64)
+    };
+    let (time_s, values): (Vec<f64>, Vec<f64>) =
+        samples.chunk_by(|a, b| bin(a.0) == bin(b.0)).map(mean).unzip();
     // Means of increasing times increase.
     Timed::new("velocity", time_s, values).unwrap_or_else(|_| series.clone())
 }
@@ -235,8 +241,8 @@ fn held_means(force: &Timed) -> Timed {
 }
 
 /// A signal of an effect, thinned as it is read.
-fn signal_means(signal: &Signal, series: &Timed) -> Timed {
-    if signal.is_held() { held_means(series) } else { means(series) }
+fn signal_means(signal: &Signal, series: &Timed, changes: &[f64]) -> Timed {
+    if signal.is_held() { held_means(series) } else { means(series, changes) }
 }
 
 /// The slope of a position between its samples.
@@ -255,7 +261,7 @@ mod tests {
     fn a_log_at_200_hz_becomes_one_at_20_hz_that_says_the_same() {
         let time_s: Vec<f64> = (0..2000).map(|k| 0.005 * f64::from(k)).collect();
         let ramp = Timed::new("ramp", time_s.clone(), time_s.clone()).expect("valid");
-        let found = means(&ramp);
+        let found = means(&ramp, &[]);
         assert!((found.period_s() - FINEST_S).abs() < 1e-9, "{}", found.period_s());
         // A mean at the mean of its times lies on the line.
         let off = found.time_s().iter().zip(found.values()).map(|(t, x)| (t - x).abs());
@@ -264,6 +270,18 @@ mod tests {
         let middle = |t: f64| force.held_at(t);
         assert!((middle(1.01) - 1.0225).abs() < 3e-3, "{}", middle(1.01));
         let slow = Timed::new("slow", vec![0.0, 0.1, 0.2], vec![1.0; 3]).expect("valid");
-        assert_eq!((means(&slow), held_means(&slow)), (slow.clone(), slow));
+        assert_eq!((means(&slow, &[]), held_means(&slow)), (slow.clone(), slow));
+    }
+
+    #[test]
+    fn a_mean_ends_with_the_sample_at_which_thrust_changes() {
+        let time_s: Vec<f64> = (0..51).map(|k| 0.02 * f64::from(k)).collect();
+        let ramp = Timed::new("ramp", time_s.clone(), time_s).expect("valid");
+        let changes: Vec<f64> = (0..10).map(|k| 0.1 * f64::from(k)).collect();
+        let found = means(&ramp, &changes);
+        // 0 by itself, then 0.02 and 0.04, and 0.06 to 0.1.
+        for (found, wanted) in found.time_s().iter().zip([0.0, 0.03, 0.08, 0.13, 0.18]) {
+            assert!((found - wanted).abs() < 1e-12, "{found}, not {wanted}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
 
 use super::faults::Faults;
@@ -21,8 +21,13 @@ const DEPTH_HZ: f64 = 0.6;
 const GRAVITY: f64 = 9.80665;
 /// Resolution of the logged propeller speed, rad/s.
 const SPEED_QUANTUM: f64 = 10.0 * RPM;
-/// Resolution of the logged command, of which 1 is the greatest.
-const COMMAND_QUANTUM: f64 = 1e-4;
+/// Steps of a command, of which 1 is the greatest: a microsecond of a pulse of 1500 ± 400 µs.
+const COMMAND_QUANTUM: f64 = 1.0 / 400.0;
+
+/// Streams of the noise of roll, pitch and heading, of the DVL and of the gyroscope.
+const ANGLES: [&str; 3] = ["roll", "pitch", "heading"];
+const DVL: [&str; 3] = ["dvl x", "dvl y", "dvl z"];
+const GYRO: [&str; 3] = ["gyro x", "gyro y", "gyro z"];
 
 /// A motion as instruments see it, at steps of 0.02 s.
 pub(super) trait Path {
@@ -116,6 +121,45 @@ pub(super) fn record(observer: &Observer<'_>, path: &dyn Path) -> Result<Recordi
     Ok(recording)
 }
 
+/// What instruments read too much at one tick after another, as the log will have it: an autopilot
+/// sees no more of its vehicle than its instruments do.
+pub(super) struct Misreading {
+    noise: InstrumentNoise,
+    dvl_to_body: Rotation3<f64>,
+    angles: [ChaCha8Rng; 3],
+    dvl: [ChaCha8Rng; 3],
+    gyro: [ChaCha8Rng; 3],
+}
+
+impl Misreading {
+    pub(super) fn of(streams: &Streams<'_>, noise: InstrumentNoise, sensors: &Sensors) -> Self {
+        let all = |names: [&str; 3]| names.map(|name| streams.of(name));
+        let dvl_to_body = sensors.dvl.to_body();
+        Self { noise, dvl_to_body, angles: all(ANGLES), dvl: all(DVL), gyro: all(GYRO) }
+    }
+
+    /// Of roll, pitch and heading, rad, and of velocity in body axes, m/s and rad/s, at the next
+    /// tick.
+    pub(super) fn next(&mut self) -> ([f64; 3], Vector6<f64>) {
+        let stds = self.noise.of_angles();
+        let angles = std::array::from_fn(|k| stds[k] * normal(&mut self.angles[k]));
+        let dvl = Vector3::from_fn(|k, _| self.noise.dvl * normal(&mut self.dvl[k]));
+        let gyro = self.gyro.each_mut().map(|rng| {
+            let read = self.noise.gyro.unwrap_or(0.0) * normal(rng);
+            // It reads at every step.
+            (1..STEPS_PER_TICK).for_each(|_| _ = normal(rng));
+            read
+        });
+        let dvl = self.dvl_to_body * dvl;
+        (angles, Vector6::new(dvl.x, dvl.y, dvl.z, gyro[0], gyro[1], gyro[2]))
+    }
+}
+
+/// A command as it is sent, and logged.
+pub(super) fn sent(command: f64) -> f64 {
+    to_grid(command, COMMAND_QUANTUM)
+}
+
 /// In what steps an input is logged: rad/s, or parts of full command.
 fn quantum(input: ThrusterInput) -> f64 {
     if input == ThrusterInput::Speed { SPEED_QUANTUM } else { COMMAND_QUANTUM }
@@ -139,9 +183,9 @@ impl Sensing<'_> {
     }
 
     fn attitude(&self, recording: &mut Recording) -> Result<(), Error> {
-        let stds = [self.noise.tilt, self.noise.tilt, self.noise.heading];
+        let stds = self.noise.of_angles();
         let mut read = [0, 1, 2].map(|k| -> Vec<f64> {
-            let mut rng = self.streams.of(["roll", "pitch", "heading"][k]);
+            let mut rng = self.streams.of(ANGLES[k]);
             let noisy = |attitude: &Attitude| attitude.angles[k] + stds[k] * normal(&mut rng);
             self.attitudes.iter().map(noisy).collect()
         });
@@ -156,8 +200,7 @@ impl Sensing<'_> {
     }
 
     fn dvl(&self, recording: &mut Recording) -> Result<(), Error> {
-        let mut rngs: [ChaCha8Rng; 3] =
-            ["dvl x", "dvl y", "dvl z"].map(|axis| self.streams.of(axis));
+        let mut rngs = DVL.map(|axis| self.streams.of(axis));
         let mut read: [Vec<f64>; 3] = Default::default();
         for at_dvl in self.velocities_at_dvl() {
             let scaled = self.faults.dvl_scale() * at_dvl;
@@ -267,7 +310,7 @@ impl Sensing<'_> {
         let rates: Vec<Vector3<f64>> = rates.map(|attitude| body_rates(&attitude)).collect();
         let std = self.noise.gyro.unwrap_or(0.0);
         let read = [0, 1, 2].map(|k| -> Vec<f64> {
-            let mut rng = self.streams.of(["gyro x", "gyro y", "gyro z"][k]);
+            let mut rng = self.streams.of(GYRO[k]);
             rates.iter().map(|rate| rate[k] + std * normal(&mut rng)).collect()
         });
         let logged = self.faults.logged("gyro", None, &times, read)?;

@@ -61,6 +61,11 @@ impl InstrumentNoise {
         };
         Self { dvl, heading: heading_deg.to_radians(), tilt: TILT_STD_RAD, depth, gyro: None }
     }
+
+    /// Of roll, pitch and heading, rad.
+    pub(super) fn of_angles(&self) -> [f64; 3] {
+        [self.tilt, self.tilt, self.heading]
+    }
 }
 
 impl TwinSpec {

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 pub use spec::{Driving, WholeTwinSpec};
 
-use super::instruments::{Observer, record};
+use super::instruments::{Misreading, Observer, record};
 use super::random::Streams;
 use super::vehicle::InstrumentNoise;
 use super::{TICK_HZ, TrueVehicle, Truth, TwinCampaign, TwinTrial};
@@ -128,8 +128,8 @@ struct WholePlan {
     duration_s: f64,
 }
 
-/// Free trials where a twin is driven freely alone, and where it is swept as well.
-const FREE_TRIALS: (usize, usize) = (2, 1);
+/// Trials of free driving in a twin that is driven freely alone.
+const FREE_TRIALS: usize = 2;
 
 fn plans(spec: &WholeTwinSpec, rig: &Rig<'_>) -> Vec<WholePlan> {
     let fit = |name: String, moves| WholePlan {
@@ -139,9 +139,9 @@ fn plans(spec: &WholeTwinSpec, rig: &Rig<'_>) -> Vec<WholePlan> {
         duration_s: spec.duration_s,
     };
     let free = match spec.driving {
-        Driving::Free => FREE_TRIALS.0,
+        Driving::Free => FREE_TRIALS,
         Driving::Sweeps => 0,
-        Driving::Mixture => FREE_TRIALS.1,
+        Driving::Mixture => 1,
     };
     let mut plans: Vec<WholePlan> =
         (1..=free).map(|k| fit(format!("free {k}"), Moves::Freely)).collect();
@@ -163,10 +163,11 @@ impl WholePlan {
         let currents = Currents::of(&rig.shared, &streams, ticks);
         let disturbed = Disturbed::of(rig, &streams, ticks);
         let thrusters = rig.thrusters(&streams, ticks, (spent, self.duration_s));
-        let whole = Whole::moved(rig, (pilot, thrusters), &disturbed, &currents, &streams)?;
-        whole.check_submerged(&rig.shared, &self.name)?;
         let vehicle = rig.true_vehicle()?;
         let noise = InstrumentNoise::of(rig.shared.noise).with_gyro(rig.shared.noise);
+        let driver = (pilot, thrusters, Misreading::of(&streams, noise, &vehicle.sensors));
+        let whole = Whole::moved(rig, driver, &disturbed, &currents, &streams)?;
+        whole.check_submerged(&rig.shared, &self.name)?;
         let observer = Observer { spec: &rig.shared, vehicle: &vehicle, streams: &streams, noise };
         let recording = record(&observer, &whole)?;
         let Self { name, role, .. } = self;

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3x2, Vector6};
 
 use crate::motion::{Slice, body_from_world, down_body, interpolated_attitude};
 use crate::plant::Structure;
-use crate::series::ROUNDING_S;
+use crate::series::{ROUNDING_S, union};
 use crate::{CoupledRecord, Dof, Timed};
 
 /// The longest slice, s: a Runge–Kutta step of a vehicle that rolls at 4 rad/s is then right
@@ -180,12 +180,4 @@ fn slice(record: &CoupledRecord, structure: &Structure, from: f64, h: f64) -> Sl
 fn water(record: &CoupledRecord, t: f64) -> Matrix3x2<f64> {
     let angles = record.attitude.each_ref().map(|angle| interpolated_attitude(angle.as_ref(), t));
     body_from_world(angles).fixed_columns::<2>(0).into_owned()
-}
-
-/// All times of some series, those of one instant once.
-fn union<'a>(series: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
-    let mut all: Vec<f64> = series.flatten().copied().collect();
-    all.sort_by(f64::total_cmp);
-    all.dedup_by(|later, earlier| *later - *earlier <= ROUNDING_S);
-    all
 }

@@ -26,9 +26,15 @@ impl Changing {
     }
 
     /// A function of other numbers, by the chain rule.
+    #[inline]
     fn of<const K: usize>(x: f64, partials: [(f64, &Changing); K]) -> Self {
-        let by = |j: usize| partials.iter().map(|(slope, other)| slope * other.by[j]).sum();
-        Self { x, by: std::array::from_fn(by) }
+        let mut by = [0.0; OF_SPEED];
+        for (slope, other) in partials {
+            for (sum, part) in by.iter_mut().zip(other.by) {
+                *sum += slope * part;
+            }
+        }
+        Self { x, by }
     }
 }
 

@@ -50,10 +50,7 @@ pub(crate) struct Drive<'a> {
     turning: Option<SignalIntegral<'a>>,
     propulsion: Propulsion,
     delay_s: f64,
-    kappa: f64,
-    /// Exponent of thrust over propeller speed, less 2, and the speed where it changes nothing.
-    exponent: f64,
-    full_speed: f64,
+    law: ThrustLaw,
 }
 
 /// A speed that jumps by more than this part of the greatest within a step is followed before the
@@ -133,9 +130,7 @@ impl<'a> Drive<'a> {
             turning: turning.map(|turning| SignalIntegral::new(turning, false)),
             propulsion: Propulsion::of(values),
             delay_s,
-            kappa: values.get(Unknown::LogReverseRatio).exp(),
-            exponent: values.get(Unknown::Exponent),
-            full_speed: values.shape.full_speed,
+            law: ThrustLaw::of(values),
         }
     }
 
@@ -146,12 +141,11 @@ impl<'a> Drive<'a> {
         let at = |turning: &mut SignalIntegral<'_>| turning.until(stop.time_s - 0.5 * h).1;
         let mut push = Push { turning: self.turning.as_mut().map_or(0.0, at), ..Push::default() };
         self.propulsion.step(h);
-        let law =
-            ThrustLaw { kappa: self.kappa, exponent: self.exponent, full_speed: self.full_speed };
+        let law = self.law;
         let to_s = stop.time_s - self.delay_s;
         for propeller in &mut self.propellers {
             let before = propeller.before;
-            let jump_s = propeller.asked.jump_before(to_s, JUMP_PART * self.full_speed);
+            let jump_s = propeller.asked.jump_before(to_s, JUMP_PART * law.full_speed);
             let within = to_s - h + SLIVER_S..to_s - SLIVER_S;
             let jump_s = jump_s.filter(|jump_s| within.contains(jump_s));
             let first = jump_s.map(|jump_s| {
@@ -182,10 +176,28 @@ impl<'a> Drive<'a> {
 }
 
 /// From propeller speed to thrust.
+#[derive(Clone, Copy)]
 struct ThrustLaw {
     kappa: f64,
+    /// Exponent of thrust over propeller speed, less 2, and the speed where it changes nothing.
     exponent: f64,
     full_speed: f64,
+    ln_full_speed: f64,
+    /// Whether the exponent is other than 2, or the slope by it is asked for.
+    has_exponent: bool,
+}
+
+impl ThrustLaw {
+    fn of(values: &Values) -> Self {
+        let (exponent, full_speed) = (values.get(Unknown::Exponent), values.shape.full_speed);
+        Self {
+            kappa: values.get(Unknown::LogReverseRatio).exp(),
+            exponent,
+            full_speed,
+            ln_full_speed: full_speed.ln(),
+            has_exponent: full_speed > 0.0 && (exponent != 0.0 || values.shape.exponent),
+        }
+    }
 }
 
 impl Push {
@@ -193,8 +205,8 @@ impl Push {
     fn end_later(&mut self, track: &ThrusterTrack, law: &ThrustLaw, speed: f64, weight: f64) {
         let (sign, strength) =
             if speed < 0.0 { (-1.0, law.kappa * track.reverse) } else { (1.0, track.forward) };
-        let gain = match law.exponent != 0.0 && speed != 0.0 && law.full_speed > 0.0 {
-            true => (law.exponent * (speed.abs().ln() - law.full_speed.ln())).exp(),
+        let gain = match law.has_exponent && speed != 0.0 {
+            true => (law.exponent * (speed.abs().ln() - law.ln_full_speed)).exp(),
             false => 1.0,
         };
         let force = sign * track.lever * strength * gain * speed * speed;
@@ -211,10 +223,10 @@ impl Push {
         let part = 1.0 / h;
         let mut force = segment.square.times(part * sign * track.lever * strength);
         let mean_square = segment.square.x / segment.length_s;
-        if mean_square > 0.0 && law.full_speed > 0.0 {
+        if law.has_exponent && mean_square > 0.0 {
             // The exponent acts on the mean square of a part of a step: exact at 2, and to
             // second order in how much speed changes within it.
-            let ratio = 0.5 * mean_square.ln() - law.full_speed.ln();
+            let ratio = 0.5 * mean_square.ln() - law.ln_full_speed;
             if law.exponent != 0.0 {
                 let (x, gain) = (force.x, (law.exponent * ratio).exp());
                 force = force.times(gain * (1.0 + 0.5 * law.exponent));

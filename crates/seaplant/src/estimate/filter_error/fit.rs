@@ -20,8 +20,8 @@ use super::strength::covariance_with_thrust;
 use super::together::TwoPlants;
 use crate::caveat::spoken;
 use crate::estimate::{
-    DelayedFit, Estimate, Fit, Innovations, Method, Nuisances, OutputErrorOptions, Waves,
-    check_trials, fit_output_error,
+    DelayedFit, Estimate, Fit, Innovations, Method, Nuisances, OutputErrorOptions, PRECISION,
+    Waves, check_trials, fit_output_error,
 };
 use crate::judge::robust_covariance;
 use crate::judge::simulated_speed;
@@ -657,10 +657,6 @@ fn into_fit(
     fit.caveats = caveats(&fit, &innovations);
     Ok(fit)
 }
-
-/// No log tells mass and drag more precisely than to this part: propeller speeds are rounded, and
-/// nobody saw what they did between samples.
-const PRECISION: f64 = 1e-3;
 
 /// Where velocity is known only by integrating acceleration, it is known to a tenth, and the filter,
 /// which goes by the slope of drag there, leaves out its bend: drag is off by some hundredths …

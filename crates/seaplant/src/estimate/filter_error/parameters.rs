@@ -117,6 +117,8 @@ pub(crate) struct Shape {
     pub(crate) swell: bool,
     /// Whether the current varies in a trial.
     pub(crate) drift: bool,
+    /// Whether the slope of thrust by its exponent is asked for.
+    pub(crate) exponent: bool,
     /// What is usual, which says where numbers mean something.
     pub(crate) usual: Usual,
 }
@@ -148,7 +150,15 @@ impl Default for Shape {
     fn default() -> Self {
         let sensor = Sensor::Prompt;
         let usual = Usual::default();
-        Self { full_speed: 1.0, linear: false, sensor, swell: false, drift: false, usual }
+        Self {
+            full_speed: 1.0,
+            linear: false,
+            sensor,
+            swell: false,
+            drift: false,
+            exponent: false,
+            usual,
+        }
     }
 }
 

@@ -413,5 +413,5 @@ fn shape_with(shape: Shape, unknowns: &[Unknown]) -> Shape {
     };
     let swell = shape.swell || has(Unknown::LogSwell);
     let drift = shape.drift || has(Unknown::LogDrift);
-    Shape { sensor, swell, drift, ..shape }
+    Shape { sensor, swell, drift, exponent: has(Unknown::Exponent), ..shape }
 }

@@ -8,7 +8,7 @@ use rand::RngExt;
 use super::pilot::{Seen, WholePilot};
 use super::rig::{Rig, Thrusters};
 use crate::motion::{Inputs, Moving};
-use crate::twin::instruments::Path;
+use crate::twin::instruments::{Misreading, Path};
 use crate::twin::motion::STEP_S;
 use crate::twin::random::{Streams, ornstein_uhlenbeck};
 use crate::twin::water::{Attitude, Sine, current, waves};
@@ -96,7 +96,7 @@ impl Whole {
     /// [`Error::Diverged`] if it runs away.
     pub(super) fn moved(
         rig: &Rig<'_>,
-        (pilot, mut thrusters): (WholePilot<'_>, Thrusters<'_>),
+        (pilot, mut thrusters, mut misreading): (WholePilot<'_>, Thrusters<'_>, Misreading),
         disturbed: &Disturbed,
         currents: &Currents,
         streams: &Streams<'_>,
@@ -114,7 +114,7 @@ impl Whole {
         whole.push(&moving, 0.0);
         for (tick, current) in currents.0.iter().enumerate() {
             moving.set_current(*current);
-            thrusters.ask(&pilot.wrench(tick, &whole.seen()));
+            thrusters.ask(&pilot.wrench(tick, &whole.seen(misreading.next())));
             for step in 0..STEPS_PER_TICK {
                 let t = tick_time(tick) + step as f64 * STEP_S;
                 let force = thrusters.turn(t, STEP_S, moving.through_water())
@@ -143,11 +143,12 @@ impl Whole {
         (Rotation3::from_euler_angles(roll, pitch, heading) * self.velocity(step)).z
     }
 
-    fn seen(&self) -> Seen {
+    /// What instruments show of the last state that read so much too much.
+    fn seen(&self, (angles, velocity): ([f64; 3], Vector6<f64>)) -> Seen {
         let at = self.velocity.len() - 1;
         Seen {
-            attitude: self.attitude[at],
-            velocity: self.velocity[at],
+            attitude: std::array::from_fn(|k| self.attitude[at][k] + angles[k]),
+            velocity: self.velocity[at] + velocity,
             sunk: self.sunk[at],
             sinking: self.sinking(at),
         }

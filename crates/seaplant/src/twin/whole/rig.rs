@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, Vector3, Vector6};
 use super::WholeTwinSpec;
 use crate::exchange::PlantModel;
 use crate::plant::Plant;
+use crate::twin::instruments::sent;
 use crate::twin::propellers::{JITTER_CORRELATION_S, Motor, Screw};
 use crate::twin::random::{Streams, ornstein_uhlenbeck};
 use crate::twin::validate::{above_zero, refused};
@@ -283,7 +284,9 @@ impl Thrusters<'_> {
         let thrusts = &self.rig.allocation * wrench;
         for (at, asked) in self.asked.iter_mut().enumerate() {
             let jitter = self.jitter[at][asked.len()];
-            asked.push(self.screw.speed_for(thrusts[at]) + jitter);
+            let wanted = self.screw.speed_for(thrusts[at]) + jitter;
+            let is_command = self.rig.model.thrusters[at].curve.input() == ThrusterInput::Command;
+            asked.push(if is_command { sent(wanted) } else { wanted });
         }
     }
 
