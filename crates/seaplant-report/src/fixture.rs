@@ -240,8 +240,13 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
         std: value.map(|row| row.map(|x| 0.1 * x).to_vec()).into(),
     };
     let score = |e: Option<f64>| {
-        let axis =
-            AxisScore { mean_abs_error: e, null_error: 0.3, r2: e.map(|e| 1.0 - e), samples: 900 };
+        let axis = AxisScore {
+            mean_abs_error: e,
+            null_error: 0.3,
+            disturbance_error: None,
+            r2: e.map(|e| 1.0 - e),
+            samples: 900,
+        };
         let by_axis = BTreeMap::from([(Dof::Sway, axis), (Dof::Yaw, axis)]);
         CoupledScore { trials: BTreeMap::from([(HOSTILE.to_owned(), by_axis.clone())]), by_axis }
     };

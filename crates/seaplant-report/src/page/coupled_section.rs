@@ -86,6 +86,8 @@ fn scores(plant: &CoupledPlant) -> Table {
         let unit = dof.units().velocity.to_owned();
         let mut row = vec![words::capitalised(dof.name()), unit];
         row.extend(cells(held(dof)));
+        let scored = held(dof).or(own(dof));
+        row.push(or_absent(scored.and_then(|score| score.disturbance_error), 3));
         row.extend(cells(own(dof)));
         let alone = plant.single_axes.get(dof).and_then(|score| score.r2);
         row.push(alone.map_or(ABSENT.to_owned(), |r2| format!("{r2:.3}")));
@@ -97,6 +99,7 @@ fn scores(plant: &CoupledPlant) -> Table {
         "held out: e",
         "never moving",
         "R²",
+        "disturbance: e",
         "fitted: e",
         "never moving",
         "R²",
@@ -108,7 +111,7 @@ fn scores(plant: &CoupledPlant) -> Table {
         plant.axes.iter().map(row).collect(),
     )
     .left(2)
-    .noted("All axes are simulated together and freely from the start of each trial; e is the mean |simulated − measured| velocity. “By itself” is an axis with a plant of its own, on held-out trials if there are any: the difference is what coupling explains.")
+    .noted("All axes are simulated together and freely from the start of each trial; e is the mean |simulated − measured| velocity. “Disturbance” is what forces that are not logged, as strong as they were found, do to a simulation by themselves. “By itself” is an axis with a plant of its own, on held-out trials if there are any: the difference is what coupling explains.")
 }
 
 fn matrix(caption: &str, plant: &CoupledPlant, matrix: &MatrixResult) -> Table {

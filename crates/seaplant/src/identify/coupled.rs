@@ -223,11 +223,12 @@ struct Scored {
 impl Scored {
     fn new(fit: CoupledFit, records: &Records<'_>) -> Result<Self, Error> {
         let own = |record: &CoupledRecord| fit.current_of(&record.trial);
-        let of_fit = score::score(&fit.plant, fit.actuator, &records.fit, own)?;
+        let beside = score::Standing::beside(&fit);
+        let of_fit = score::score(&fit.plant, &beside, &records.fit, own)?;
         let of_hold_out = match records.hold_out.as_slice() {
             [] => None,
             // A trial that was not fitted has no current of its own.
-            held => Some(score::score(&fit.plant, fit.actuator, held, |_| fit.mean_current())?),
+            held => Some(score::score(&fit.plant, &beside, held, |_| fit.mean_current())?),
         };
         Ok(Self { fit, of_fit, of_hold_out })
     }
@@ -284,7 +285,8 @@ fn single_axes(
         let body = vehicle.rigid_body.as_ref();
         // An axis that cannot be fitted by itself has no score by itself.
         let fit = fit_coupled(&alone, &records.fit, body, false).ok()?;
-        let score = score::score(&fit.plant, fit.actuator, scored, |_| fit.mean_current()).ok()?;
+        let beside = score::Standing::beside(&fit);
+        let score = score::score(&fit.plant, &beside, scored, |_| fit.mean_current()).ok()?;
         Some((dof, *score.by_axis.get(&dof)?))
     };
     if structure.axes().len() == 1 {

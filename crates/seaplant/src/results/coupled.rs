@@ -163,8 +163,22 @@ pub struct AxisScore {
     pub mean_abs_error: Option<f64>,
     /// The same of a model that never moves.
     pub null_error: f64,
+    /// Mean change of the model's velocity by a draw of the disturbance that was found, m/s or
+    /// rad/s: so far does that alone take the true plant from what is measured.
+    pub disturbance_error: Option<f64>,
     /// 1 − Σ(model − measured)² / Σ(measured − mean)².
     pub r2: Option<f64>,
     /// Samples compared.
     pub samples: usize,
+}
+
+/// An error that is greater than what a disturbance does by this factor is not its doing.
+const DISTURBED: f64 = 1.5;
+
+impl AxisScore {
+    /// Whether what disturbs the vehicle explains the error, so that it says nothing of the plant.
+    pub(crate) fn is_of_disturbance(&self) -> bool {
+        let both = self.mean_abs_error.zip(self.disturbance_error);
+        both.is_some_and(|(error, disturbance)| error < DISTURBED * disturbance)
+    }
 }

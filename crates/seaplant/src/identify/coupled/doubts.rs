@@ -5,7 +5,7 @@ use crate::caveat::spoken;
 use crate::estimate::{CoupledFit, NEGLIGIBLE_POWER, damping_power};
 use crate::judge::PREDICTS;
 use crate::plant::{Basis, EffectForce};
-use crate::results::{CoupledPlant, CoupledScore, ToldBy};
+use crate::results::{AxisScore, CoupledPlant, CoupledScore, ToldBy};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Method, Vehicle};
 
 /// Two coefficients that are correlated by more cannot be told apart.
@@ -203,20 +203,46 @@ fn scores(plant: &CoupledPlant) -> Vec<Caveat> {
     all
 }
 
+/// Whether the error is too near to that of a model that never moves.
+fn fails(score: &AxisScore) -> bool {
+    score.mean_abs_error.is_some_and(|error| error > PREDICTS * score.null_error)
+}
+
+/// Whether it is too near to that of a model that keeps its mean speed.
+fn explains_nothing(score: &AxisScore) -> bool {
+    score.r2.is_some_and(|r2| r2 < LEAST_R2)
+}
+
+/// Whether an axis is predicted no better than without a plant.
+pub(super) fn falls_short(score: &AxisScore) -> bool {
+    fails(score) || explains_nothing(score)
+}
+
+/// Whether some axis falls short, and nothing but the plant can be the reason.
+pub(super) fn refutes(score: &CoupledScore) -> bool {
+    score.by_axis.values().any(|score| falls_short(score) && !score.is_of_disturbance())
+}
+
 fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
-    let of = |(dof, score): (&Dof, &crate::results::AxisScore)| {
+    let of = |(dof, score): (&Dof, &AxisScore)| {
         let Some(error) = score.mean_abs_error else {
             let message = format!("simulated over {where_}, the plant diverges");
             return Some(Caveat::severe(CaveatCode::Unstable, message));
         };
         let units = dof.units().velocity;
-        let message = if error > PREDICTS * score.null_error {
+        let message = if fails(score) {
+            let why = match score.is_of_disturbance() {
+                true => {
+                    ", as much as forces that are not logged make: they say little of the plant there; drive the axis harder in them"
+                }
+                false => "",
+            };
             format!(
-                "on {where_} the error of {dof} is {} {units}, and that of a model that never moves {} {units}",
+                "on {where_} the error of {dof} is {} {units}, and that of a model that never moves {} {units}{why}",
                 spoken(error),
                 spoken(score.null_error)
             )
-        } else if score.r2.is_some_and(|r2| r2 < LEAST_R2) {
+        } else if explains_nothing(score) {
             format!(
                 "on {where_} the plant explains {:.0} % of the variation of {dof}, hardly more than a model that keeps its mean speed",
                 100.0 * score.r2.unwrap_or(0.0).max(0.0)

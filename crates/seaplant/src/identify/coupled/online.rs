@@ -46,12 +46,14 @@ fn plant(
     let fit = fit_online_coupled(structure, scheme, &as_it_acts, body, options)?;
     let mut plant = result(method, &fit);
     let as_found = &fit.estimate.plant;
-    plant.fit = score::score(as_found, found.actuator, &records.fit, |record| {
+    plant.fit = score::score(as_found, &score::Standing::beside(found), &records.fit, |record| {
         found.current_of(&record.trial)
     })?;
     plant.hold_out = match records.hold_out.as_slice() {
         [] => None,
-        held => Some(score::score(as_found, found.actuator, held, |_| found.mean_current())?),
+        held => Some(score::score(as_found, &score::Standing::beside(found), held, |_| {
+            found.mean_current()
+        })?),
     };
     Ok(plant)
 }

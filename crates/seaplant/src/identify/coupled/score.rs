@@ -3,12 +3,16 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector6;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 
 use super::plant_of_result;
-use crate::estimate::Actuator;
+use crate::estimate::{Actuator, AxisNoise, CoupledFit};
 use crate::motion::{Inputs, Simulated, simulate};
 use crate::plant::Plant;
 use crate::results::{AxisScore, CoupledPlant, CoupledScore};
+use crate::series::union;
 use crate::{CoupledRecord, Dof, Error, Timed, Trial};
 
 /// Sums that make a score.
@@ -20,6 +24,7 @@ struct Sums {
     squares: f64,
     sum: f64,
     of_squares: f64,
+    disturbed: f64,
     diverged: bool,
 }
 
@@ -46,6 +51,7 @@ impl Sums {
             squares: self.squares + other.squares,
             sum: self.sum + other.sum,
             of_squares: self.of_squares + other.of_squares,
+            disturbed: self.disturbed + other.disturbed,
             diverged: self.diverged || other.diverged,
         }
     }
@@ -57,6 +63,7 @@ impl Sums {
         AxisScore {
             mean_abs_error: of(self.error / n),
             null_error: self.null / n,
+            disturbance_error: of(self.disturbed / n).filter(|x| x.is_finite()),
             r2: of(1.0 - self.squares / spread).filter(|r2| r2.is_finite()),
             samples: self.n,
         }
@@ -86,23 +93,27 @@ pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<Coupled
     if let (true, Some(Err(error))) = (records.is_empty(), read.into_iter().next()) {
         return Err(error);
     }
-    score(&plant, actuator, &records, |_| current)
+    let stands = Standing { actuator, disturbances: &BTreeMap::new() };
+    score(&plant, &stands, &records, |_| current)
 }
 
 /// Simulates trials freely from their start, with thrust as it acts, and compares velocities.
+///
+/// The plant is simulated once more with a draw of the disturbance that was found on each axis:
+/// so far does that alone take the true plant from what is measured.
 ///
 /// # Errors
 /// [`Error::Plant`] if M is singular; a simulation that runs away is no error but has no score.
 pub(super) fn score(
     plant: &Plant,
-    actuator: Actuator,
+    stands: &Standing<'_>,
     records: &[&CoupledRecord],
     current: impl Fn(&CoupledRecord) -> [f64; 2],
 ) -> Result<CoupledScore, Error> {
     let mut score = CoupledScore::default();
     let mut all: BTreeMap<Dof, Sums> = BTreeMap::new();
     for record in records {
-        let sums = of_trial(plant, actuator, record, current(record))?;
+        let sums = of_trial(plant, stands, record, current(record))?;
         for (dof, sums) in &sums {
             let total = all.entry(*dof).or_default();
             *total = total.plus(*sums);
@@ -116,7 +127,7 @@ pub(super) fn score(
 
 fn of_trial(
     plant: &Plant,
-    actuator: Actuator,
+    stands: &Standing<'_>,
     record: &CoupledRecord,
     current: [f64; 2],
 ) -> Result<BTreeMap<Dof, Sums>, Error> {
@@ -136,7 +147,7 @@ fn of_trial(
         Vector6::from_fn(|k, _| record.velocity[k].as_ref().map_or(0.0, |series| series.at(first)));
     let mut force = record.force.clone();
     for series in force.iter_mut().flatten() {
-        *series = actuator.applied(series)?;
+        *series = stands.actuator.applied(series)?;
     }
     let inputs = Inputs {
         force,
@@ -146,11 +157,13 @@ fn of_trial(
         signals: record.signals.clone(),
         wind: None,
     };
-    let simulated = match simulate(plant, &inputs, &start, &times) {
-        Ok(simulated) => Some(simulated),
-        Err(Error::Diverged { .. }) => None,
-        Err(other) => return Err(other),
+    let followed = |inputs: &Inputs| match simulate(plant, inputs, &start, &times) {
+        Ok(simulated) => Ok(Some(simulated)),
+        Err(Error::Diverged { .. }) => Ok(None),
+        Err(other) => Err(other),
     };
+    let (simulated, disturbed) =
+        (followed(&inputs)?, followed(&stands.disturbed(&inputs, record)?)?);
     let mut sums: BTreeMap<Dof, Sums> = BTreeMap::new();
     for (dof, series) in &measured {
         let mut at = 0;
@@ -160,8 +173,67 @@ fn of_trial(
                 at += 1;
             }
             let model = |found: &Simulated| found.velocity[at][dof.index()];
-            own.add(simulated.as_ref().map(model), *y);
+            let (model, other) = (simulated.as_ref().map(model), disturbed.as_ref().map(model));
+            own.add(model, *y);
+            own.disturbed += model.zip(other).map_or(f64::NAN, |(a, b)| (a - b).abs());
         }
     }
     Ok(sums)
+}
+
+/// What stands beside a plant: how thrust acts, and what disturbs each axis.
+pub(super) struct Standing<'a> {
+    actuator: Actuator,
+    disturbances: &'a BTreeMap<Dof, AxisNoise>,
+}
+
+/// A disturbance is drawn anew after this part of its correlation time …
+const DRAWN_PART: f64 = 0.1;
+/// … and no more often than so, s.
+const LEAST_DRAW_S: f64 = 0.05;
+
+/// The draws are the same at every call.
+const DRAW_SEED: u64 = 5;
+
+impl<'a> Standing<'a> {
+    /// What a fit found beside its plant.
+    pub(super) fn beside(fit: &'a CoupledFit) -> Self {
+        Self { actuator: fit.actuator, disturbances: &fit.disturbances }
+    }
+
+    /// The inputs of a trial with a draw of the disturbance of each axis: a Gauss–Markov force.
+    fn disturbed(&self, inputs: &Inputs, record: &CoupledRecord) -> Result<Inputs, Error> {
+        let (from, to) = record.window_s;
+        let mut inputs = inputs.clone();
+        for (dof, noise) in self.disturbances {
+            let mut rng = ChaCha8Rng::seed_from_u64(DRAW_SEED);
+            rng.set_stream(dof.index() as u64);
+            let (std, correlation_s) = (noise.disturbance.0, noise.correlation_s.0);
+            let h = (DRAWN_PART * correlation_s).max(LEAST_DRAW_S);
+            let keep = (-h / correlation_s).exp();
+            let mut draw = || -> f64 { StandardNormal.sample(&mut rng) };
+            let mut x = draw();
+            let count = ((to - from) / h).ceil().max(1.0) as usize;
+            let mut pulls = Vec::with_capacity(count);
+            for _ in 0..count {
+                pulls.push(std * x);
+                x = keep * x + (1.0 - keep * keep).sqrt() * draw();
+            }
+            let times: Vec<f64> = (0..count).map(|k| from + k as f64 * h).collect();
+            let pull = Timed::new("disturbance", times, pulls)?;
+            let force = &mut inputs.force[dof.index()];
+            *force = Some(match force.take() {
+                Some(force) => held_sum(&force, &pull)?,
+                None => pull,
+            });
+        }
+        Ok(inputs)
+    }
+}
+
+/// The sum of two held series.
+fn held_sum(a: &Timed, b: &Timed) -> Result<Timed, Error> {
+    let times = union([a.time_s(), b.time_s()].into_iter());
+    let values: Vec<f64> = times.iter().map(|t| a.held_at(*t) + b.held_at(*t)).collect();
+    Timed::new("force", times, values)
 }

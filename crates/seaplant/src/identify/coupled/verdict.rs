@@ -1,7 +1,8 @@
 //! How far a plant of several axes may be trusted.
 
+use super::doubts::{falls_short, refutes};
 use crate::results::{AxisScore, CoupledPlant, Trust, Verdict};
-use crate::{CaveatCode, Severity};
+use crate::{CaveatCode, Dof, Severity};
 
 /// Judges a plant by its caveats and its error on trials that it has not seen.
 pub(super) fn verdict(plant: &CoupledPlant) -> Verdict {
@@ -16,13 +17,33 @@ pub(super) fn verdict(plant: &CoupledPlant) -> Verdict {
     let Some(score) = &plant.hold_out else {
         return of(Trust::Doubtful, "no held-out trial has tested it".to_owned());
     };
-    let is_doubt = |code| matches!(code, CaveatCode::NotDetermined | CaveatCode::NoBetterThanNull);
+    let is_doubt = |code| match code {
+        CaveatCode::NoBetterThanNull => refutes(score),
+        code => code == CaveatCode::NotDetermined,
+    };
     if let Some(doubt) = with(Severity::Warning).find(|caveat| is_doubt(caveat.code)) {
         return of(Trust::Doubtful, first_sentence(&doubt.message));
     }
-    let r2 = score.by_axis.values().filter_map(|AxisScore { r2, .. }| *r2);
+    let (hidden, seen): (Vec<_>, Vec<_>) =
+        score.by_axis.iter().partition(|(_, score)| falls_short(score));
+    let r2 = seen.iter().filter_map(|(_, score)| score.r2);
     let least = r2.fold(f64::INFINITY, f64::min);
-    let predicts = format!("predicts every axis of held-out trials with R² of {least:.2} or more");
+    let names = |of: &[(&Dof, &AxisScore)]| {
+        of.iter().map(|(dof, _)| dof.to_string()).collect::<Vec<_>>().join(", ")
+    };
+    let predicts = match (seen.is_empty(), hidden.is_empty()) {
+        (_, true) => {
+            format!("predicts every axis of held-out trials with R² of {least:.2} or more")
+        }
+        (true, _) => {
+            "forces that are not logged hide what it predicts of held-out trials".to_owned()
+        }
+        _ => format!(
+            "predicts {} of held-out trials with R² of {least:.2} or more; forces that are not logged hide {} in them",
+            names(&seen),
+            names(&hidden)
+        ),
+    };
     match with(Severity::Warning).count() {
         0 => of(Trust::Usable, format!("no warning, {predicts}")),
         1 => of(Trust::UsableWithCare, format!("1 warning, {predicts}")),
