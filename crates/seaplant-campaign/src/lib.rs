@@ -41,7 +41,10 @@ pub use monte_carlo::{MonteCarloTable, monte_carlo};
 pub use pattern::recording_in;
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
-pub use profile::{HoldEntry, ManoeuvreEntry, ManoeuvreKind, Profile, StartEntry, input_table};
+pub use profile::{
+    HoldEntry, ManoeuvreEntry, ManoeuvreKind, Profile, StartEntry, SteadyWindEntry, WindFrameName,
+    input_table,
+};
 pub use propose::{Proposal, propose};
 pub use published::{published_names, read_plant_file};
 pub use recording::SourcedTrial;

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use seaplant::exchange::{Drive, Manoeuvre, PlantModel, Scenario};
-use seaplant::quantity::Quantity;
+use seaplant::motion::Wind;
+use seaplant::quantity::{Quantity, WindFrame, WindPart};
 use seaplant::{Dof, Timed};
 use seaplant_log::{Log, ReadOptions, Unit};
 use serde::{Deserialize, Serialize};
@@ -25,6 +26,9 @@ pub struct Profile {
     /// Velocity of the water north and east, m/s.
     #[serde(default)]
     pub current_m_per_s: [f64; 2],
+    /// The wind; still air if left out.
+    #[serde(default)]
+    pub wind: Option<SteadyWindEntry>,
     /// The state at the beginning; at rest and level if left out.
     #[serde(default)]
     pub start: StartEntry,
@@ -35,6 +39,44 @@ pub struct Profile {
     /// `hold`, begins with `start.velocity.surge`, and is followed for `duration_s` at most.
     #[serde(default)]
     pub manoeuvre: Option<ManoeuvreEntry>,
+}
+
+/// A wind that does not change.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SteadyWindEntry {
+    /// Its speed, m/s.
+    pub speed_m_per_s: f64,
+    /// Where it comes from, clockwise from north, or of a relative wind from the bow, deg.
+    pub from_deg: f64,
+    /// Over ground, or as felt on board.
+    #[serde(default)]
+    pub frame: WindFrameName,
+}
+
+/// What a wind is relative to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WindFrameName {
+    /// Over ground.
+    #[default]
+    True,
+    /// As felt on board.
+    Relative,
+}
+
+impl SteadyWindEntry {
+    /// The wind as a simulation meets it.
+    ///
+    /// # Errors
+    /// [`seaplant::Error::NotFinite`] for a speed or direction that is no number.
+    pub fn wind(&self) -> Result<Wind, seaplant::Error> {
+        let frame = match self.frame {
+            WindFrameName::True => WindFrame::True,
+            WindFrameName::Relative => WindFrame::Relative,
+        };
+        Wind::steady(frame, self.speed_m_per_s, self.from_deg.to_radians())
+    }
 }
 
 /// A standard manoeuvre.
@@ -177,6 +219,16 @@ impl Profile {
         if let Some(Err((key, reason))) = self.manoeuvre.as_ref().map(ManoeuvreEntry::check) {
             return refuse(&format!("manoeuvre.{key}"), reason);
         }
+        if let Some(SteadyWindEntry { speed_m_per_s, from_deg, .. }) = self.wind {
+            if !(speed_m_per_s >= 0.0 && speed_m_per_s.is_finite()) {
+                let reason = format!("is {speed_m_per_s}; give a speed in m/s, zero or more");
+                return refuse("wind.speed_m_per_s", reason);
+            }
+            if !(-360.0..=360.0).contains(&from_deg) {
+                let reason = format!("is {from_deg}; give degrees, where the wind comes from");
+                return refuse("wind.from_deg", reason);
+            }
+        }
         if self.hold.windows(2).any(|pair| pair[1].from_s <= pair[0].from_s) {
             return refuse("hold", "has entries whose from_s does not increase; sort them".into());
         }
@@ -235,6 +287,7 @@ impl Profile {
         }
         let first = self.hold.iter().find_map(|hold| hold.supply_v);
         drive.supply_v = self.series(|hold| hold.supply_v, first.unwrap_or(0.0))?;
+        drive.wind = self.wind.as_ref().map(SteadyWindEntry::wind).transpose()?;
         Ok(drive)
     }
 
@@ -274,8 +327,8 @@ fn as_steps(held: &Timed) -> Result<Timed, seaplant::Error> {
 }
 
 /// The inputs of a table, if it has nothing else: columns `wrench.AXIS`,
-/// `thruster.NAME.speed|pwm|command|force`, `rudder.NAME.angle`, `fin.NAME.angle` and
-/// `supply.voltage` beside time, with units.
+/// `thruster.NAME.speed|pwm|command|force`, `rudder.NAME.angle`, `fin.NAME.angle`,
+/// `wind.true|relative.speed` and `.direction`, and `supply.voltage` beside time, with units.
 ///
 /// `None` for a log that holds other columns, such as a measured motion.
 ///
@@ -293,6 +346,7 @@ pub fn input_table(path: &Path) -> Result<Option<(Drive, Vec<f64>)>, Error> {
                 | Quantity::Wrench(_)
                 | Quantity::SupplyVoltage
                 | Quantity::SurfaceAngle { .. }
+                | Quantity::Wind(..)
         )
     };
     let named = log.channels().iter().map(|channel| channel.name.parse::<Quantity>());
@@ -304,6 +358,7 @@ pub fn input_table(path: &Path) -> Result<Option<(Drive, Vec<f64>)>, Error> {
     let first = log.channels().iter().filter_map(|channel| channel.time_s().first().copied());
     let start = first.fold(f64::INFINITY, f64::min);
     let mut time_s: Vec<f64> = Vec::new();
+    let mut wind: BTreeMap<Quantity, Timed> = BTreeMap::new();
     for (channel, quantity) in log.channels().iter().zip(quantities) {
         let unit = in_unit(path, channel.unit.as_ref(), &quantity)?;
         let times: Vec<f64> = channel.time_s().iter().map(|t| t - start).collect();
@@ -316,10 +371,37 @@ pub fn input_table(path: &Path) -> Result<Option<(Drive, Vec<f64>)>, Error> {
             Quantity::Thruster { name, .. } => drop(drive.thrusters.insert(name, series)),
             Quantity::Wrench(dof) => drop(drive.wrench.insert(dof, series)),
             Quantity::SurfaceAngle { name, .. } => drop(drive.angles.insert(name, series)),
+            Quantity::Wind(..) => drop(wind.insert(quantity, series)),
             _ => drive.supply_v = Some(series),
         }
     }
+    drive.wind = wind_of(path, &wind)?;
     Ok(Some((drive, time_s)))
+}
+
+/// The wind of a table's columns.
+///
+/// # Errors
+/// [`Error::Value`] for a speed without direction, or the other way round.
+fn wind_of(path: &Path, columns: &BTreeMap<Quantity, Timed>) -> Result<Option<Wind>, Error> {
+    for frame in [WindFrame::True, WindFrame::Relative] {
+        let of = |part| columns.get(&Quantity::Wind(frame, part)).cloned();
+        match (of(WindPart::Speed), of(WindPart::Direction)) {
+            (Some(speed), Some(from)) => return Ok(Some(Wind { frame, speed, from })),
+            (None, None) => {}
+            (speed, _) => {
+                let [has, lacks] = if speed.is_some() {
+                    [WindPart::Speed, WindPart::Direction]
+                } else {
+                    [WindPart::Direction, WindPart::Speed]
+                };
+                let lacks = Quantity::Wind(frame, lacks);
+                let reason = format!("stands without `{lacks}`; add that column");
+                return Err(Error::value(path, Quantity::Wind(frame, has).to_string(), reason));
+            }
+        }
+    }
+    Ok(None)
 }
 
 fn in_unit(path: &Path, unit: Option<&Unit>, quantity: &Quantity) -> Result<Unit, Error> {
@@ -395,5 +477,30 @@ mod tests {
     fn model() -> PlantModel {
         let file = crate::read_plant_file(Path::new("published:wam-v-vrx"));
         file.expect("a table").expect("a plant").model().expect("possible")
+    }
+
+    #[test]
+    fn wind_comes_from_a_profile_or_from_columns() {
+        let given = profile("duration_s = 1.0\nwind = { speed_m_per_s = 5.0, from_deg = 90.0 }");
+        let wind = given.drive(&model()).expect("known").wind.expect("given");
+        assert_eq!((wind.frame, wind.speed.at(0.5)), (WindFrame::True, 5.0));
+        assert!((wind.from.at(0.5) - 90_f64.to_radians()).abs() < 1e-12);
+        let wrong = profile("duration_s = 1.0\nwind = { speed_m_per_s = -5.0, from_deg = 90.0 }");
+        let error = wrong.check(Path::new("p.toml")).expect_err("negative").to_string();
+        assert!(error.contains("wind.speed_m_per_s"), "{error}");
+        let folder = tempfile::tempdir().expect("a folder");
+        let table = |text: &str| {
+            let path = folder.path().join("in.csv");
+            std::fs::write(&path, text).expect("written");
+            input_table(&path)
+        };
+        let columns = "time [s],wind.relative.speed [kn],wind.relative.direction [deg]\n";
+        let (drive, _) =
+            table(&format!("{columns}0,10,180\n1,10,180\n")).expect("read").expect("inputs");
+        let wind = drive.wind.expect("both columns");
+        assert_eq!(wind.frame, WindFrame::Relative);
+        assert!((wind.speed.at(0.5) - 5.144).abs() < 1e-3, "{}", wind.speed.at(0.5));
+        let half = table("time [s],wind.true.speed [m/s]\n0,10\n1,10\n").expect_err("half");
+        assert!(half.to_string().contains("wind.true.direction"), "{half}");
     }
 }

@@ -8,12 +8,13 @@ use crate::toml_file::{nearest, parse};
 use crate::{Error, read_bounded, read_toml};
 
 /// The published tables, by name.
-const PUBLISHED: [(&str, &str); 5] = [
+const PUBLISHED: [(&str, &str); 6] = [
     (
         "bluerov2-heavy-von-benzon-2022",
         include_str!("../plants/bluerov2-heavy-von-benzon-2022.toml"),
     ),
     ("bluerov2-wu-2018", include_str!("../plants/bluerov2-wu-2018.toml")),
+    ("otter-mss", include_str!("../plants/otter-mss.toml")),
     ("remus-100-prestero-2001", include_str!("../plants/remus-100-prestero-2001.toml")),
     ("rexrov", include_str!("../plants/rexrov.toml")),
     ("wam-v-vrx", include_str!("../plants/wam-v-vrx.toml")),

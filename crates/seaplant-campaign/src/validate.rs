@@ -1,9 +1,15 @@
 //! Fitted plants on other trials.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use seaplant::exchange::PlantModel;
-use seaplant::results::{PlantResult, Results, Score};
-use seaplant::{Comparison, Dof, Error, Method, Model, Role, Trial, evaluate, score_plant};
+use seaplant::results::{
+    AxisScore, CoupledPlant, PlantResult, Results, Score, TrialResult, TrialScore,
+};
+use seaplant::{
+    Comparison, Dof, Error, Method, Model, Role, Trial, evaluate, score_coupled, score_plant,
+};
 use serde::Serialize;
 
 use crate::recording::SourcedTrial;
@@ -13,6 +19,8 @@ use crate::recording::SourcedTrial;
 pub struct Validation {
     /// Which degree of freedom.
     pub dof: Dof,
+    /// The axes that are simulated together; `dof` alone of a plant of its own.
+    pub axes: Vec<Dof>,
     /// Whose plant; absent of a published table.
     pub method: Option<Method>,
     /// Its errors.
@@ -84,15 +92,64 @@ pub fn validate<'a>(
             continue;
         }
         let score = score_plant(dof, &Model::of_result(plant), &scored)?;
-        let fitted = fitted_files(results, dof);
+        let fitted = fitted_files(results, |trial| trial.axes.contains_key(&dof));
         let is_known = |of: &&SourcedTrial| {
             of.inputs.iter().any(|input| fitted.contains(&input.sha256.as_str()))
         };
         let known = of_dof.filter(is_known).map(|of| of.trial.name().to_owned());
         let (method, fitted_to) = (Some(plant.method), known.collect());
-        validations.push(Validation { dof, method, score, fitted_to });
+        validations.push(Validation { dof, axes: vec![dof], method, score, fitted_to });
+    }
+    for plant in results.coupled.values() {
+        validations.extend(together(results, plant, trials)?);
     }
     Ok(validations)
+}
+
+/// Scores the axes of a coupled plant, simulated together; none without a trial that was read for
+/// them.
+fn together(
+    results: &Results,
+    plant: &CoupledPlant,
+    trials: &[SourcedTrial],
+) -> Result<Vec<Validation>, Error> {
+    let is_read = |of: &&SourcedTrial| {
+        of.trial.role() != Role::Steady && of.trial.coupled(&plant.axes).is_ok()
+    };
+    let read: Vec<&SourcedTrial> = trials.iter().filter(is_read).collect();
+    if read.is_empty() {
+        return Ok(Vec::new());
+    }
+    let scored: Vec<&Trial> = read.iter().map(|of| &of.trial).collect();
+    let score = score_coupled(plant, &scored)?;
+    let fitted = fitted_files(results, |_| true);
+    let is_known =
+        |of: &&&SourcedTrial| of.inputs.iter().any(|input| fitted.contains(&input.sha256.as_str()));
+    let known = read.iter().filter(is_known).map(|of| of.trial.name().to_owned());
+    let fitted_to: Vec<String> = known.collect();
+    let of = |(&dof, whole): (&Dof, &AxisScore)| {
+        let of_trial = |(name, axes): (&String, &BTreeMap<Dof, AxisScore>)| {
+            let own = axes.get(&dof)?;
+            Some(TrialScore {
+                trial: name.clone(),
+                mean_abs_error: own.mean_abs_error,
+                null_error: own.null_error,
+                r_squared: own.r2,
+                samples: own.samples,
+                ..TrialScore::default()
+            })
+        };
+        let score = Score {
+            mean_abs_error: whole.mean_abs_error,
+            null_error: whole.null_error,
+            r_squared: whole.r2,
+            trials: score.trials.iter().filter_map(of_trial).collect(),
+            ..Score::default()
+        };
+        let (axes, method) = (plant.axes.clone(), Some(plant.method));
+        Validation { dof, axes, method, score, fitted_to: fitted_to.clone() }
+    };
+    Ok(score.by_axis.iter().map(of).collect())
 }
 
 /// Scores each axis of a published table by itself, as [`validate`] scores fitted plants.
@@ -108,7 +165,8 @@ pub fn validate_table(
         let scored = moving(dof, trials);
         let Some(axis) = model.single_axis(dof).filter(|_| !scored.is_empty()) else { continue };
         let score = score_plant(dof, &Model::from(axis.to_lumped()), &scored)?;
-        validations.push(Validation { dof, method: None, score, fitted_to: Vec::new() });
+        let (axes, fitted_to) = (vec![dof], Vec::new());
+        validations.push(Validation { dof, axes, method: None, score, fitted_to });
     }
     Ok(validations)
 }
@@ -119,11 +177,9 @@ fn moving(dof: Dof, trials: &[SourcedTrial]) -> Vec<&Trial> {
     of_dof.filter(|trial| trial.role() != Role::Steady).collect()
 }
 
-/// The hashes of the files that a degree of freedom was fitted to.
-fn fitted_files(results: &Results, dof: Dof) -> Vec<&str> {
-    let fitted = |trial: &&seaplant::results::TrialResult| {
-        trial.role == Role::Fit && trial.axes.contains_key(&dof)
-    };
+/// The hashes of the files that some fitted trials were read from.
+fn fitted_files(results: &Results, is_wanted: impl Fn(&TrialResult) -> bool) -> Vec<&str> {
+    let fitted = |trial: &&TrialResult| trial.role == Role::Fit && is_wanted(trial);
     let files = results.trials.iter().filter(fitted).flat_map(|trial| &trial.files);
     let inputs = &results.provenance.inputs;
     let hash = |path: &String| inputs.iter().find(|input| input.path == *path);

@@ -659,6 +659,57 @@ fn a_dive_of_ardusub_needs_nothing_but_its_log() {
     assert!(caveats.iter().any(|caveat| caveat.message.starts_with(assumed)), "{caveats:?}");
 }
 
+/// A boat with two throttles as ArduPilot logs it.
+fn boat_of_ardupilot() -> Vec<u8> {
+    let mut log = Flash::default();
+    log.define(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
+    log.define(1, 31, "PARM", "QNf", "TimeUS,Name,Value");
+    log.define(2, 17, "RCOU", "QHHH", "TimeUS,C1,C2,C3");
+    log.define(3, 23, "ATT", "Qfff", "TimeUS,Roll,Pitch,Yaw");
+    log.define(4, 20, "XKF1", "QBff", "TimeUS,C,VN,VE");
+    log.define(5, 19, "WIND", "Qff", "TimeUS,DrTru,SpdTru");
+    for (name, value) in [("SERVO1_FUNCTION", 74.0_f32), ("SERVO3_FUNCTION", 73.0)] {
+        let mut padded = name.as_bytes().to_vec();
+        padded.resize(16, 0);
+        log.record(1, &[&0_u64.to_le_bytes(), &padded, &value.to_le_bytes()]);
+    }
+    for k in 0..1200_u64 {
+        let t = k as f64 / 10.0;
+        let time_us = (1_000_000 + 100_000 * k).to_le_bytes();
+        let pulse = |x: f64| ((1500.0 + 300.0 * x) as u16).to_le_bytes();
+        let [right, left] = [(0.5 * t).sin(), (0.31 * t).cos()];
+        log.record(2, &[&time_us, &pulse(right), &1500_u16.to_le_bytes(), &pulse(left)]);
+        let heading = (40.0 * (0.05 * t).sin()) as f32;
+        log.record(3, &[&time_us, &[0; 8], &heading.to_le_bytes()]);
+        let speed = |x: f64| (0.5 + 0.4 * x + 0.01 * noise(k as usize)) as f32;
+        let (north, east) = (speed((0.3 * t).sin()), speed((0.2 * t).cos()));
+        log.record(4, &[&time_us, &[0], &north.to_le_bytes(), &east.to_le_bytes()]);
+        let [from, wind] = [90.0 + 10.0 * (0.1 * t).sin(), 4.0 + (0.07 * t).sin()];
+        log.record(5, &[&time_us, &(from as f32).to_le_bytes(), &(wind as f32).to_le_bytes()]);
+    }
+    log.0
+}
+
+#[test]
+fn a_boat_of_ardupilot_brings_its_throttles_its_way_over_ground_and_the_wind() {
+    let folder = Folder::new();
+    let log = folder.path().join("boat.BIN");
+    std::fs::write(&log, boat_of_ardupilot()).expect("a file can be written");
+    let (_, campaign) = propose_in(&folder, &[log]);
+    let mapped = columns(&campaign);
+    for (quantity, column) in [
+        ("thruster.throttle right.pwm", "RCOU.C1"),
+        ("thruster.throttle left.pwm", "RCOU.C3"),
+        ("attitude.heading", "ATT.Yaw"),
+        ("velocity.north", "XKF1.VN"),
+        ("velocity.east", "XKF1.VE"),
+        ("wind.true.speed", "WIND.SpdTru"),
+        ("wind.true.direction", "WIND.DrTru"),
+    ] {
+        assert_eq!(mapped.get(quantity), Some(&column), "{mapped:?}");
+    }
+}
+
 /// A table of pulse widths of so many motors, which nobody named after ArduSub's.
 fn pulses(folder: &Folder, motors: usize) -> PathBuf {
     let names: Vec<String> = (1..=motors).map(|k| format!("thruster {k} [us]")).collect();

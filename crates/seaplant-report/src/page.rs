@@ -8,6 +8,7 @@ mod doubts;
 mod online_section;
 mod paper_section;
 mod provenance;
+mod steering_section;
 mod table;
 
 use base64::Engine;
@@ -24,13 +25,14 @@ use crate::figure::{Plate, Subject, Thumbnails, style_sheet};
 use crate::{Error, words};
 
 /// Templates by the names by which they include each other.
-const TEMPLATES: [(&str, &str); 8] = [
+const TEMPLATES: [(&str, &str); 9] = [
     ("report.html", include_str!("../templates/report.html")),
     ("macros.html", include_str!("../templates/macros.html")),
     ("summary.html", include_str!("../templates/summary.html")),
     ("coupled.html", include_str!("../templates/coupled.html")),
     ("axis.html", include_str!("../templates/axis.html")),
     ("online.html", include_str!("../templates/online.html")),
+    ("steering.html", include_str!("../templates/steering.html")),
     ("paper.html", include_str!("../templates/paper.html")),
     ("provenance.html", include_str!("../templates/provenance.html")),
 ];
@@ -122,6 +124,7 @@ struct Page<'a> {
     coupled: Vec<coupled_section::CoupledSection>,
     axes: Vec<axis_section::AxisSection>,
     online: Vec<online_section::OnlinePlant>,
+    steering: Option<steering_section::SteeringSection>,
     paper: paper_section::PaperSection,
     thrust: Vec<FigureView>,
     provenance: provenance::Provenance,
@@ -155,6 +158,7 @@ impl<'a> Page<'a> {
                 .map(|(&dof, plant)| axis_section::view(dof, plant, results, pictures))
                 .collect(),
             online: online_section::views(results),
+            steering: steering_section::view(&results.steering),
             paper: paper_section::view(results, pictures),
             thrust: pictures.figures(|plate| plate.subject == Subject::Thrust),
             provenance: provenance::view(results),

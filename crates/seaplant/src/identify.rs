@@ -8,7 +8,7 @@ mod unsteady;
 
 use std::collections::BTreeMap;
 
-pub use coupled::{CoupledPlan, plant_of_result};
+pub use coupled::{CoupledPlan, plant_of_result, score_coupled};
 pub(crate) use unsteady::Judged;
 
 use convert::{accumulated, empty_results, steady_result};

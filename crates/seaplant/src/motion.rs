@@ -17,7 +17,7 @@ pub(crate) use products::{apply, subtract_outer, times, times_transposed};
 pub(crate) use rate::Prepared;
 use rate::Whole;
 pub(crate) use simulate::Moving;
-pub use simulate::{Inputs, Simulated, simulate};
+pub use simulate::{Inputs, Simulated, Wind, simulate};
 pub(crate) use smooth::smoothed_attitude;
 pub use state_space::{STATE_NAMES, State, StateSpace};
 

@@ -2148,6 +2148,9 @@ class Validation(Record):
     dof: Dof
     """Which degree of freedom."""
 
+    axes: tuple[Dof, ...]
+    """The axes that are simulated together; ``dof`` alone of a plant of its own."""
+
     score: Score
     """Its errors."""
 

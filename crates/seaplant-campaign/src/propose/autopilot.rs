@@ -1,6 +1,6 @@
-//! What the channels of ArduSub hold, which its log does not need to be asked for.
+//! What the channels of ArduSub, and of ArduPilot in a boat, hold, which its log does not need to be asked for.
 
-use seaplant::quantity::{Attitude, Axis, World};
+use seaplant::quantity::{Attitude, Axis, WindFrame, WindPart, World};
 use seaplant::{Quantity, ThrusterInput};
 use seaplant_log::{Channel, Log};
 
@@ -74,6 +74,31 @@ static KNOWN: &[Known] = &[
     known("SYS_STATUS.voltage_battery", Quantity::SupplyVoltage, 4),
 ];
 
+/// The same of a boat, whose receiver or estimator knows how it moves over ground.
+#[rustfmt::skip]
+static KNOWN_AFLOAT: &[Known] = &[
+    known("XKF1[0].VN", Quantity::WorldVelocity(World::North), 4),
+    known("XKF1[0].VE", Quantity::WorldVelocity(World::East), 4),
+    known("XKF1.VN", Quantity::WorldVelocity(World::North), 3),
+    known("XKF1.VE", Quantity::WorldVelocity(World::East), 3),
+    known("NKF1[0].VN", Quantity::WorldVelocity(World::North), 3),
+    known("NKF1[0].VE", Quantity::WorldVelocity(World::East), 3),
+    known("NKF1.VN", Quantity::WorldVelocity(World::North), 2),
+    known("NKF1.VE", Quantity::WorldVelocity(World::East), 2),
+    known("LOCAL_POSITION_NED.vx", Quantity::WorldVelocity(World::North), 4),
+    known("LOCAL_POSITION_NED.vy", Quantity::WorldVelocity(World::East), 4),
+    known("WIND.SpdTru", Quantity::Wind(WindFrame::True, WindPart::Speed), 4),
+    known("WIND.DrTru", Quantity::Wind(WindFrame::True, WindPart::Direction), 4),
+    known("WIND.SpdApp", Quantity::Wind(WindFrame::Relative, WindPart::Speed), 4),
+    known("WIND.DrApp", Quantity::Wind(WindFrame::Relative, WindPart::Direction), 4),
+    known("WIND.speed", Quantity::Wind(WindFrame::True, WindPart::Speed), 3),
+    known("WIND.direction", Quantity::Wind(WindFrame::True, WindPart::Direction), 3),
+];
+
+/// What the autopilot of a boat calls the functions of outputs that push.
+const THROTTLES: [(f64, &str); 3] =
+    [(70.0, "throttle"), (73.0, "throttle left"), (74.0, "throttle right")];
+
 /// What a channel of an autopilot holds; `None` of a channel of something else.
 pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String>> {
     if !is_of_autopilot(log, channel) {
@@ -82,14 +107,20 @@ pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String
     let column = without_sender(&channel.column);
     let motor = output(&column).and_then(|output| motor(log, output));
     let found = motor.or_else(|| depth_of_barometer(log, &column)).or_else(|| {
-        let known = KNOWN.iter().find(|known| known.column == column)?;
+        let afloat = KNOWN_AFLOAT.iter().filter(|_| is_boat(log));
+        let known = KNOWN.iter().chain(afloat).find(|known| known.column == column)?;
         Some((known.quantity.clone(), known.strength, known.negate))
     });
     let Some((quantity, strength, negate)) = found else {
         return Some(Err(reason(&column).to_owned()));
     };
     let unit = channel.unit.is_none().then(|| unit_of(&quantity));
-    let why = if negate { "as ArduSub logs it, a height" } else { "as ArduSub logs it" }.to_owned();
+    let why = match (negate, is_boat(log)) {
+        (true, _) => "as ArduSub logs it, a height",
+        (false, false) => "as ArduSub logs it",
+        (false, true) => "as ArduPilot logs it",
+    };
+    let why = why.to_owned();
     Some(Ok(Claim { quantity, strength, unit, negate, why, doubt: None }))
 }
 
@@ -126,6 +157,8 @@ fn unit_of(quantity: &Quantity) -> &'static str {
         Quantity::Rate(_) => "deg/s",
         Quantity::SupplyVoltage => "V",
         Quantity::Acceleration(_) => "m/s2",
+        Quantity::WorldVelocity(_) | Quantity::Wind(_, WindPart::Speed) => "m/s",
+        Quantity::Wind(_, WindPart::Direction) => "deg",
         _ => "m",
     }
 }
@@ -148,6 +181,14 @@ fn output(column: &str) -> Option<u8> {
     of_log().or_else(of_telemetry)
 }
 
+/// Whether the settings drive a boat: by throttles in place of motors.
+fn is_boat(log: &Log) -> bool {
+    (1..=16).any(|output| {
+        let function = log.settings().get(&format!("SERVO{output}_FUNCTION"));
+        function.is_some_and(|function| THROTTLES.iter().any(|(known, _)| known == function))
+    })
+}
+
 /// The motor that an output drives, by the settings where there are some.
 fn motor(log: &Log, output: u8) -> Option<(Quantity, u8, bool)> {
     /// What an output that drives motor 1 is set to; those up to motor 8 follow.
@@ -155,6 +196,11 @@ fn motor(log: &Log, output: u8) -> Option<(Quantity, u8, bool)> {
     const MOTORS: u8 = 8;
     let settings = log.settings();
     let function = settings.get(&format!("SERVO{output}_FUNCTION"));
+    let throttle = function.and_then(|own| THROTTLES.iter().find(|(known, _)| known == own));
+    if let Some((_, name)) = throttle {
+        let name = (*name).to_owned();
+        return Some((Quantity::Thruster { name, input: ThrusterInput::Pwm }, 4, false));
+    }
     let number = match function {
         Some(function) => function - MOTOR_1 + 1.0,
         None if settings.contains_key("SERVO1_FUNCTION") => return None,

@@ -67,6 +67,7 @@ fn stepped(arguments: &Simulate) -> Result<Profile> {
         duration_s: arguments.duration_s.unwrap_or_default(),
         sample_s: 0.1,
         current_m_per_s: [0.0; 2],
+        wind: None,
         start: StartEntry::default(),
         hold: vec![HoldEntry { force, ..HoldEntry::default() }],
         manoeuvre: None,

@@ -82,8 +82,9 @@ fn words(validations: &[Validation]) -> String {
     for validation in validations {
         for trial in &validation.score.trials {
             let own = validation.fitted_to.contains(&trial.trial);
+            let with = if validation.axes.len() > 1 { ", coupled" } else { "" };
             table.add_row([
-                validation.dof.to_string(),
+                format!("{}{with}", validation.dof),
                 trial.trial.clone(),
                 trial.mean_abs_error.map_or("diverges".to_owned(), |e| significant(e, 3)),
                 significant(trial.null_error, 3),

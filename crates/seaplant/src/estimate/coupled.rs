@@ -5,6 +5,7 @@ mod actuator;
 mod equation_error;
 mod filter;
 mod fit;
+mod free;
 mod schedule;
 mod search;
 
@@ -15,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 use super::PRECISION;
 use crate::motion::with_places;
 use crate::plant::{Basis, Parameterisation, Plant, RigidBody, Structure};
-use crate::{CoupledRecord, Dof, Error};
+use crate::{CoupledRecord, Dof, Error, Method};
 pub use actuator::Actuator;
 use equation_error::EquationError;
 use filter::Noise;
@@ -28,6 +29,8 @@ pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 pub struct CoupledFit {
     /// The plant.
     pub plant: Plant,
+    /// How it was found.
+    pub method: Method,
     /// Covariance of its coefficients, shape (p, p).
     pub covariance: DMatrix<f64>,
     /// The current of each trial, north and east, m/s, with standard deviations.
@@ -92,12 +95,42 @@ pub fn fit_coupled(
     rigid_body: Option<&RigidBody>,
     search: bool,
 ) -> Result<CoupledFit, Error> {
+    fit_as(structure, records, rigid_body, (search, Method::FilterError))
+}
+
+/// Fits a structure to trials by the output error method: its motion is left to itself.
+///
+/// As [`fit_coupled`], but without disturbances, so that the plant alone has to explain the motion
+/// from start to end. Standard deviations allow for the colour of the misfit.
+///
+/// # Errors
+/// As [`fit_coupled`].
+///
+/// # Source
+/// [Jategaonkar2015, ch. 4]; covariance of [White1982].
+pub fn fit_coupled_freely(
+    structure: &Structure,
+    records: &[&CoupledRecord],
+    rigid_body: Option<&RigidBody>,
+    search: bool,
+) -> Result<CoupledFit, Error> {
+    fit_as(structure, records, rigid_body, (search, Method::OutputError))
+}
+
+fn fit_as(
+    structure: &Structure,
+    records: &[&CoupledRecord],
+    rigid_body: Option<&RigidBody>,
+    (search, method): (bool, Method),
+) -> Result<CoupledFit, Error> {
+    let is_free = method == Method::OutputError;
     with_places!(structure.axes().len(), N => {
-        let problem = Problem::new(structure, records, rigid_body.map(RigidBody::mass_matrix));
+        let rigid_body = rigid_body.map(RigidBody::mass_matrix);
+        let problem = Problem::new(structure, records, rigid_body, is_free);
         let (first, least_squares, fitted) = begun::<N>(problem, records)?;
         let fitted = fitted.with_actuator_that_shows()?;
         let fitted = if search { fitted.searched(records)? } else { fitted };
-        fitted.refined()?.finished(first, &least_squares)
+        fitted.refined()?.finished(first, &least_squares, method)
     })
 }
 
@@ -184,10 +217,22 @@ impl<const N: usize> Fitted<N> {
         Ok(Self { optimum: Optimum { iterations, ..optimum }, ..self })
     }
 
-    /// Box and Pierce's statistic of an axis, at least 1.
+    /// What the colour of an axis's innovations exaggerates likelihood by, at least 1: Box and
+    /// Pierce's statistic, or of motion left to itself how many samples say as much as one.
     fn whiteness(&self) -> Result<impl Fn(Dof) -> f64, Error> {
-        let white = whiteness(&self.problem, &self.optimum.point)?;
+        let white = if self.problem.is_free {
+            self.problem.samples_per_independent(&self.optimum.point)?
+        } else {
+            whiteness(&self.problem, &self.optimum.point)?
+        };
         Ok(move |dof: Dof| white.get(&dof).copied().unwrap_or(1.0).max(1.0))
+    }
+
+    /// What a term has to gain, and what its gain is divided by on each axis.
+    fn bar(&self) -> Result<(f64, impl Fn(Dof) -> f64), Error> {
+        let is_free = self.problem.is_free;
+        let needed = if is_free { search::ADMITTED_OF_FREE } else { search::ADMITTED };
+        Ok((needed, self.whiteness()?))
     }
 
     /// Covariance of the coefficients.
@@ -204,11 +249,18 @@ impl<const N: usize> Fitted<N> {
         Ok(terms.map(|(k, (term, x))| (*term, x * x / covariance[(k, k)])).collect())
     }
 
-    fn finished(self, start: Plant, least_squares: &EquationError) -> Result<CoupledFit, Error> {
+    fn finished(
+        self,
+        start: Plant,
+        least_squares: &EquationError,
+        method: Method,
+    ) -> Result<CoupledFit, Error> {
         let Self { problem, optimum, tried } = self;
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
-        let covariance = inverse(&optimum.information);
+        let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
+        let covariance = problem.is_free.then(of_blocks).flatten();
+        let covariance = covariance.unwrap_or_else(|| inverse(&optimum.information));
         let noise = problem.by_noise(&optimum.point);
         let noise_information = noise.map_or(DMatrix::zeros(3 * N, 3 * N), |x| x.information);
         let noise_covariance = inverse(&noise_information);
@@ -222,6 +274,7 @@ impl<const N: usize> Fitted<N> {
         let currents = problem.trials.iter().enumerate().map(current);
         Ok(CoupledFit {
             plant: plant.pruned()?,
+            method,
             inflation: inflation(&optimum.information, p),
             covariance: of_coefficients(&plant, &covariance),
             actuator: optimum.point.actuator,
@@ -280,8 +333,7 @@ impl<const N: usize> Search<N> {
             return Ok(outside);
         }
         let scores = search::scores(&now.problem, &now.optimum.point, &outside)?;
-        let admitted =
-            search::admitted(&now.problem.structure, &outside, &scores, now.whiteness()?);
+        let admitted = search::admitted(&now.problem.structure, &outside, &scores, now.bar()?);
         self.scores.extend(outside.into_iter().zip(scores));
         Ok(admitted)
     }
@@ -298,7 +350,7 @@ impl<const N: usize> Search<N> {
             let plant = wider.problem.plant(&wider.optimum.point.free)?;
             let must_go = !search::is_dissipative(&plant, records);
             let covariance = wider.covariance();
-            let gone = search::dropped(&terms, &plant, &covariance, wider.whiteness()?, must_go);
+            let gone = search::dropped(&terms, &plant, &covariance, wider.bar()?, must_go);
             self.found = Some(wider);
             if gone.is_empty() {
                 return Ok(());
@@ -384,7 +436,12 @@ fn first_optimum<const N: usize>(
     records: &[&CoupledRecord],
 ) -> Result<(Plant, EquationError, Optimum<N>), Error> {
     let mut refused = None;
-    for (point, found) in starts::<N>(problem, records, &mut refused) {
+    let tries = if problem.has_rival() { 1 } else { usize::MAX };
+    let mut starts = starts::<N>(problem, records, &mut refused);
+    if problem.is_free {
+        starts = problem.nearer(starts);
+    }
+    for (point, found) in starts.into_iter().take(tries) {
         let start = problem.plant(&point.free)?;
         match problem.optimum(point, Tolerance::COARSE) {
             Ok(optimum) => return Ok((start, found, optimum)),
@@ -405,26 +462,39 @@ fn starts<const N: usize>(
     let mut found = Vec::new();
     let pieces = problem.in_pieces();
     for window_s in WINDOWS_S {
-        let least_squares = match equation_error::fit(&problem.structure, records, window_s) {
-            Ok(least_squares) => least_squares,
-            Err(error) => {
-                refused.get_or_insert(error);
-                continue;
-            }
-        };
-        let point = Point {
-            free: problem.physical.free(&least_squares.coefficients),
-            actuator: Actuator { lag_s: FIRST_LAG_S, delay_s: 0.0 },
-            currents: vec![[0.0; 2]; records.len()],
-            noise: first_noise(problem, &least_squares.residual),
-        };
-        found.push((pieces.as_ref().unwrap_or(problem).cost(&point), point, least_squares));
+        let (structure, physical) = (&problem.structure, &problem.physical);
+        match equation_error::fits(structure, physical, records, window_s) {
+            Ok(fits) => found.extend(fits.into_iter().map(|least_squares| {
+                let point = first_point(problem, records, &least_squares);
+                let cost = pieces.as_ref().unwrap_or(problem).cost(&point);
+                (cost, point, least_squares)
+            })),
+            Err(error) => drop(refused.get_or_insert(error)),
+        }
     }
     if found.iter().any(|(cost, ..)| cost.is_finite()) {
         *refused = None;
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.into_iter().map(|(_, point, least_squares)| (point, least_squares)).collect()
+}
+
+fn first_point<const N: usize>(
+    problem: &Problem,
+    records: &[&CoupledRecord],
+    least_squares: &EquationError,
+) -> Point<N> {
+    let mut point = Point {
+        free: problem.physical.free(&least_squares.coefficients),
+        actuator: Actuator { lag_s: if problem.fits[0] { FIRST_LAG_S } else { 0.0 }, delay_s: 0.0 },
+        currents: vec![[0.0; 2]; records.len()],
+        noise: first_noise(problem, &least_squares.residual),
+    };
+    if problem.is_free {
+        point.noise = free::first_noise(problem, records);
+        problem.in_pieces().as_ref().unwrap_or(problem).step_misfit(&mut point, Tolerance::COARSE);
+    }
+    point
 }
 
 /// The inverse of an information matrix, scaled first; what it does not tell gets a variance

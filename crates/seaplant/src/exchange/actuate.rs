@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Actuation, PlantModel};
+use crate::motion::Wind;
 use crate::plant::Signal;
 use crate::{Dof, Error, Thruster, Timed};
 
@@ -17,6 +18,8 @@ pub struct Drive {
     pub wrench: BTreeMap<Dof, Timed>,
     /// Angles of rudders and fins, rad; between samples they go straight.
     pub angles: BTreeMap<String, Timed>,
+    /// The wind; still air if there is none.
+    pub wind: Option<Wind>,
 }
 
 /// How finely a propeller that lags is followed, s: as long as a step of the simulation.
@@ -56,8 +59,8 @@ impl PlantModel {
         Ok(forces)
     }
 
-    /// What the plant's effects read; angles and drives that are not given are zero, and the air
-    /// is still.
+    /// What the plant's effects read; angles and drives that are not given are zero, and the air is
+    /// still: a wind comes in by [`Inputs::wind`](crate::motion::Inputs::wind).
     ///
     /// # Errors
     /// [`Error::Fin`] for the angle of a surface that the plant does not have.
@@ -87,6 +90,11 @@ impl PlantModel {
             (signal.clone(), given.unwrap_or_else(|| still.clone()))
         };
         Ok(wanted.iter().map(of).collect())
+    }
+
+    /// Whether wind pushes it.
+    pub fn reads_wind(&self) -> bool {
+        self.plant.structure().signals().iter().any(Signal::is_of_wind)
     }
 
     /// Whether a thruster is one whose strength was estimated.

@@ -204,6 +204,7 @@ impl PlantModel {
         let inputs = Inputs {
             force: self.forces(&drive, approach.longest_s)?,
             signals: self.signals(&drive)?,
+            wind: drive.wind.clone(),
             ..Inputs::default()
         };
         let start = Vector6::new(approach.speed, 0.0, 0.0, 0.0, 0.0, 0.0);

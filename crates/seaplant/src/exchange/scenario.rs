@@ -73,6 +73,12 @@ impl PlantModel {
         let consequences = self.consequences(&forces, draws)?;
         let mut notes = self.notes_of(&forces, draws, &prediction, scenario.disturbed);
         notes.extend(self.beyond_trials(&forces, &prediction));
+        if scenario.drive.wind.is_some() && !self.reads_wind() {
+            notes.push(
+                "the plant has no coefficients of wind (wind.surge, wind.sway, wind.yaw), so the wind does nothing here"
+                    .to_owned(),
+            );
+        }
         notes.extend(self.notes.iter().cloned());
         Ok(Outcome { prediction, consequences, notes })
     }
@@ -96,7 +102,9 @@ impl PlantModel {
         }
         let force = self.forces(&scenario.drive, until)?;
         let signals = self.signals(&scenario.drive)?;
-        Ok((Inputs { force, velocity, attitude, current: scenario.current, signals }, start))
+        let wind = scenario.drive.wind.clone();
+        let current = scenario.current;
+        Ok((Inputs { force, velocity, attitude, current, signals, wind }, start))
     }
 
     fn notes_of(

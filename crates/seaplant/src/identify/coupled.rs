@@ -8,17 +8,21 @@ mod score;
 mod under_way;
 mod verdict;
 
+pub use score::score_coupled;
+
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
-use crate::estimate::{CoupledFit, Tried, fit_coupled};
+use crate::estimate::{CoupledFit, Tried, fit_coupled, fit_coupled_freely};
 use crate::exchange::Driven;
-use crate::plant::{Basis, HullModel, Plant, Product, RigidBody, Signal, Structure, Symmetry};
+use crate::plant::{
+    Basis, EffectForce, HullModel, Plant, Product, RigidBody, Signal, Structure, Symmetry,
+};
 use crate::results::{
-    AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, Failure, Identifiability,
-    MatrixResult, Parameter, Results, TermDecision, ToldBy, Verdict,
+    AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, CoupledScore, Failure,
+    Identifiability, MatrixResult, Parameter, Results, TermDecision, ToldBy, Verdict,
 };
 use crate::{
     Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Method, Role, Timed, Trial, Vehicle,
@@ -68,7 +72,9 @@ impl CoupledPlan {
                 continue;
             }
             let name = effect.name.clone();
-            let has_term = is_usual || is_asked || self.hold.contains_key(&name);
+            // Wind that is there pushes: without it the start of a fit may be far off.
+            let blows = is_told && matches!(effect.force, EffectForce::Wind { .. });
+            let has_term = is_usual || is_asked || blows || self.hold.contains_key(&name);
             structure = structure.with_effect(effect, has_term)?;
             if let Some((term, known)) = structure.term_named(&name).zip(known) {
                 structure = structure.holding(term, known)?;
@@ -214,18 +220,10 @@ fn plant(
     }
     check_motion(&structure, &records.fit)?;
     check_scale(&structure, &records.fit)?;
-    let fit = fit_coupled(&structure, &records.fit, vehicle.rigid_body.as_ref(), plan.search)?;
-    let own = |record: &CoupledRecord| fit.current_of(&record.trial);
-    let beside = score::Standing::beside(&fit);
-    let score = score::score(&fit.plant, &beside, &records.fit, own)?;
-    let hold_out = match records.hold_out.as_slice() {
-        [] => None,
-        // A trial that was not fitted has no current of its own.
-        held => Some(score::score(&fit.plant, &beside, held, |_| fit.mean_current())?),
-    };
+    let Scored { fit, of_fit, of_hold_out } = best(&structure, &records, vehicle, plan.search)?;
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
-    plant.fit = score;
-    plant.hold_out = hold_out;
+    plant.fit = of_fit;
+    plant.hold_out = of_hold_out;
     plant.nondimensional = prime::prime(&fit, &records.fit, vehicle);
     plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
@@ -234,6 +232,65 @@ fn plant(
     plant.caveats.splice(0..0, records.left_out);
     plant.verdict = verdict::verdict(&plant);
     Ok((structure.name(), plant, online))
+}
+
+/// A fit and its free motion over the trials.
+struct Scored {
+    fit: CoupledFit,
+    of_fit: CoupledScore,
+    of_hold_out: Option<CoupledScore>,
+}
+
+impl Scored {
+    fn new(fit: CoupledFit, records: &Records<'_>) -> Result<Self, Error> {
+        let own = |record: &CoupledRecord| fit.current_of(&record.trial);
+        let beside = score::Standing::beside(&fit);
+        let of_fit = score::score(&fit.plant, &beside, &records.fit, own)?;
+        let of_hold_out = match records.hold_out.as_slice() {
+            [] => None,
+            // A trial that was not fitted has no current of its own.
+            held => Some(score::score(&fit.plant, &beside, held, |_| fit.mean_current())?),
+        };
+        Ok(Self { fit, of_fit, of_hold_out })
+    }
+
+    /// Σ ln(1 − R²) over the axes of the held-out trials, or of the fitted ones.
+    fn misfit(&self) -> f64 {
+        let score = self.of_hold_out.as_ref().unwrap_or(&self.of_fit);
+        let of = |score: &AxisScore| score.r2.map_or(f64::INFINITY, |r2| (1.0 - r2).ln());
+        score.by_axis.values().map(of).sum()
+    }
+}
+
+/// The plant by filter error; where it reads effects, or does not settle, also that by output error,
+/// if it predicts better.
+///
+/// Filter error explains motion from sample to sample, and a force that a rudder, a propeller or wind
+/// lacks becomes disturbance; output error has to explain all of the motion.
+///
+/// # Errors
+/// That of filter error, if neither method finds a plant.
+fn best(
+    structure: &Structure,
+    records: &Records<'_>,
+    vehicle: &Vehicle,
+    search: bool,
+) -> Result<Scored, Error> {
+    let body = vehicle.rigid_body.as_ref();
+    let filtered = fit_coupled(structure, &records.fit, body, search);
+    let filtered = filtered.and_then(|fit| Scored::new(fit, records));
+    if filtered.is_ok() && structure.signals().is_empty() {
+        return filtered;
+    }
+    let free = fit_coupled_freely(structure, &records.fit, body, search);
+    let free = free.and_then(|fit| Scored::new(fit, records));
+    match (filtered, free) {
+        (Ok(filtered), Ok(free)) => {
+            Ok(if free.misfit() < filtered.misfit() { free } else { filtered })
+        }
+        (Ok(only), Err(_)) | (Err(_), Ok(only)) => Ok(only),
+        (Err(error), Err(_)) => Err(error),
+    }
 }
 
 /// The score of each driven axis by itself, on held-out trials if there are any.
@@ -328,7 +385,7 @@ fn check_scale(structure: &Structure, records: &[&CoupledRecord]) -> Result<(), 
     let is_held = structure.terms().iter().any(|term| structure.held(term).is_some());
     let is_driven = |dof: &Dof| records.iter().any(|record| record.is_driven(*dof));
     if is_held || structure.axes().iter().any(is_driven) {
-        return Ok(());
+        return check_scale_across(structure, is_driven);
     }
     let has = |dof: Dof| structure.axes().contains(&dof);
     let first = Dof::ALL.into_iter().find(|dof| has(*dof)).unwrap_or(Dof::Surge);
@@ -336,6 +393,30 @@ fn check_scale(structure: &Structure, records: &[&CoupledRecord]) -> Result<(), 
         "nothing fixes the scale of force: no thrust is known, and with every mass, drag and thrust twice as large the motion is the same; state a thrust curve, or the area_m2 and lift_slope of a fin, or hold one mass in [[plant]], such as hold = {{ \"mass.{first}\" = 260 }} for dry mass and what the water adds"
     );
     Err(Error::Plant { axes: structure.name(), reason })
+}
+
+/// The scale of surge reaches sway and yaw by `M C`: by m₁₁ur and m₁₁uv, which terms of their own
+/// make up for.
+///
+/// # Errors
+/// [`Error::Plant`] if a plant has both terms, and nothing is known of sway and yaw.
+fn check_scale_across(
+    structure: &Structure,
+    is_driven: impl Fn(&Dof) -> bool,
+) -> Result<(), Error> {
+    let is_free =
+        |name: &str| structure.term_named(name).is_some_and(|term| structure.held(&term).is_none());
+    let is_across = |dof: &Dof| matches!(dof, Dof::Sway | Dof::Yaw);
+    let is_known = |term: &Basis| {
+        structure.held(term).is_some() && structure.axes_of(term).iter().any(is_across)
+    };
+    let is_open = is_free("sway: ur") && is_free("yaw: uv");
+    let is_told = structure.axes().iter().any(|dof| is_across(dof) && is_driven(dof));
+    if !is_open || is_told || structure.terms().iter().any(is_known) {
+        return Ok(());
+    }
+    let reason = "nothing fixes the scale of sway and yaw: with \"sway: ur\" and \"yaw: uv\" free, these axes move alike with every other number of theirs twice as large; leave one of the two out, or hold mass.sway in [[plant]]";
+    Err(Error::Plant { axes: structure.name(), reason: reason.to_owned() })
 }
 
 /// Slower than this an axis stands still, m/s or rad/s.
@@ -351,7 +432,7 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
     let mass = fit.plant.mass_matrix();
     CoupledPlant {
         axes: structure.axes().to_vec(),
-        method: Method::FilterError,
+        method: fit.method,
         symmetry: structure.symmetry(),
         effects: structure.effects().to_vec(),
         mass_matrix: matrix(fit, &mass, |i, j| Basis::Mass(i.min(j), i.max(j))),
@@ -471,6 +552,10 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
     }
     for (dof, noise) in &fit.disturbances {
         let units = dof.units();
+        if fit.method == Method::OutputError {
+            all.insert(format!("misfit: {dof}"), parameter(noise.velocity, units.velocity));
+            continue;
+        }
         all.insert(format!("disturbance: {dof}"), parameter(noise.disturbance, units.force));
         all.insert(format!("disturbance correlation: {dof}"), parameter(noise.correlation_s, "s"));
         all.insert(format!("velocity noise: {dof}"), parameter(noise.velocity, units.velocity));

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3, Vector6};
 
 use super::{Whole, body_from_world, interpolated_attitude};
 use crate::plant::{Plant, Signal};
+use crate::quantity::WindFrame;
 use crate::{Dof, Error, Timed};
 
 /// What drives a plant, and what is known of axes that it does not have.
@@ -22,6 +23,36 @@ pub struct Inputs {
     pub current: [f64; 2],
     /// What the plant's effects read: angles, drives, air.
     pub signals: BTreeMap<Signal, Timed>,
+    /// The wind; in place of air among `signals`, where the vehicle's own heading is to turn it.
+    pub wind: Option<Wind>,
+}
+
+/// Wind as it is logged or forecast.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wind {
+    /// Over ground, or as felt on board.
+    pub frame: WindFrame,
+    /// Its speed, m/s.
+    pub speed: Timed,
+    /// Where it comes from, clockwise from north or from the bow, rad; held.
+    pub from: Timed,
+}
+
+impl Wind {
+    /// A wind that does not change.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] for a speed or direction that is no number.
+    pub fn steady(frame: WindFrame, speed: f64, from: f64) -> Result<Self, Error> {
+        let constant = |x: f64| Timed::new("wind", vec![0.0], vec![x]);
+        Ok(Self { frame, speed: constant(speed)?, from: constant(from)? })
+    }
+
+    /// Velocity along the axes of its frame: it blows away from where it comes from.
+    fn at(&self, t: f64) -> Vector3<f64> {
+        let (speed, (sin, cos)) = (self.speed.at(t), self.from.held_at(t).sin_cos());
+        Vector3::new(-speed * cos, -speed * sin, 0.0)
+    }
 }
 
 /// The motion of a plant.
@@ -190,12 +221,18 @@ impl<'a> Run<'a> {
     ) -> (Vector6<f64>, Turned) {
         let drive_at = now + 0.5 * h;
         let slopes = |v: Vector6<f64>, turned: Turned, t: f64| {
+            let six = v + self.others(t);
+            let air = self.air(turned, &six, t);
             let value = |(signal, series): &(&Signal, &Timed)| {
+                match (air, signal) {
+                    (Some(air), Signal::AirForward) => return air.x,
+                    (Some(air), Signal::AirStarboard) => return air.y,
+                    _ => {}
+                }
                 // Like force, a held signal is that of the step's middle.
                 signal.value(series, if signal.is_held() { drive_at } else { t })
             };
             let signals: Vec<f64> = self.signals.iter().map(value).collect();
-            let six = v + self.others(t);
             let down = self.to_body(turned, t) * Vector3::z();
             (self.plant.rate(&six, &down, force, &signals), self.turning(turned, &six, t))
         };
@@ -254,6 +291,15 @@ impl<'a> Run<'a> {
             Turned::Freely(q) => *Unit::new_normalize(q).inverse().to_rotation_matrix().matrix(),
             Turned::Partly(_) => body_from_world(self.angles(turned, t)),
         }
+    }
+
+    /// Velocity of the air in body axes, if there is a wind of its own; `six` is the vehicle's.
+    fn air(&self, turned: Turned, six: &Vector6<f64>, t: f64) -> Option<Vector3<f64>> {
+        let wind = self.inputs.wind.as_ref()?;
+        Some(match wind.frame {
+            WindFrame::True => self.to_body(turned, t) * wind.at(t),
+            WindFrame::Relative => wind.at(t) + six.fixed_rows::<3>(0),
+        })
     }
 
     /// The current in body axes.
@@ -337,7 +383,7 @@ impl<'a> Moving<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::{Structure, Symmetry};
+    use crate::plant::{Effect, EffectForce, Structure, Symmetry};
 
     /// Integration in steps of 0.02 s over ten seconds, as a part.
     const INTEGRATION: f64 = 1e-5;
@@ -383,5 +429,40 @@ mod tests {
         let motion = simulate(&plant, &inputs, &Vector6::zeros(), &[0.0, 200.0]).expect("bounded");
         let (u, v) = (motion.velocity[1][0], motion.velocity[1][1]);
         assert!((u.hypot(v) - 0.3_f64.hypot(0.1)).abs() < 1e-3, "{u} {v}");
+    }
+
+    #[test]
+    fn a_vehicle_drifts_with_the_wind_whichever_way_it_heads() {
+        let sail = |on: Dof| {
+            let force = EffectForce::Wind { on, scale: 2.0 };
+            Effect { name: format!("wind.{on}"), force }
+        };
+        let axes = [Dof::Surge, Dof::Sway];
+        let structure = Structure::of(&axes, Symmetry::Diagonal).expect("two axes");
+        let structure = axes.into_iter().fold(structure, |structure, on| {
+            structure.with_effect(sail(on), true).expect("acts there")
+        });
+        // Masses, then drag by speed and by its square of each axis, then the wind's.
+        let numbers = vec![100.0, 100.0, 0.0, 50.0, 0.0, 50.0, 1.0, 1.0];
+        let plant = Plant::new(structure, numbers).expect("a plant");
+        let still = || Timed::new("air", vec![0.0], vec![0.0]).expect("one");
+        let drift = |frame: WindFrame, from: f64, heading: f64| {
+            let heading = Timed::new("heading", vec![0.0], vec![heading]).expect("one");
+            let wind = Wind::steady(frame, 6.0, from).expect("finite");
+            let signals = [Signal::AirForward, Signal::AirStarboard].map(|x| (x, still())).into();
+            let attitude = [None, None, Some(heading)];
+            let inputs = Inputs { attitude, signals, wind: Some(wind), ..Inputs::default() };
+            let moved = simulate(&plant, &inputs, &Vector6::zeros(), &[0.0, 300.0]);
+            moved.expect("bounded").velocity[1]
+        };
+        // 2 (6 − v)² = 50 v² at rest in the end: v = 6 / (1 + 5).
+        let headed = drift(WindFrame::True, std::f64::consts::PI, 0.0);
+        assert!((headed[0] - 1.0).abs() < 1e-6, "{headed}");
+        // From the south to a vehicle that heads east: to its port.
+        let across = drift(WindFrame::True, std::f64::consts::PI, std::f64::consts::FRAC_PI_2);
+        assert!((across[1] + 1.0).abs() < 1e-6 && across[0].abs() < 1e-9, "{across}");
+        // As felt on board it does not weaken: 2 · 6² = 50 v².
+        let felt = drift(WindFrame::Relative, std::f64::consts::PI, 1.0);
+        assert!((felt[0] - 1.2).abs() < 1e-6, "{felt}");
     }
 }

@@ -1,10 +1,12 @@
 //! Coupled equation error: least squares on the equation of motion, without accelerations.
 
+mod accelerations;
+
 use nalgebra::{DMatrix, DVector, Vector6};
 
 use crate::motion::{down_body, interpolated_attitude};
-use crate::plant::{Instant, Structure};
-use crate::{CoupledRecord, Error, Grid};
+use crate::plant::{Instant, Physical, Structure};
+use crate::{CoupledRecord, Dof, Error, Grid};
 
 /// What least squares on the equation of motion gives.
 #[derive(Clone, Debug)]
@@ -28,6 +30,29 @@ const PASSES: usize = 3;
 /// Windows overlap by half: their test functions are zero at both ends.
 const OVERLAP: usize = 2;
 
+/// What least squares on the equation of motion gives, and on accelerations, as far as each can.
+///
+/// On an axis without a known force the equation reads `0 = Σ θ_k Y_k`, which no coefficients at all
+/// satisfy best; in accelerations, `0 = M⁻¹ Σ θ_k Y_k`, they have no way to vanish.
+///
+/// # Errors
+/// As [`fit`].
+pub(super) fn fits(
+    structure: &Structure,
+    physical: &Physical,
+    records: &[&CoupledRecord],
+    window_s: f64,
+) -> Result<Vec<EquationError>, Error> {
+    let by_force = fit(structure, records, window_s)?;
+    let is_driven = |dof: &Dof| records.iter().any(|record| record.is_driven(*dof));
+    if structure.axes().iter().all(is_driven) {
+        return Ok(vec![by_force]);
+    }
+    let rows = rows(structure, records, window_s)?;
+    let by_acceleration = accelerations::descent(structure, physical, &rows, &by_force);
+    Ok(by_acceleration.into_iter().chain([by_force]).collect())
+}
+
 /// The rows of a structure's equation under test functions: one for each axis and window.
 ///
 /// With φ(t) zero at the ends of a window, `∫ φ M ν̇ dt = −∫ φ̇ M ν dt`: nothing has to be
@@ -43,7 +68,7 @@ struct Rows {
 ///
 /// # Errors
 /// [`Error::TooShort`] if no trial holds one window.
-pub(super) fn fit(
+fn fit(
     structure: &Structure,
     records: &[&CoupledRecord],
     window_s: f64,

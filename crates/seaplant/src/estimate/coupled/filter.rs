@@ -150,6 +150,15 @@ struct Transition<const N: usize> {
 impl<const N: usize> Pass<'_, N> {
     /// ln-likelihood with its slope by coefficients, actuators and current, and the gains.
     pub(super) fn by_plant(&self) -> (Slope, Vec<Gain<N>>) {
+        self.by_plant_at(f64::INFINITY, |_| ())
+    }
+
+    /// The same; `at_mark` is told the gradient so far after each `spacing_s`, and at the end.
+    pub(super) fn by_plant_at(
+        &self,
+        spacing_s: f64,
+        mut at_mark: impl FnMut(&DVector<f64>),
+    ) -> (Slope, Vec<Gain<N>>) {
         let (coefficients, mut gains) =
             (self.plant.count(), Vec::with_capacity(self.schedule.samples()));
         let p = coefficients + PUSHED_BY;
@@ -158,6 +167,7 @@ impl<const N: usize> Pass<'_, N> {
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
         let mut by = vec![(SVector::<f64, N>::zeros(), SVector::<f64, N>::zeros()); p + 2];
         let mut row = vec![0.0; p + 2];
+        let mut since_mark_s = 0.0;
         for direction in 0..2 {
             by[p + direction].0 = -self.water_column(&self.schedule.stops[0], direction);
         }
@@ -188,7 +198,13 @@ impl<const N: usize> Pass<'_, N> {
                 slope.add(e, gain.variance, &row);
                 gains.push(gain);
             }
+            since_mark_s += stop.length_s;
+            if since_mark_s >= spacing_s {
+                at_mark(&slope.gradient);
+                since_mark_s = 0.0;
+            }
         }
+        at_mark(&slope.gradient);
         slope.mirror();
         (finite(slope, &mean), gains)
     }

@@ -38,9 +38,11 @@ pub(super) struct Problem {
     /// Which of lag and delay are fitted.
     pub(super) fits: [bool; Actuator::COUNT],
     /// What differences of the samples of each axis show of their noise, m/s or rad/s.
-    sample_noise: Vec<f64>,
+    pub(super) sample_noise: Vec<f64>,
     /// Whether a current is fitted: there is a translation for it to show in.
     pub(super) has_current: bool,
+    /// Whether the motion is left to itself: no disturbance, all misfit is of the measurement.
+    pub(super) is_free: bool,
 }
 
 /// The optimum.
@@ -74,7 +76,7 @@ pub(super) struct Tolerance {
     /// A step that would gain less than this in log-likelihood is the last.
     plant: f64,
     /// The same of the noise, whose numbers matter less.
-    noise: f64,
+    pub(super) noise: f64,
 }
 
 impl Tolerance {
@@ -83,6 +85,11 @@ impl Tolerance {
     /// No coefficient moves by more than half of its standard deviation: near enough to ask what
     /// the plant lacks, and to go on from.
     pub(super) const COARSE: Self = Self { plant: 0.1, noise: 0.5 };
+
+    /// The same of motion left to itself, of whose samples a hundred say about as much as one.
+    fn of_free(self) -> Self {
+        Self { plant: 100.0 * self.plant, noise: 100.0 * self.noise }
+    }
 
     /// A step that did gain less than this is the last, whatever was expected of it.
     fn nothing(self) -> f64 {
@@ -115,8 +122,10 @@ impl Problem {
         structure: &Structure,
         records: &[&CoupledRecord],
         rigid_body: Option<Matrix6<f64>>,
+        is_free: bool,
     ) -> Self {
         let axes = structure.axes();
+        let has_force = records.iter().any(|record| record.force.iter().any(Option::is_some));
         let pieces = Schedule::pieces(records, structure);
         let samples: usize = pieces.iter().map(Schedule::samples).sum();
         let are_enough = samples >= SAMPLES_PER_TERM * structure.terms().len();
@@ -127,9 +136,10 @@ impl Problem {
             schedules: Schedule::whole(records, structure),
             pieces: are_enough.then_some(pieces),
             rigid_body,
-            fits: [true; Actuator::COUNT],
+            fits: [has_force; Actuator::COUNT],
             sample_noise: axes.iter().map(|dof| sample_noise(records, dof.index())).collect(),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
+            is_free,
         }
     }
 
@@ -145,6 +155,7 @@ impl Problem {
             fits: self.fits,
             sample_noise: self.sample_noise.clone(),
             has_current: self.has_current,
+            is_free: self.is_free,
         }
     }
 
@@ -160,12 +171,12 @@ impl Problem {
         Plant::new(self.structure.clone(), coefficients.iter().copied().collect())
     }
 
-    fn prepared<const N: usize>(&self, free: &DVector<f64>) -> Option<Prepared<N>> {
+    pub(super) fn prepared<const N: usize>(&self, free: &DVector<f64>) -> Option<Prepared<N>> {
         Prepared::new(&self.plant(free).ok()?).ok()
     }
 
     /// Runs one pass over every schedule, each in its own thread; results come in their order.
-    fn each<const N: usize, T: Send>(
+    pub(super) fn each<const N: usize, T: Send>(
         &self,
         point: &Point<N>,
         plant: &Prepared<N>,
@@ -217,7 +228,7 @@ impl Problem {
     }
 
     /// Coefficients that are known have no gradient, and no error.
-    fn hold(&self, slope: &mut Slope) {
+    pub(super) fn hold(&self, slope: &mut Slope) {
         for (k, term) in self.structure.terms().iter().enumerate() {
             let Some(value) = self.structure.held(term) else { continue };
             slope.gradient[k] = 0.0;
@@ -261,6 +272,11 @@ impl Problem {
         sum.cost.is_finite().then_some(sum)
     }
 
+    /// Whether output error is there if this does not settle: no second try is worth its time.
+    pub(super) fn has_rival(&self) -> bool {
+        !self.is_free && !self.structure.signals().is_empty()
+    }
+
     /// Goes from a start to the optimum, at first on pieces of the trials.
     ///
     /// # Errors
@@ -270,8 +286,13 @@ impl Problem {
         start: Point<N>,
         tolerance: Tolerance,
     ) -> Result<Optimum<N>, Error> {
+        let pieces = self.in_pieces();
+        if let Some(pieces) = pieces.as_ref().filter(|_| self.has_rival()) {
+            let nearer = pieces.descent(start, Tolerance::COARSE)?;
+            return self.descent(nearer.point, tolerance);
+        }
         let on_pieces = |pieces: Self| pieces.descent(start.clone(), Tolerance::COARSE).ok();
-        let nearer = self.in_pieces().and_then(on_pieces);
+        let nearer = pieces.and_then(on_pieces);
         let found = nearer.and_then(|nearer| self.descent(nearer.point, tolerance).ok());
         found.map_or_else(|| self.descent(start, tolerance), Ok)
     }
@@ -288,6 +309,7 @@ impl Problem {
     ) -> Result<Optimum<N>, Error> {
         let refuse =
             |reason: &str| Error::Plant { axes: self.structure.name(), reason: reason.to_owned() };
+        let tolerance = if self.is_free { tolerance.of_free() } else { tolerance };
         let mut point = start;
         let mut damping = DAMPING;
         let mut noise_is_settled = false;
@@ -393,6 +415,9 @@ impl Problem {
 
     /// One step of the noise; whether it is settled.
     fn step_noise<const N: usize>(&self, point: &mut Point<N>, tolerance: Tolerance) -> bool {
+        if self.is_free {
+            return self.step_misfit(point, tolerance);
+        }
         let Some(slope) = self.by_noise(point) else { return true };
         let mut damping = DAMPING;
         let logarithms = point.noise.logarithms();
@@ -449,7 +474,7 @@ fn prior_numbers<const N: usize>(point: &Point<N>) -> impl Iterator<Item = (f64,
 }
 
 /// `−(H + λ diag H)⁻¹ g` of the numbers that are not held, and the gain that H expects.
-fn damped_step(
+pub(super) fn damped_step(
     gradient: &DVector<f64>,
     hessian: &DMatrix<f64>,
     damping: f64,

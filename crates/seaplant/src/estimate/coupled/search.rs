@@ -26,7 +26,11 @@ pub struct Tried {
 /// Gains above this, times the whiteness statistic of their axis, admit a term, and keep it beside
 /// the others: chance makes as much once in 100 000, and correlated innovations exaggerate in
 /// proportion.
-const ADMITTED: f64 = 20.0;
+pub(super) const ADMITTED: f64 = 20.0;
+
+/// The same of motion left to itself, by how many samples say as much as one: chance makes as much
+/// once in 400.
+pub(super) const ADMITTED_OF_FREE: f64 = 9.0;
 
 /// Linear and quadratic damping of an axis by another that its mass may couple with, or the terms
 /// that the structure says; and effects.
@@ -109,7 +113,7 @@ pub(super) fn admitted(
     structure: &Structure,
     candidates: &[Basis],
     scores: &[f64],
-    whiteness: impl Fn(Dof) -> f64,
+    (needed, whiteness): (f64, impl Fn(Dof) -> f64),
 ) -> Vec<Basis> {
     let best = |axis: Dof| {
         let own =
@@ -118,8 +122,7 @@ pub(super) fn admitted(
     };
     let passes = |(term, &score): (&Basis, &f64)| {
         let axis = main_axis(structure, term);
-        let is_admitted =
-            score > ADMITTED * whiteness(axis) || score > ADMITTED && score >= best(axis);
+        let is_admitted = score > needed * whiteness(axis) || score > needed && score >= best(axis);
         is_admitted.then_some(*term)
     };
     candidates.iter().zip(scores).filter_map(passes).collect()
@@ -134,7 +137,7 @@ pub(super) fn dropped(
     terms: &[Basis],
     plant: &Plant,
     covariance: &DMatrix<f64>,
-    whiteness: impl Fn(Dof) -> f64,
+    (needed, whiteness): (f64, impl Fn(Dof) -> f64),
     one_must_go: bool,
 ) -> Vec<Basis> {
     let structure = plant.structure();
@@ -150,7 +153,7 @@ pub(super) fn dropped(
         let least = worths.min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((at, worth)) = least else { break };
         let is_first_of_must = one_must_go && gone.is_empty();
-        if worth >= ADMITTED && !is_first_of_must {
+        if worth >= needed && !is_first_of_must {
             break;
         }
         let (k, term) = left.remove(at);

@@ -6,7 +6,7 @@ use crate::estimate::{CoupledFit, NEGLIGIBLE_POWER, damping_power};
 use crate::judge::PREDICTS;
 use crate::plant::{Basis, EffectForce};
 use crate::results::{AxisScore, CoupledPlant, CoupledScore, ToldBy};
-use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Vehicle};
+use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Method, Vehicle};
 
 /// Two coefficients that are correlated by more cannot be told apart.
 const COLLINEAR: f64 = 0.98;
@@ -232,7 +232,11 @@ fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
 /// Above this the mean of Box and Pierce's statistic says that innovations are correlated.
 const WHITE: f64 = 1.8;
 
+/// Intervals of output error allow for the colour of its misfit.
 fn not_white(fit: &CoupledFit) -> Option<Caveat> {
+    if fit.method == Method::OutputError {
+        return None;
+    }
     let far = |(dof, ratio): (&Dof, &f64)| {
         (*ratio > WHITE).then(|| format!("{dof} ({})", spoken(*ratio)))
     };

@@ -7,12 +7,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::plant_of_result;
 use crate::estimate::{Actuator, AxisNoise, CoupledFit};
 use crate::motion::{Inputs, Simulated, simulate};
 use crate::plant::Plant;
-use crate::results::{AxisScore, CoupledScore};
+use crate::results::{AxisScore, CoupledPlant, CoupledScore};
 use crate::series::union;
-use crate::{CoupledRecord, Dof, Error, Timed};
+use crate::{CoupledRecord, Dof, Error, Timed, Trial};
 
 /// Sums that make a score.
 #[derive(Clone, Copy, Default)]
@@ -67,6 +68,33 @@ impl Sums {
             samples: self.n,
         }
     }
+}
+
+/// The error of a coupled plant of results on trials, each simulated freely from its start.
+///
+/// Water is taken to move as in the trials that the plant was fitted to, in their mean.
+///
+/// # Errors
+/// That of the first trial, if none was read for the plant's axes; as [`plant_of_result`].
+pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<CoupledScore, Error> {
+    let plant = plant_of_result(result)?;
+    let number = |name: &str| result.nuisances.get(name).map_or(0.0, |x| x.value);
+    let actuator = Actuator { lag_s: number("lag"), delay_s: number("delay") };
+    let mean = |direction: &str| {
+        let own = result.nuisances.iter().filter(|(name, _)| name.starts_with(direction));
+        let weighted = own.map(|(_, x)| (x.value, 1.0 / (x.std * x.std).max(f64::MIN_POSITIVE)));
+        let (sum, weight) = weighted.fold((0.0, 0.0), |(s, w), (x, own)| (s + own * x, w + own));
+        if weight > 0.0 { sum / weight } else { 0.0 }
+    };
+    let current = [mean("current north: "), mean("current east: ")];
+    let read: Vec<_> = trials.iter().map(|trial| trial.coupled(&result.axes)).collect();
+    let records: Vec<&CoupledRecord> =
+        read.iter().filter_map(|x| x.as_ref().ok().copied()).collect();
+    if let (true, Some(Err(error))) = (records.is_empty(), read.into_iter().next()) {
+        return Err(error);
+    }
+    let stands = Standing { actuator, disturbances: &BTreeMap::new() };
+    score(&plant, &stands, &records, |_| current)
 }
 
 /// Simulates trials freely from their start, with thrust as it acts, and compares velocities.
@@ -127,6 +155,7 @@ fn of_trial(
         attitude: record.attitude.clone(),
         current,
         signals: record.signals.clone(),
+        wind: None,
     };
     let followed = |inputs: &Inputs| match simulate(plant, inputs, &start, &times) {
         Ok(simulated) => Ok(Some(simulated)),

@@ -1,0 +1,172 @@
+//! Output error of a coupled plant: its motion is left to itself, and all misfit is the
+//! measurement's.
+//!
+//! In the filter's terms: no disturbance, so that its gain fades, and a noise as large as the
+//! misfit. The misfit is coloured, which the information of independent samples does not know:
+//! covariance is that of the scores of blocks.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector, SVector};
+
+use super::actuator::Actuator;
+use super::filter::Noise;
+use super::fit::{Point, Problem, Tolerance};
+use super::inverse;
+use crate::motion::PUSHED_BY;
+use crate::{CoupledRecord, Dof, Error};
+
+/// Blocks of trials for each number that is fitted, whose scores make the covariance.
+const BLOCKS_PER_NUMBER: f64 = 2.0;
+
+/// Lags after which the correlation of a misfit is no longer summed, as part of a trial.
+const MOST_LAGS_PART: usize = 10;
+
+/// The first noise: all motion is misfit.
+pub(super) fn first_noise<const N: usize>(
+    problem: &Problem,
+    records: &[&CoupledRecord],
+) -> Noise<N> {
+    let axes = problem.structure.axes();
+    let spread = |i: usize| {
+        let Some(dof) = axes.get(i) else { return 1.0 };
+        let series = records.iter().filter_map(|record| record.velocity[dof.index()].as_ref());
+        let values: Vec<f64> = series.flat_map(|series| series.values()).copied().collect();
+        let sum: f64 = values.iter().map(|x| x * x).sum();
+        (sum / values.len().max(1) as f64).sqrt().max(problem.sample_noise[i])
+    };
+    Noise {
+        disturbance: SVector::zeros(),
+        correlation_s: SVector::repeat(1.0),
+        velocity: SVector::from_fn(|i, _| spread(i)),
+    }
+}
+
+impl Problem {
+    /// Starts brought to where pieces of the trials lead each of them, the likeliest first: left to
+    /// itself, motion far from the truth has optima of its own.
+    pub(super) fn nearer<const N: usize, T>(
+        &self,
+        starts: Vec<(Point<N>, T)>,
+    ) -> Vec<(Point<N>, T)> {
+        let Some(pieces) = self.in_pieces() else { return starts };
+        let mut found: Vec<(f64, Point<N>, T)> = starts
+            .into_iter()
+            .map(|(point, of)| match pieces.descent(point.clone(), Tolerance::COARSE) {
+                Ok(nearer) => (nearer.cost, nearer.point, of),
+                Err(_) => (f64::INFINITY, point, of),
+            })
+            .collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.into_iter().map(|(_, point, of)| (point, of)).collect()
+    }
+
+    /// Sets the noise of each axis to its misfit; whether that is settled.
+    pub(super) fn step_misfit<const N: usize>(
+        &self,
+        point: &mut Point<N>,
+        tolerance: Tolerance,
+    ) -> bool {
+        let Ok(trials) = self.innovations(point) else { return true };
+        let mut sums = [(0.0, 0.0); N];
+        for innovation in trials.iter().flatten() {
+            let (sum, n) = &mut sums[innovation.axis];
+            *sum += innovation.normalised.powi(2);
+            *n += 1.0;
+        }
+        let mut moved = point.clone();
+        let mut gain = 0.0_f64;
+        for (axis, (sum, n)) in sums.iter().enumerate().filter(|(_, (_, n))| *n > 0.0) {
+            let ratio = sum / n;
+            if !(ratio.is_finite() && ratio > 0.0) {
+                return true;
+            }
+            let least = self.sample_noise[axis];
+            let noise = &mut moved.noise.velocity[axis];
+            *noise = (*noise * ratio.sqrt()).max(least);
+            gain = gain.max(0.25 * n * (2.0 * (*noise / point.noise.velocity[axis]).ln()).powi(2));
+        }
+        *point = moved;
+        gain < tolerance.noise
+    }
+
+    /// Covariance of coefficients, actuators and currents, whatever the colour of the misfit:
+    /// `H⁻¹ Σ g gᵀ H⁻¹`, g being the scores of blocks of the trials.
+    ///
+    /// # Source
+    /// [White1982].
+    pub(super) fn covariance_of_blocks<const N: usize>(
+        &self,
+        point: &Point<N>,
+        information: &DMatrix<f64>,
+    ) -> Option<DMatrix<f64>> {
+        let plant = self.prepared(&point.free)?;
+        let (p, all) = (plant.count() + PUSHED_BY, information.nrows());
+        let duration_s: f64 =
+            self.schedules.iter().flat_map(|x| &x.stops).map(|stop| stop.length_s).sum();
+        let spacing_s = duration_s / (BLOCKS_PER_NUMBER * all as f64);
+        let marks = self.each(point, &plant, |_, pass| {
+            let mut marks: Vec<DVector<f64>> = Vec::new();
+            pass.by_plant_at(spacing_s, |gradient| marks.push(gradient.clone()));
+            marks
+        });
+        let mut scores: Vec<DVector<f64>> = Vec::new();
+        for (schedule, marks) in self.schedules.iter().zip(marks) {
+            let mut before = DVector::zeros(p + 2);
+            for mark in marks {
+                let own = &mark - &before;
+                let mut score = DVector::zeros(all);
+                for (k, x) in own.iter().enumerate() {
+                    score[if k < p { k } else { 2 * schedule.trial + k }] = *x;
+                }
+                (0..Actuator::COUNT).filter(|k| !self.fits[*k]).for_each(|k| {
+                    score[plant.count() + k] = 0.0;
+                });
+                scores.push(score);
+                before = mark;
+            }
+        }
+        for (k, term) in self.structure.terms().iter().enumerate() {
+            if self.structure.held(term).is_some() {
+                scores.iter_mut().for_each(|score| score[k] = 0.0);
+            }
+        }
+        let n = scores.len() as f64;
+        let mean = scores.iter().fold(DVector::zeros(all), |sum, score| sum + score) / n;
+        let spread = scores.iter().fold(DMatrix::zeros(all, all), |sum, score| {
+            let off = score - &mean;
+            sum + &off * off.transpose()
+        });
+        let bread = inverse(information);
+        let few = n / (n - all as f64).max(1.0);
+        Some(&bread * (spread * few) * &bread)
+    }
+
+    /// How many samples of each axis say as much as one would if their misfits did not follow
+    /// from each other: `1 + 2 Σ r_k`, summed while the correlations r_k are above zero.
+    pub(super) fn samples_per_independent<const N: usize>(
+        &self,
+        point: &Point<N>,
+    ) -> Result<BTreeMap<Dof, f64>, Error> {
+        let trials = self.innovations(point)?;
+        let of = |(axis, &dof): (usize, &Dof)| {
+            let mut weighted = (0.0, 0.0);
+            for trial in &trials {
+                let own = trial.iter().filter(|innovation| innovation.axis == axis);
+                let e: Vec<f64> = own.map(|innovation| innovation.normalised).collect();
+                let power: f64 = e.iter().map(|x| x * x).sum();
+                let mut sum = 1.0;
+                for lag in 1..=e.len() / MOST_LAGS_PART {
+                    let r = e.iter().zip(&e[lag..]).map(|(a, b)| a * b).sum::<f64>() / power;
+                    if r <= 0.0 || !r.is_finite() {
+                        break;
+                    }
+                    sum += 2.0 * r;
+                }
+                weighted = (weighted.0 + sum * e.len() as f64, weighted.1 + e.len() as f64);
+            }
+            (dof, weighted.0 / weighted.1.max(1.0))
+        };
+        Ok(self.structure.axes().iter().enumerate().map(of).collect())
+    }
+}
