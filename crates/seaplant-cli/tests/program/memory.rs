@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::workshop::Workshop;
 
 /// What a day at 10 Hz may take at its peak, in bytes, by the methods that run unasked.
-const MOST_BYTES_A_DAY: f64 = 230e6;
+const MOST_BYTES_A_DAY: f64 = 215e6;
 
 const SAMPLES_A_DAY: f64 = 864_000.0;
 
@@ -14,7 +14,7 @@ const SAMPLES_A_DAY: f64 = 864_000.0;
 const LOGS_S: [u32; 2] = [2 * 3600, 8 * 3600];
 
 #[test]
-fn a_day_at_10_hz_is_identified_in_230_mb() {
+fn a_day_at_10_hz_is_identified_in_215_mb() {
     if !cfg!(target_os = "linux") {
         eprintln!("skipped: the peak of a program's memory is read where Linux tells it");
         return;
@@ -35,6 +35,8 @@ fn peak_bytes(seconds: u32) -> f64 {
     let mut program = Command::new(env!("CARGO_BIN_EXE_seaplant"))
         .current_dir(workshop.path())
         .args(["identify", "log/campaign.toml", "--out", "found", "--quiet"])
+        // What glibc keeps for each thread is up to chance, and differs by 20 MB.
+        .env("MALLOC_ARENA_MAX", "1")
         .stdin(Stdio::null())
         .spawn()
         .expect("the program starts");

@@ -230,7 +230,7 @@ fn plant(
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle);
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
-    plant.verdict = verdict::verdict(&plant);
+    plant.verdict = verdict::verdict(&plant, &fit);
     Ok((structure.name(), plant, online))
 }
 

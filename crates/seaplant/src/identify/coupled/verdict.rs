@@ -1,11 +1,12 @@
 //! How far a plant of several axes may be trusted.
 
-use super::doubts::{falls_short, refutes};
+use super::doubts::{coloured, falls_short, refutes};
+use crate::estimate::CoupledFit;
 use crate::results::{AxisScore, CoupledPlant, Trust, Verdict};
 use crate::{CaveatCode, Dof, Severity};
 
-/// Judges a plant by its caveats and its error on trials that it has not seen.
-pub(super) fn verdict(plant: &CoupledPlant) -> Verdict {
+/// Judges a plant by its caveats, its innovations and its error on trials that it has not seen.
+pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
     let with = |severity| plant.caveats.iter().filter(move |c| c.severity == severity);
     let codes: Vec<CaveatCode> =
         with(Severity::Severe).chain(with(Severity::Warning)).map(|c| c.code).collect();
@@ -23,6 +24,12 @@ pub(super) fn verdict(plant: &CoupledPlant) -> Verdict {
     };
     if let Some(doubt) = with(Severity::Warning).find(|caveat| is_doubt(caveat.code)) {
         return of(Trust::Doubtful, first_sentence(&doubt.message));
+    }
+    if let Some(dof) = coloured(fit) {
+        let reason = format!(
+            "what it fails to predict in {dof} is strongly correlated in time, so that it lacks something that its numbers make up for"
+        );
+        return of(Trust::Doubtful, reason);
     }
     let (hidden, seen): (Vec<_>, Vec<_>) =
         score.by_axis.iter().partition(|(_, score)| falls_short(score));
