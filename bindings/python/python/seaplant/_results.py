@@ -469,6 +469,10 @@ class AxisScore(Record):
     samples: int
     """Samples compared."""
 
+    disturbance_error: float | None
+    """Mean change of the model's velocity by a draw of the disturbance that was found, m/s or
+    rad/s: so far does that alone take the true plant from what is measured."""
+
     mean_abs_error: float | None
     """Mean |model − measured| of velocity, m/s or rad/s."""
 

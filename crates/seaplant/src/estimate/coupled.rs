@@ -107,7 +107,7 @@ pub fn fit_coupled(
 /// As [`fit_coupled`].
 ///
 /// # Source
-/// [Jategaonkar2015, ch. 4]; covariance of [White1982].
+/// [Jategaonkar2015, ch. 4]; covariance of \[White1982\].
 pub fn fit_coupled_freely(
     structure: &Structure,
     records: &[&CoupledRecord],
