@@ -12,7 +12,7 @@ mod faults;
 mod instruments;
 mod motion;
 mod propellers;
-mod random;
+pub(crate) mod random;
 mod spec;
 mod strength;
 mod truth;

@@ -41,16 +41,26 @@ pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
 
 /// An Ornstein–Uhlenbeck process, one value a tick, stationary from the start.
 pub(super) fn ornstein_uhlenbeck(
-    mut rng: ChaCha8Rng,
+    rng: ChaCha8Rng,
     std: f64,
     correlation_s: f64,
     ticks: usize,
 ) -> Vec<f64> {
-    let keep = (-1.0 / (TICK_HZ * correlation_s)).exp();
+    gauss_markov(rng, std, TICK_HZ * correlation_s, ticks)
+}
+
+/// The same at any step, with its correlation time in steps.
+pub(crate) fn gauss_markov(
+    mut rng: ChaCha8Rng,
+    std: f64,
+    correlation: f64,
+    count: usize,
+) -> Vec<f64> {
+    let keep = (-1.0 / correlation).exp();
     let renew = (1.0 - keep * keep).sqrt();
     let mut x = normal(&mut rng);
-    let mut path = Vec::with_capacity(ticks);
-    for _ in 0..ticks {
+    let mut path = Vec::with_capacity(count);
+    for _ in 0..count {
         path.push(std * x);
         x = keep * x + renew * normal(&mut rng);
     }

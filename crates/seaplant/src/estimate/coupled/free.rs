@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 use super::actuator::Actuator;
 use super::filter::Noise;
 use super::fit::{Point, Problem, Tolerance};
-use super::inverse;
+use crate::judge::robust_covariance;
 use crate::motion::PUSHED_BY;
 use crate::{CoupledRecord, Dof, Error};
 
@@ -131,15 +131,10 @@ impl Problem {
                 scores.iter_mut().for_each(|score| score[k] = 0.0);
             }
         }
+        // Every number that is fitted takes one block's worth of freedom.
         let n = scores.len() as f64;
-        let mean = scores.iter().fold(DVector::zeros(all), |sum, score| sum + score) / n;
-        let spread = scores.iter().fold(DMatrix::zeros(all, all), |sum, score| {
-            let off = score - &mean;
-            sum + &off * off.transpose()
-        });
-        let bread = inverse(information);
-        let few = n / (n - all as f64).max(1.0);
-        Some(&bread * (spread * few) * &bread)
+        let few = (n - 1.0) / (n - all as f64).max(1.0);
+        Some(robust_covariance(information, &scores)? * few)
     }
 
     /// How many samples of each axis say as much as one would if their misfits did not follow

@@ -73,18 +73,20 @@ fn collinear(plant: &CoupledPlant) -> Option<Caveat> {
     })
 }
 
+/// Whether a logged force, or a rudder, fin or propeller of unknown strength, acts on an axis.
+pub(super) fn is_pushed(fit: &CoupledFit, records: &[&CoupledRecord], dof: Dof) -> bool {
+    let structure = fit.plant.structure();
+    let mut effects = structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
+    effects.any(|term| structure.axes_of(term).contains(&dof))
+        || records.iter().any(|record| record.is_driven(dof))
+}
+
 fn not_driven(
     fit: &CoupledFit,
     plant: &CoupledPlant,
     records: &[&CoupledRecord],
 ) -> Option<Caveat> {
-    let structure = fit.plant.structure();
-    let is_pushed = |dof: &Dof| {
-        let of_effects = structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
-        of_effects.into_iter().any(|term| structure.axes_of(term).contains(dof))
-    };
-    let undriven =
-        |dof: &&Dof| !is_pushed(dof) && !records.iter().any(|record| record.is_driven(**dof));
+    let undriven = |dof: &&Dof| !is_pushed(fit, records, **dof);
     let names: Vec<&str> = plant.axes.iter().filter(undriven).map(|dof| dof.name()).collect();
     (!names.is_empty()).then(|| {
         let message = format!(
@@ -237,8 +239,12 @@ const WHITE: f64 = 1.8;
 /// Above this it says that the plant lacks so much that its numbers may be another vehicle's.
 const COLOURED: f64 = 6.0;
 
-/// The axis whose innovations are most correlated in time, if they are by that much.
+/// The axis whose innovations are most correlated in time, if they are by that much; output error
+/// has none.
 pub(super) fn coloured(fit: &CoupledFit) -> Option<Dof> {
+    if fit.method == Method::OutputError {
+        return None;
+    }
     let most = fit.whiteness.iter().max_by(|a, b| a.1.total_cmp(b.1))?;
     (*most.1 > COLOURED).then_some(*most.0)
 }

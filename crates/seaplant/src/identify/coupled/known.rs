@@ -1,5 +1,6 @@
 //! Whether the mass and drag of each axis are known, and possible.
 
+use super::doubts::is_pushed;
 use crate::caveat::spoken;
 use crate::diagnose::impossible_mass;
 use crate::estimate::CoupledFit;
@@ -20,15 +21,14 @@ pub(super) fn doubts(
     records: &[&CoupledRecord],
     vehicle: &Vehicle,
 ) -> Vec<Caveat> {
-    let is_driven = |dof: &&Dof| records.iter().any(|record| record.is_driven(**dof));
-    let driven = plant.axes.iter().filter(is_driven);
+    let pushed = plant.axes.iter().filter(|dof| is_pushed(fit, records, **dof));
     let of = |&dof: &Dof| {
         let mass = parameter(plant.parameters.get(&Basis::Mass(dof, dof).to_string())?);
         let drag = unknown_drag(fit, dof, records);
         let impossible = impossible_mass(dof, &mass, vehicle);
         Some([impossible, unknown_mass(dof, &mass), drag])
     };
-    driven.filter_map(of).flatten().flatten().collect()
+    pushed.filter_map(of).flatten().flatten().collect()
 }
 
 fn parameter(x: &Coefficient) -> Parameter {

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use nalgebra::Vector6;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
 use super::plant_of_result;
 use crate::estimate::{Actuator, AxisNoise, CoupledFit};
@@ -13,7 +12,8 @@ use crate::motion::{Inputs, Simulated, simulate};
 use crate::plant::Plant;
 use crate::results::{AxisScore, CoupledPlant, CoupledScore};
 use crate::series::union;
-use crate::{CoupledRecord, Dof, Error, Timed, Trial};
+use crate::twin::random::gauss_markov;
+use crate::{CoupledRecord, Dof, Error, Method, Timed, Trial};
 
 /// Sums that make a score.
 #[derive(Clone, Copy, Default)]
@@ -93,7 +93,7 @@ pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<Coupled
     if let (true, Some(Err(error))) = (records.is_empty(), read.into_iter().next()) {
         return Err(error);
     }
-    let stands = Standing { actuator, disturbances: &BTreeMap::new() };
+    let stands = Standing { actuator, disturbances: None };
     score(&plant, &stands, &records, |_| current)
 }
 
@@ -162,8 +162,11 @@ fn of_trial(
         Err(Error::Diverged { .. }) => Ok(None),
         Err(other) => Err(other),
     };
-    let (simulated, disturbed) =
-        (followed(&inputs)?, followed(&stands.disturbed(&inputs, record)?)?);
+    let simulated = followed(&inputs)?;
+    let disturbed = match stands.disturbed(&inputs, record)? {
+        Some(inputs) => followed(&inputs)?,
+        None => None,
+    };
     let mut sums: BTreeMap<Dof, Sums> = BTreeMap::new();
     for (dof, series) in &measured {
         let mut at = 0;
@@ -184,7 +187,8 @@ fn of_trial(
 /// What stands beside a plant: how thrust acts, and what disturbs each axis.
 pub(super) struct Standing<'a> {
     actuator: Actuator,
-    disturbances: &'a BTreeMap<Dof, AxisNoise>,
+    /// None where the fit knows none.
+    disturbances: Option<&'a BTreeMap<Dof, AxisNoise>>,
 }
 
 /// A disturbance is drawn anew after this part of its correlation time …
@@ -196,30 +200,25 @@ const LEAST_DRAW_S: f64 = 0.05;
 const DRAW_SEED: u64 = 5;
 
 impl<'a> Standing<'a> {
-    /// What a fit found beside its plant.
+    /// What a fit found beside its plant; output error takes all misfit for the measurement's.
     pub(super) fn beside(fit: &'a CoupledFit) -> Self {
-        Self { actuator: fit.actuator, disturbances: &fit.disturbances }
+        let has_disturbances = fit.method != Method::OutputError;
+        Self { actuator: fit.actuator, disturbances: has_disturbances.then_some(&fit.disturbances) }
     }
 
     /// The inputs of a trial with a draw of the disturbance of each axis: a Gauss–Markov force.
-    fn disturbed(&self, inputs: &Inputs, record: &CoupledRecord) -> Result<Inputs, Error> {
+    fn disturbed(&self, inputs: &Inputs, record: &CoupledRecord) -> Result<Option<Inputs>, Error> {
+        let Some(disturbances) = self.disturbances else { return Ok(None) };
         let (from, to) = record.window_s;
         let mut inputs = inputs.clone();
-        for (dof, noise) in self.disturbances {
+        for (dof, noise) in disturbances {
             let mut rng = ChaCha8Rng::seed_from_u64(DRAW_SEED);
             rng.set_stream(dof.index() as u64);
             let (std, correlation_s) = (noise.disturbance.0, noise.correlation_s.0);
             let h = (DRAWN_PART * correlation_s).max(LEAST_DRAW_S);
-            let keep = (-h / correlation_s).exp();
-            let mut draw = || -> f64 { StandardNormal.sample(&mut rng) };
-            let mut x = draw();
             let count = ((to - from) / h).ceil().max(1.0) as usize;
-            let mut pulls = Vec::with_capacity(count);
-            for _ in 0..count {
-                pulls.push(std * x);
-                x = keep * x + (1.0 - keep * keep).sqrt() * draw();
-            }
             let times: Vec<f64> = (0..count).map(|k| from + k as f64 * h).collect();
+            let pulls = gauss_markov(rng, std, correlation_s / h, count);
             let pull = Timed::new("disturbance", times, pulls)?;
             let force = &mut inputs.force[dof.index()];
             *force = Some(match force.take() {
@@ -227,7 +226,7 @@ impl<'a> Standing<'a> {
                 None => pull,
             });
         }
-        Ok(inputs)
+        Ok(Some(inputs))
     }
 }
 
