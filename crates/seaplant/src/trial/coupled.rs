@@ -46,6 +46,12 @@ pub struct CoupledRecord {
     pub caveats: Vec<Caveat>,
 }
 
+/// So long after the beginning of its log, s, thrust follows it whatever it was before: ten time
+/// constants of a propeller …
+const SETTLING_S: f64 = 3.0;
+/// … or this part of a short trial.
+const SETTLING_PART: f64 = 0.05;
+
 /// Fewer samples of an axis say nothing of six coefficients.
 const LEAST_SAMPLES: usize = 30;
 
@@ -178,7 +184,10 @@ impl CoupledRecord {
             }
             before = what;
         }
-        Ok((from, to))
+        // What thrust was on its way to before its log begins nobody knows.
+        let logged_s = self.force.iter().flatten().map(Timed::first_s).reduce(f64::min);
+        let settling_s = SETTLING_S.min(SETTLING_PART * (to - from));
+        Ok((logged_s.map_or(from, |logged_s| from.max(logged_s + settling_s)), to))
     }
 
     fn check_length(&self, axes: &[Dof]) -> Result<(), Error> {

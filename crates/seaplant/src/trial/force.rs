@@ -26,8 +26,8 @@ pub(super) struct Saturation {
 pub struct ThrusterTrack {
     /// Force along the degree of freedom for each newton of thrust: 1, or an arm in m.
     pub lever: f64,
-    /// Propeller speed n, held: rad/s where thrust is its square law, else √N with the
-    /// sign of thrust.
+    /// Propeller speed n, held: rad/s, or the command beyond its deadband, where thrust is a
+    /// square law of it; else √N with the sign of thrust.
     pub speed: Timed,
     /// k for positive n.
     pub forward: f64,
@@ -298,22 +298,29 @@ fn track(
     recording: &Recording,
     saturated: &mut Vec<Saturation>,
 ) -> Result<ThrusterTrack, Error> {
-    let speed = Quantity::Thruster { name: thruster.name.clone(), input: ThrusterInput::Speed };
-    match (&thruster.curve, recording.get(&speed)) {
-        (ThrustCurve::Quadratic { input: ThrusterInput::Speed, law }, Some(speed)) => {
-            Ok(ThrusterTrack {
-                lever: 1.0,
-                speed: speed.map(|speed| law.effective(speed)),
-                forward: law.forward,
-                reverse: law.reverse,
-                uncertainty: ThrustUncertainty::default(),
-            })
+    let logged = |input| recording.get(&Quantity::Thruster { name: thruster.name.clone(), input });
+    // A propeller turns as fast as it is told, beyond the deadband; a force that was measured says
+    // more than a command.
+    let input = match &thruster.curve {
+        ThrustCurve::Quadratic { input: ThrusterInput::Speed, law } => {
+            logged(ThrusterInput::Speed).zip(Some(law))
         }
-        _ => {
-            let force = thruster_force(trial, thruster, recording, saturated)?;
-            Ok(ThrusterTrack::of_force(1.0, &force))
+        ThrustCurve::Quadratic { input, law } if logged(ThrusterInput::Force).is_none() => {
+            logged(*input).zip(Some(law))
         }
-    }
+        _ => None,
+    };
+    let Some((input, law)) = input else {
+        let force = thruster_force(trial, thruster, recording, saturated)?;
+        return Ok(ThrusterTrack::of_force(1.0, &force));
+    };
+    Ok(ThrusterTrack {
+        lever: 1.0,
+        speed: input.map(|input| law.effective(input)),
+        forward: law.forward,
+        reverse: law.reverse,
+        uncertainty: ThrustUncertainty::default(),
+    })
 }
 
 fn thruster_force(
