@@ -184,33 +184,45 @@ impl<const N: usize> Fitted<N> {
         Ok(Self { optimum, problem, tried: Vec::new() })
     }
 
-    /// The same without a lag, delay or reverse ratio that the trials do not show: the one worth
-    /// least first, as each can stand for another.
+    /// The same without what the trials do not show of the actuator.
     fn with_actuator_that_shows(mut self) -> Result<Self, Error> {
         loop {
-            let worths = self.actuator_worths();
-            let fitted = (0..Actuator::COUNT).filter(|k| self.problem.fits[*k]);
-            let least = fitted.min_by(|a, b| worths[*a].total_cmp(&worths[*b]));
-            let Some(least) = least.filter(|k| worths[*k] < ACTUATOR_SHOWS) else {
+            let unseen = self.unseen_of_actuator();
+            if unseen.is_empty() {
                 return Ok(self);
-            };
-            self.problem.fits[least] = false;
+            }
             let mut point = self.optimum.point;
             let mut numbers = point.actuator.numbers();
-            numbers[least] = 0.0;
-            point.actuator = Actuator::of(numbers);
+            for k in unseen {
+                self.problem.fits[k] = false;
+                numbers[k] = 0.0;
+            }
+            point.actuator = point.actuator.with(numbers);
             let optimum = self.problem.descent(point, Tolerance::COARSE)?;
             let iterations = self.optimum.iterations + optimum.iterations;
             self.optimum = Optimum { iterations, ..optimum };
         }
     }
 
-    /// θ²/σ² of the numbers of the actuator.
-    fn actuator_worths(&self) -> [f64; Actuator::COUNT] {
-        let numbers = self.optimum.point.actuator.numbers();
-        let (covariance, p) =
-            (inverse(&self.optimum.information), self.problem.structure.terms().len());
-        std::array::from_fn(|k| numbers[k].powi(2) / covariance[(p + k, p + k)])
+    /// Numbers of the actuator to drop: one after the other that worth least beside the others, as
+    /// one can stand for another, while that is too little; what is left follows as for couplings.
+    fn unseen_of_actuator(&self) -> Vec<usize> {
+        let p = self.problem.structure.terms().len();
+        let covariance = inverse(&self.optimum.information);
+        let mut c = covariance.view((p, p), (Actuator::COUNT, Actuator::COUNT)).into_owned();
+        let mut theta = DVector::from_row_slice(&self.optimum.point.actuator.numbers());
+        let fitted = (0..Actuator::COUNT).filter(|k| self.problem.fits[*k]);
+        let (mut left, mut unseen): (Vec<usize>, Vec<usize>) = (fitted.collect(), Vec::new());
+        loop {
+            let worth = |k: usize| theta[k].powi(2) / c[(k, k)] / Actuator::SHOWS[k];
+            let least = left.iter().copied().min_by(|a, b| worth(*a).total_cmp(&worth(*b)));
+            let Some(k) = least.filter(|k| worth(*k) < 1.0) else { return unseen };
+            let column = c.column(k) / c[(k, k)];
+            theta -= &column * theta[k];
+            c -= &column * c.row(k).into_owned();
+            left.retain(|other| *other != k);
+            unseen.push(k);
+        }
     }
 
     /// The same at the optimum itself.
@@ -295,10 +307,6 @@ impl<const N: usize> Fitted<N> {
         })
     }
 }
-
-/// A lag or delay is kept if its square is so many times its variance: chance makes as much once
-/// in 500.
-const ACTUATOR_SHOWS: f64 = 9.0;
 
 /// The lag that fits begin with, s.
 const FIRST_LAG_S: f64 = 0.1;
@@ -492,7 +500,7 @@ fn first_point<const N: usize>(
         free: problem.physical.free(&least_squares.coefficients),
         actuator: Actuator {
             lag_s: if problem.fits[0] { FIRST_LAG_S } else { 0.0 },
-            ..Actuator::default()
+            ..Actuator::prompt(records)
         },
         currents: vec![[0.0; 2]; records.len()],
         noise: first_noise(problem, &least_squares.residual),

@@ -47,8 +47,9 @@ impl PlantModel {
         let mut notes = Vec::new();
         let mut actuation = BTreeMap::new();
         let mut disturbances = BTreeMap::new();
-        for plant in results.coupled.values() {
+        for (name, plant) in &results.coupled {
             parts.push(of_coupled(plant)?);
+            left_out(name, &plant.nuisances, &mut notes);
             disturbances.extend(disturbances_of_coupled(plant));
             let of_all = actuation_of(&plant.nuisances);
             actuation.extend(plant.axes.iter().map(|dof| (*dof, of_all.clone())));
@@ -58,7 +59,7 @@ impl PlantModel {
             parts.push(of_axis(*dof, plant));
             actuation.insert(*dof, actuation_of(&plant.nuisances));
             disturbances.extend(disturbance_of_axis(plant).map(|found| (*dof, found)));
-            left_out(*dof, plant, &mut notes);
+            left_out(dof.name(), &plant.nuisances, &mut notes);
         }
         let (plant, covariance, intervals) = joined(parts)?;
         if results.coupled.is_empty() && plant.axes().len() > 1 {
@@ -264,19 +265,19 @@ fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
 const LEFT_OUT: [&str; 7] =
     ["inflow", "inflow_ahead", "lag_ratio", "slew", "thrust_exponent", "turning", "full_speed"];
 
-fn left_out(dof: Dof, plant: &PlantResult, notes: &mut Vec<String>) {
-    let fitted = LEFT_OUT.iter().filter(|name| plant.nuisances.contains_key(**name));
+fn left_out(of: &str, nuisances: &BTreeMap<String, Parameter>, notes: &mut Vec<String>) {
+    let fitted = LEFT_OUT.iter().filter(|name| nuisances.contains_key(**name));
     let names: Vec<&str> = fitted.copied().filter(|name| *name != "full_speed").collect();
     if !names.is_empty() {
         notes.push(format!(
-            "{dof}: the fit also found {}; they are not part of what leaves the program",
+            "{of}: the fit also found {}; they are not part of what leaves the program",
             names.join(", ").replace('_', " ")
         ));
     }
-    let currents = plant.nuisances.keys().filter(|name| name.starts_with("current: ")).count();
+    let currents = nuisances.keys().filter(|name| name.starts_with("current: ")).count();
     if currents > 0 {
         notes.push(format!(
-            "{dof}: currents of {currents} trials were fitted; they belong to those trials and are left out"
+            "{of}: currents of {currents} trials were fitted; they belong to those trials and are left out"
         ));
     }
 }

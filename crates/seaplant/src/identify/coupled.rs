@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
-use crate::estimate::{Actuator, CoupledFit, Tried, fit_coupled, fit_coupled_freely};
+use crate::estimate::{CoupledFit, Tried, fit_coupled, fit_coupled_freely};
 use crate::exchange::Driven;
 use crate::plant::{
     Basis, EffectForce, HullModel, Plant, Product, RigidBody, Signal, Structure, Symmetry,
@@ -540,18 +540,23 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
         Parameter::new(Estimate::new(value, std, fit.samples as f64), unit)
     };
     let mut all = BTreeMap::new();
-    let Actuator { lag_s, delay_s, log_reverse_ratio } = fit.actuator;
     let lag = if fit.has_thrusters { "lag" } else { "force_lag" };
-    let ratio = log_reverse_ratio.exp();
+    let actuator = fit.actuator;
+    let (reverse, slowing) = (actuator.log_reverse_ratio.exp(), actuator.log_lag_ratio.exp());
     let numbers = [
-        (lag, lag_s, 1.0, "s"),
-        ("delay", delay_s, 1.0, "s"),
-        ("reverse_ratio", ratio, ratio, "1"),
+        (lag, actuator.lag_s, 1.0, "s"),
+        ("delay", actuator.delay_s, 1.0, "s"),
+        ("reverse_ratio", reverse, reverse, "1"),
+        ("lag_ratio", slowing, slowing, "1"),
+        ("thrust_exponent", 2.0 + actuator.beyond_square, 1.0, "1"),
     ];
     for ((name, value, slope, unit), std) in numbers.into_iter().zip(fit.actuator_std) {
         if let Some(std) = std {
             all.insert(name.to_owned(), parameter((value, slope * std), unit));
         }
+    }
+    if all.contains_key("thrust_exponent") {
+        all.insert("full_speed".to_owned(), parameter((actuator.full_speed, 0.0), "rad/s"));
     }
     for (trial, [north, east]) in &fit.currents {
         all.insert(format!("current north: {trial}"), parameter(*north, "m/s"));

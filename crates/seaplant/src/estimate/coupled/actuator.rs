@@ -6,6 +6,8 @@
 //! T ṅ(t) + n(t) = n_logged(t − D),   F = k n|n|,   times κ in reverse
 //! ```
 //!
+//! T may be another where a propeller slows down, and thrust another power of speed than the second.
+//!
 //! A logged wrench, of which nobody knows what makes it, lags itself:
 //!
 //! ```text
@@ -18,6 +20,7 @@
 use std::sync::Arc;
 
 use super::super::filter_error::{Drive, Shape, Stop, Unknown, Values};
+use super::search::ADMITTED;
 use crate::motion::{HeldForce, PUSHED_BY, Slice};
 use crate::series::union;
 use crate::{CoupledRecord, CoupledThruster, Error, Timed};
@@ -32,6 +35,12 @@ pub struct Actuator {
     /// Logarithm of the reverse-thrust ratio κ: what thrusters push in reverse, over what their
     /// curves say.
     pub log_reverse_ratio: f64,
+    /// Logarithm of the lag of a propeller that slows down over that of one that speeds up.
+    pub log_lag_ratio: f64,
+    /// Exponent of thrust over propeller speed, less 2.
+    pub beyond_square: f64,
+    /// The greatest propeller speed, where another exponent leaves thrust as its curve says.
+    pub full_speed: f64,
 }
 
 /// How finely a force that lags is held in a simulation, s.
@@ -44,26 +53,49 @@ const OVER: f64 = 8.0;
 const NO_LAG_S: f64 = 1e-6;
 
 /// What of [`Drive`]'s derivatives belongs to each number of an actuator.
-const SHAPED_BY: [Unknown; PUSHED_BY] = [Unknown::Lag, Unknown::Delay, Unknown::LogReverseRatio];
+const SHAPED_BY: [Unknown; PUSHED_BY] = [
+    Unknown::Lag,
+    Unknown::Delay,
+    Unknown::LogReverseRatio,
+    Unknown::LogLagRatio,
+    Unknown::Exponent,
+];
 
 impl Actuator {
     /// How many numbers that is.
     pub(super) const COUNT: usize = PUSHED_BY;
 
-    /// Between what they stay: s, s and a logarithm.
-    pub(super) const LIMITS: [(f64, f64); Self::COUNT] = [(0.0, 3.0), (0.0, 3.0), (-1.5, 1.5)];
+    /// Between what they stay.
+    pub(super) const LIMITS: [(f64, f64); Self::COUNT] =
+        [(0.0, 3.0), (0.0, 3.0), (-1.5, 1.5), (-2.5, 2.5), (-1.0, 1.0)];
 
     /// Their standard deviations before anything is measured.
-    pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3];
+    pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3, 1.0, 0.3];
 
-    /// Lag, delay and the logarithm of the reverse-thrust ratio.
+    /// One is kept if its square is so many times its variance: chance makes as much of a lag or a
+    /// delay once in 500; what contradicts the curve of a thruster has to be seen as clearly as a
+    /// coupling.
+    pub(super) const SHOWS: [f64; Self::COUNT] = [9.0, 9.0, ADMITTED, ADMITTED, ADMITTED];
+
+    /// What is fitted of it, in the order of its fields.
     pub(super) const fn numbers(&self) -> [f64; Self::COUNT] {
-        [self.lag_s, self.delay_s, self.log_reverse_ratio]
+        let Self { lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square, .. } = *self;
+        [lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square]
     }
 
-    /// The actuator of such numbers.
-    pub(super) const fn of([lag_s, delay_s, log_reverse_ratio]: [f64; Self::COUNT]) -> Self {
-        Self { lag_s, delay_s, log_reverse_ratio }
+    /// The same with such numbers.
+    pub(super) const fn with(&self, numbers: [f64; Self::COUNT]) -> Self {
+        let [lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square] = numbers;
+        let full_speed = self.full_speed;
+        Self { lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square, full_speed }
+    }
+
+    /// One that does nothing, for thrusters that turn as fast as in these trials.
+    pub(super) fn prompt(records: &[&CoupledRecord]) -> Self {
+        let thrusters = records.iter().flat_map(|record| &record.thrusters);
+        let speeds = thrusters.flat_map(|thruster| thruster.track.speed.values());
+        let full_speed = speeds.fold(0.0, |most: f64, n| most.max(n.abs()));
+        Self { full_speed, ..Self::default() }
     }
 
     /// The force on each axis as it acts, held over steps of at most 0.05 s where it lags.
@@ -71,7 +103,7 @@ impl Actuator {
     /// # Errors
     /// [`Error::NotFinite`] or another of [`Timed::new`] if a number is not finite.
     pub fn acting(&self, record: &CoupledRecord) -> Result<[Option<Timed>; 6], Error> {
-        if *self == Self::default() {
+        if self.numbers() == [0.0; Self::COUNT] {
             return Ok(record.force.clone());
         }
         let slices = self.slices(&record.force);
@@ -134,9 +166,9 @@ impl Actuator {
         slices: &[Slice],
         pushes: &mut [HeldForce],
     ) {
-        let full_speed = track.speed.values().iter().fold(0.0, |most: f64, n| most.max(n.abs()));
-        let (Some(first), true) = (slices.first(), full_speed > 0.0) else { return };
-        let mut values = Values::none(Shape { full_speed, ..Shape::default() });
+        let Some(first) = slices.first() else { return };
+        let full_speed = self.full_speed;
+        let mut values = Values::none(Shape { full_speed, exponent: true, ..Shape::default() });
         for (unknown, number) in SHAPED_BY.into_iter().zip(self.numbers()) {
             values.set(unknown, number);
         }
@@ -246,7 +278,7 @@ impl<'a> Lagging<'a> {
         let change = after.force - before.force;
         let mean = (after.integral - before.integral - lag * change) / length_s;
         let by_lag = -(change + lag * (after.by_lag - before.by_lag)) / length_s;
-        (mean, [by_lag, -change / length_s, 0.0])
+        (mean, [by_lag, -change / length_s, 0.0, 0.0, 0.0])
     }
 }
 
@@ -283,6 +315,10 @@ mod tests {
         let mut wrench = [const { None }; 6];
         wrench[axis] = Some(steps());
         LoggedThrust { thrusters: Vec::new(), wrench }
+    }
+
+    fn of(numbers: [f64; Actuator::COUNT]) -> Actuator {
+        Actuator { full_speed: 10.0, ..Actuator::default() }.with(numbers)
     }
 
     const WRENCH: [f64; 6] = [0.8, -0.6, 0.0, 0.0, 0.0, 0.3];
@@ -337,7 +373,7 @@ mod tests {
     #[test]
     fn a_propeller_lags_in_speed() {
         let ratio: f64 = 0.7;
-        let actuator = Actuator { lag_s: 0.2, delay_s: 0.13, log_reverse_ratio: ratio.ln() };
+        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0]);
         let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18));
         let thrust = |n: f64| if n < 0.0 { -1.5 * ratio * n * n } else { 2.0 * n * n };
         let (_, integral) = by_small_steps(actuator, 0.9, thrust);
@@ -365,19 +401,25 @@ mod tests {
     fn derivatives_are_those_of_the_means() {
         let slices = slices(0.05, 30);
         for logged in [of_wrench(0), of_thruster()] {
-            for base in [[0.2, 0.13, -0.4], [0.03, 0.01, 0.2]] {
+            // With another exponent, how long a propeller reverses within a slice is held.
+            let some = [
+                ([0.2, 0.13, -0.4, 0.3, 0.0], 1e-3),
+                ([0.03, 0.01, 0.2, 0.0, 0.0], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, -0.2], 0.1),
+            ];
+            for (base, near) in some {
                 let pushes = |k: usize, step: f64| {
                     let mut moved = base;
                     moved[k] += step;
-                    Actuator::of(moved).pushes(&logged, &slices)
+                    of(moved).pushes(&logged, &slices)
                 };
-                let here = Actuator::of(base).pushes(&logged, &slices);
+                let here = of(base).pushes(&logged, &slices);
                 for k in 0..Actuator::COUNT {
                     let (up, down) = (pushes(k, 1e-6), pushes(k, -1e-6));
                     for ((here, up), down) in here.iter().zip(&up).zip(&down) {
                         let slope = (up.force[0] - down.force[0]) / 2e-6;
                         let off = (slope - here.by[k][0]).abs();
-                        assert!(off < 1e-3 * slope.abs().max(1.0), "{k}: {slope}, {here:?}");
+                        assert!(off < near * slope.abs().max(1.0), "{k}: {slope}, {here:?}");
                     }
                 }
             }
@@ -415,8 +457,10 @@ mod tests {
             caveats: Vec::new(),
         };
         assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
-        for numbers in [[0.0, 0.2, 0.0], [0.3, 0.0, 0.1], [0.2, 0.1, -0.3]] {
-            let actuator = Actuator::of(numbers);
+        let some =
+            [[0.0, 0.2, 0.0, 0.0, 0.0], [0.3, 0.0, 0.1, 0.0, 0.0], [0.2, 0.1, -0.3, 0.5, -0.2]];
+        for numbers in some {
+            let actuator = of(numbers);
             let acting = actuator.acting(&record).expect("finite");
             let surge = acting[0].as_ref().expect("pushed");
             let pushes = actuator.pushes(&of_thruster(), &slices(0.01, 200));

@@ -136,7 +136,7 @@ impl Problem {
             schedules: Schedule::whole(records, structure),
             pieces: are_enough.then_some(pieces),
             rigid_body,
-            fits: [has_force, has_force, has_thrusters],
+            fits: [has_force, has_force, has_thrusters, has_thrusters, has_thrusters],
             has_thrusters,
             sample_noise: axes.iter().map(|dof| sample_noise(records, dof.index())).collect(),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
@@ -463,7 +463,7 @@ impl<const N: usize> Point<N> {
         let (p, q) = (self.free.len(), self.free.len() + Actuator::COUNT);
         let mut moved = self.clone();
         moved.free.copy_from(&numbers.rows(0, p));
-        moved.actuator = Actuator::of(std::array::from_fn(|k| numbers[p + k]));
+        moved.actuator = self.actuator.with(std::array::from_fn(|k| numbers[p + k]));
         let currents = moved.currents.as_flattened_mut();
         currents.copy_from_slice(&numbers.as_slice()[q..]);
         moved

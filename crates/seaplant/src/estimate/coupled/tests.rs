@@ -32,7 +32,7 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
 /// its speed √|τ| lags so, and its thrust in reverse is κ times what was logged.
 fn behind(logged: &Timed, actuator: Actuator, is_of_propeller: bool) -> Timed {
     const STEP_S: f64 = 1e-3;
-    let Actuator { lag_s, delay_s, log_reverse_ratio } = actuator;
+    let Actuator { lag_s, delay_s, log_reverse_ratio, .. } = actuator;
     if actuator == Actuator::default() {
         return logged.clone();
     }
@@ -157,7 +157,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     ) -> Pass<'a, 3> {
         Pass { plant, schedule, pushes, current, noise }
     }
-    let actuator = Actuator { lag_s: 0.15, delay_s: 0.07, ..Actuator::default() };
+    let actuator = Actuator { lag_s: 0.15, delay_s: 0.07, full_speed: 8.0, ..Actuator::default() };
     let pushed = |actuator: Actuator| actuator.pushes(&schedule.thrust, &schedule.slices);
     let pushes = pushed(actuator);
     let (slope, gains) = pass(&base, (schedule, &pushes), current, &noise).by_plant();
@@ -187,7 +187,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
         let at = |sign: f64| {
             let mut numbers = actuator.numbers();
             numbers[k] += 1e-6 * sign;
-            let pushes = pushed(Actuator::of(numbers));
+            let pushes = pushed(actuator.with(numbers));
             pass(&base, (schedule, &pushes), current, &noise).at_gains(&gains)
         };
         check(slope.gradient[off.len() + k], (at(1.0) - at(-1.0)) / 2e-6, "actuator");
@@ -237,20 +237,21 @@ fn a_simulated_vehicle_comes_back_within_its_intervals() {
         assert!((found - expected).abs() < 4.0 * std, "{term}: {found} ± {std}, {expected}");
         assert!(std < 0.1 * expected.abs(), "{term}: {found} ± {std}");
     }
-    assert_eq!((fit.actuator, fit.actuator_std), (Actuator::default(), [None; 3]));
+    assert_eq!((fit.actuator, fit.actuator_std), (Actuator::default(), [None; 5]));
     let [north, east] = fit.current_of("a");
     assert!((north - 0.1).abs() < 0.01 && (east + 0.05).abs() < 0.01, "{north} {east}");
 }
 
-fn check_behind(numbers: [f64; 3], is_of_propeller: bool) {
-    let (truth, actuator) = (planar(), Actuator::of(numbers));
+fn check_behind([lag_s, delay_s, log_reverse_ratio]: [f64; 3], is_of_propeller: bool) {
+    let truth = planar();
+    let actuator = Actuator { lag_s, delay_s, log_reverse_ratio, ..Actuator::default() };
     let records = [("a", 8), ("b", 9)].map(|(name, seed)| {
         let record = record_behind(&truth, name, seed, (150, 0.005), (actuator, is_of_propeller));
         if is_of_propeller { of_thrusters(record) } else { record }
     });
     let records: Vec<&CoupledRecord> = records.iter().collect();
     let fit = fit_coupled(truth.structure(), &records, None, false).expect("an optimum");
-    let found = fit.actuator.numbers().into_iter().zip(numbers).zip(fit.actuator_std);
+    let found = fit.actuator.numbers().into_iter().zip(actuator.numbers()).zip(fit.actuator_std);
     for ((found, expected), std) in found {
         // Forces of the simulation are held for 0.01 s.
         let off = (found - expected).abs() - 0.005;

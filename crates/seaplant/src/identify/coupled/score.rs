@@ -79,11 +79,14 @@ impl Sums {
 pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<CoupledScore, Error> {
     let plant = plant_of_result(result)?;
     let number = |name: &str| result.nuisances.get(name).map_or(0.0, |x| x.value);
-    let reverse_ratio = result.nuisances.get("reverse_ratio").map_or(1.0, |x| x.value);
+    let ratio = |name: &str| result.nuisances.get(name).map_or(1.0, |x| x.value);
     let actuator = Actuator {
         lag_s: number("lag").max(number("force_lag")),
         delay_s: number("delay"),
-        log_reverse_ratio: reverse_ratio.ln(),
+        log_reverse_ratio: ratio("reverse_ratio").ln(),
+        log_lag_ratio: ratio("lag_ratio").ln(),
+        beyond_square: result.nuisances.get("thrust_exponent").map_or(0.0, |x| x.value - 2.0),
+        full_speed: ratio("full_speed"),
     };
     let mean = |direction: &str| {
         let own = result.nuisances.iter().filter(|(name, _)| name.starts_with(direction));
