@@ -15,10 +15,7 @@ const PUBLISHED: [(&str, &str); 8] = [
     ),
     ("bluerov2-wu-2018", include_str!("../plants/bluerov2-wu-2018.toml")),
     ("heron-clearpath", include_str!("../plants/heron-clearpath.toml")),
-    (
-        "kvlcc2-l7-yasukawa-2015",
-        include_str!("../plants/kvlcc2-l7-yasukawa-2015.toml"),
-    ),
+    ("kvlcc2-l7-yasukawa-2015", include_str!("../plants/kvlcc2-l7-yasukawa-2015.toml")),
     ("otter-mss", include_str!("../plants/otter-mss.toml")),
     ("remus-100-prestero-2001", include_str!("../plants/remus-100-prestero-2001.toml")),
     ("rexrov", include_str!("../plants/rexrov.toml")),

@@ -380,8 +380,7 @@ struct Slopes {
 /// # Ok::<(), seaplant::Error>(())
 /// ```
 pub fn fit_nomoto(trials: &[SteeringTrial<'_>], order: NomotoOrder) -> Result<NomotoFit, Error> {
-    let sampled: Vec<Sampled> =
-        trials.iter().map(|trial| Sampled::of(trial, order.law)).collect();
+    let sampled: Vec<Sampled> = trials.iter().map(|trial| Sampled::of(trial, order.law)).collect();
     let samples = sampled.iter().map(|trial| trial.rate.len()).sum::<usize>();
     if samples < LEAST_SAMPLES {
         let name = "the steering of the trials".to_owned();

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::force::force_along;
 use super::signals::signals;
+use super::slopes::{of_fixes, slope};
 use super::{Role, TrialSetup};
 use crate::motion::smoothed_attitude;
 use crate::navigation::{Motion, Recording, navigate};
@@ -39,8 +40,8 @@ const LEAST_SAMPLES: usize = 30;
 impl CoupledRecord {
     /// Reads what a recording says of some axes.
     ///
-    /// Velocity is what an instrument measured; where there is none, the derivative of
-    /// heading, roll, pitch or depth, with a caveat.
+    /// Velocity is what an instrument measured; where there is none, the slope of heading, roll,
+    /// pitch or depth, or of fixes of position, with a caveat.
     ///
     /// # Errors
     /// [`Error::MissingChannel`] if an axis has no motion or no axis has a force,
@@ -56,18 +57,27 @@ impl CoupledRecord {
         let mut caveats = Vec::new();
         let force = Dof::ALL.map(|dof| Some(held_means(&force_along(recording, vehicle, dof)?)));
         let mut velocity = Dof::ALL.map(|dof| navigated.measured.get(&dof).cloned());
+        let mut by_fixes = None;
         for &dof in axes {
-            if velocity[dof.index()].is_none() {
-                let Some(Motion::Position(path)) = navigated.by_position.get(&dof) else {
-                    return Err(no_motion(&setup.name, dof));
-                };
-                velocity[dof.index()] = Some(slope(path)?);
-                let message = format!(
-                    "trial `{}`: {dof} has no velocity sensor, so that its velocity is the slope of its position; log a rate or a velocity",
-                    setup.name
-                );
-                caveats.push(Caveat::warning(CaveatCode::Navigation, message));
+            if velocity[dof.index()].is_some() {
+                continue;
             }
+            let found = match (dof, navigated.by_position.get(&dof)) {
+                (Dof::Surge | Dof::Sway, _) => {
+                    if by_fixes.is_none() {
+                        by_fixes = of_fixes(recording, &navigated)?;
+                    }
+                    by_fixes.as_ref().map(|both| both[dof.index()].clone())
+                }
+                (_, Some(Motion::Position(path))) => Some(slope(path)?),
+                _ => None,
+            };
+            velocity[dof.index()] = Some(found.ok_or_else(|| no_motion(&setup.name, dof))?);
+            let message = format!(
+                "trial `{}`: {dof} has no velocity sensor, so that its velocity is the slope of its position; log a rate or a velocity",
+                setup.name
+            );
+            caveats.push(Caveat::warning(CaveatCode::Navigation, message));
         }
         let signals = signals(recording, vehicle, &navigated, &velocity)?;
         let drives = signals.iter().filter(|(signal, _)| signal.is_held());
@@ -190,7 +200,7 @@ fn names(axes: &[Dof]) -> String {
 fn no_motion(trial: &str, dof: Dof) -> Error {
     let advice = match dof {
         Dof::Surge | Dof::Sway => format!(
-            "map velocity.{dof} or dvl.velocity; a coupled plant does not take it from position"
+            "map velocity.{dof} or dvl.velocity, or position (north and east, or latitude and longitude) and attitude.heading"
         ),
         Dof::Heave => "map velocity.heave, dvl.velocity.z or depth".to_owned(),
         Dof::Roll => "map rate.roll or attitude.roll, or leave roll out of axes".to_owned(),
@@ -243,14 +253,6 @@ fn held_means(force: &Timed) -> Timed {
 /// A signal of an effect, thinned as it is read.
 fn signal_means(signal: &Signal, series: &Timed, changes: &[f64]) -> Timed {
     if signal.is_held() { held_means(series) } else { means(series, changes) }
-}
-
-/// The slope of a position between its samples.
-fn slope(path: &Timed) -> Result<Timed, Error> {
-    let pairs = path.time_s().windows(2).zip(path.values().windows(2));
-    let (time_s, values): (Vec<f64>, Vec<f64>) =
-        pairs.map(|(t, x)| (0.5 * (t[0] + t[1]), (x[1] - x[0]) / (t[1] - t[0]))).unzip();
-    Timed::new("velocity", time_s, values)
 }
 
 #[cfg(test)]
