@@ -24,6 +24,9 @@ pub struct CoupledRecord {
     pub force: [Option<Timed>; 6],
     /// Velocity over ground in body axes, m/s and rad/s, likewise.
     pub velocity: [Option<Timed>; 6],
+    /// Whether velocity is the slope of measured positions, likewise: what one is too large by, its
+    /// neighbour is too small by.
+    pub by_slope: [bool; 6],
     /// Roll, pitch and heading, unwrapped, smoothed by the rates where these were measured, rad.
     pub attitude: [Option<Timed>; 3],
     /// What effects read: angles, drives, air.
@@ -57,7 +60,7 @@ impl CoupledRecord {
         let mut caveats = Vec::new();
         let force = Dof::ALL.map(|dof| Some(held_means(&force_along(recording, vehicle, dof)?)));
         let mut velocity = Dof::ALL.map(|dof| navigated.measured.get(&dof).cloned());
-        let mut by_fixes = None;
+        let (mut by_fixes, mut by_slope) = (None, [false; 6]);
         for &dof in axes {
             if velocity[dof.index()].is_some() {
                 continue;
@@ -73,12 +76,9 @@ impl CoupledRecord {
                 _ => None,
             };
             velocity[dof.index()] = Some(found.ok_or_else(|| no_motion(&setup.name, dof))?);
-            let message = format!(
-                "trial `{}`: {dof} has no velocity sensor, so that its velocity is the slope of its position; log a rate or a velocity",
-                setup.name
-            );
-            caveats.push(Caveat::warning(CaveatCode::Navigation, message));
+            by_slope[dof.index()] = true;
         }
+        caveats.extend(no_sensor(&setup.name, &by_slope));
         let signals = signals(recording, vehicle, &navigated, &velocity)?;
         let drives = signals.iter().filter(|(signal, _)| signal.is_held());
         let drives: Vec<Timed> = drives.map(|(_, x)| held_means(x)).collect();
@@ -110,6 +110,7 @@ impl CoupledRecord {
             role: setup.role,
             force,
             velocity,
+            by_slope,
             attitude,
             signals,
             window_s: (0.0, 0.0),
@@ -195,6 +196,19 @@ impl CoupledRecord {
 fn names(axes: &[Dof]) -> String {
     let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
     names.join(", ")
+}
+
+/// That the velocity of some axes follows from their position.
+fn no_sensor(trial: &str, by_slope: &[bool; 6]) -> Option<Caveat> {
+    let of_slope = |dof: &Dof| by_slope[dof.index()];
+    let axes: Vec<Dof> = Dof::ALL.into_iter().filter(of_slope).collect();
+    (!axes.is_empty()).then(|| {
+        let message = format!(
+            "trial `{trial}`: no sensor measures the velocity of {}, which is the slope of position instead; log rates and velocities, such as a gyroscope's and speed and course over ground",
+            names(&axes)
+        );
+        Caveat::warning(CaveatCode::Navigation, message)
+    })
 }
 
 fn no_motion(trial: &str, dof: Dof) -> Error {

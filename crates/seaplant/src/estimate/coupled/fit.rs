@@ -39,6 +39,8 @@ pub(super) struct Problem {
     pub(super) fits: [bool; Actuator::COUNT],
     /// What differences of the samples of each axis show of their noise, m/s or rad/s.
     pub(super) sample_noise: Vec<f64>,
+    /// Whether the velocity of an axis is the slope of positions in any trial, in SNAME order.
+    pub(super) by_slope: [bool; 6],
     /// Whether a current is fitted: there is a translation for it to show in.
     pub(super) has_current: bool,
     /// Whether the motion is left to itself: no disturbance, all misfit is of the measurement.
@@ -138,6 +140,7 @@ impl Problem {
             rigid_body,
             fits: [has_force; Actuator::COUNT],
             sample_noise: axes.iter().map(|dof| sample_noise(records, dof.index())).collect(),
+            by_slope: std::array::from_fn(|k| records.iter().any(|record| record.by_slope[k])),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
             is_free,
         }
@@ -154,6 +157,7 @@ impl Problem {
             rigid_body: self.rigid_body,
             fits: self.fits,
             sample_noise: self.sample_noise.clone(),
+            by_slope: self.by_slope,
             has_current: self.has_current,
             is_free: self.is_free,
         }

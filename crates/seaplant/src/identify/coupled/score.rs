@@ -167,22 +167,50 @@ fn of_trial(
         Some(inputs) => followed(&inputs)?,
         None => None,
     };
-    let mut sums: BTreeMap<Dof, Sums> = BTreeMap::new();
-    for (dof, series) in &measured {
-        let mut at = 0;
-        let own = sums.entry(*dof).or_default();
-        for (t, y) in series.time_s().iter().zip(series.values()) {
-            while times[at] < *t {
-                at += 1;
-            }
-            let model = |found: &Simulated| found.velocity[at][dof.index()];
-            let (model, other) = (simulated.as_ref().map(model), disturbed.as_ref().map(model));
-            own.add(model, *y);
-            own.disturbed += model.zip(other).map_or(f64::NAN, |(a, b)| (a - b).abs());
-        }
-    }
-    Ok(sums)
+    let moved = Moved { times: &times, model: simulated.as_ref(), other: disturbed.as_ref() };
+    let of = |(dof, series): &(Dof, Timed)| {
+        let span_s = if record.by_slope[dof.index()] { SPAN_OF_SLOPES_S } else { 0.0 };
+        (*dof, moved.sums(*dof, series, span_s))
+    };
+    Ok(measured.iter().map(of).collect())
 }
+
+/// Free motion of a plant at some times, and the same disturbed.
+struct Moved<'a> {
+    times: &'a [f64],
+    model: Option<&'a Simulated>,
+    other: Option<&'a Simulated>,
+}
+
+impl Moved<'_> {
+    /// How far it is from an axis's samples, or from their means over spans.
+    fn sums(&self, dof: Dof, series: &Timed, span_s: f64) -> Sums {
+        let span = |t: f64| ((t - series.first_s()) / span_s).floor();
+        let samples: Vec<(f64, f64)> =
+            series.time_s().iter().copied().zip(series.values().iter().copied()).collect();
+        let (mut at, mut sums) = (0, Sums::default());
+        for few in samples.chunk_by(|a, b| span_s > 0.0 && span(a.0) == span(b.0)) {
+            let (mut y, mut model, mut other) = (0.0, Some(0.0), Some(0.0));
+            let part = 1.0 / few.len() as f64;
+            for (t, measured) in few {
+                while self.times[at] < *t {
+                    at += 1;
+                }
+                let add = |sum: Option<f64>, found: Option<&Simulated>| {
+                    sum.zip(found).map(|(sum, x)| sum + part * x.velocity[at][dof.index()])
+                };
+                y += part * measured;
+                (model, other) = (add(model, self.model), add(other, self.other));
+            }
+            sums.add(model, y);
+            sums.disturbed += model.zip(other).map_or(f64::NAN, |(a, b)| (a - b).abs());
+        }
+        sums
+    }
+}
+
+/// Slopes of positions are compared as means over so long, s, in which their noise cancels.
+const SPAN_OF_SLOPES_S: f64 = 1.0;
 
 /// What stands beside a plant: how thrust acts, and what disturbs each axis.
 pub(super) struct Standing<'a> {
