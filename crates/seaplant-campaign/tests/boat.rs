@@ -45,7 +45,7 @@ fn masses_come_out_of_fixes_and_heading_with_an_antenna_off_the_centre() {
     let yaw = &plant.parameters["mass.yaw"];
     assert!((yaw.value / 40.5 - 1.0).abs() < PART && yaw.std < 0.08 * yaw.value, "{yaw:?}");
     let held = plant.hold_out.as_ref().expect("a trial aside");
-    for (dof, least) in [(Dof::Surge, 0.95), (Dof::Sway, 0.7), (Dof::Yaw, 0.95)] {
+    for (dof, least) in [(Dof::Surge, 0.95), (Dof::Sway, 0.6), (Dof::Yaw, 0.95)] {
         let score = &held.by_axis[&dof];
         assert!(score.r2.is_some_and(|r2| r2 > least), "{dof}: {score:?}");
     }

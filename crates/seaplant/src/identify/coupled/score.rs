@@ -169,8 +169,8 @@ fn of_trial(
     };
     let moved = Moved { times: &times, model: simulated.as_ref(), other: disturbed.as_ref() };
     let of = |(dof, series): &(Dof, Timed)| {
-        let span_s = if record.by_slope[dof.index()] { SPAN_OF_SLOPES_S } else { 0.0 };
-        (*dof, moved.sums(*dof, series, span_s))
+        let slopes = record.by_slope[dof.index()].then(|| stands.noise(*dof));
+        (*dof, moved.sums(*dof, series, slopes))
     };
     Ok(measured.iter().map(of).collect())
 }
@@ -183,13 +183,13 @@ struct Moved<'a> {
 }
 
 impl Moved<'_> {
-    /// How far it is from an axis's samples, or from their means over spans.
-    fn sums(&self, dof: Dof, series: &Timed, span_s: f64) -> Sums {
-        let span = |t: f64| ((t - series.first_s()) / span_s).floor();
+    /// How far it is from an axis's samples, or from means of `slopes` of that noise over spans.
+    fn sums(&self, dof: Dof, series: &Timed, slopes: Option<f64>) -> Sums {
+        let span = |t: f64| ((t - series.first_s()) / SPAN_OF_SLOPES_S).floor();
         let samples: Vec<(f64, f64)> =
             series.time_s().iter().copied().zip(series.values().iter().copied()).collect();
         let (mut at, mut sums) = (0, Sums::default());
-        for few in samples.chunk_by(|a, b| span_s > 0.0 && span(a.0) == span(b.0)) {
+        for few in samples.chunk_by(|a, b| slopes.is_some() && span(a.0) == span(b.0)) {
             let (mut y, mut model, mut other) = (0.0, Some(0.0), Some(0.0));
             let part = 1.0 / few.len() as f64;
             for (t, measured) in few {
@@ -203,11 +203,17 @@ impl Moved<'_> {
                 (model, other) = (add(model, self.model), add(other, self.other));
             }
             sums.add(model, y);
-            sums.disturbed += model.zip(other).map_or(f64::NAN, |(a, b)| (a - b).abs());
+            // What one slope is too large by its neighbour is too small by: their sum has the noise
+            // of one.
+            let noise = MEAN_OF_NORMAL * part * slopes.unwrap_or(0.0);
+            sums.disturbed += model.zip(other).map_or(f64::NAN, |(a, b)| (a - b).hypot(noise));
         }
         sums
     }
 }
+
+/// Mean |x| of a normal x with a standard deviation of one.
+const MEAN_OF_NORMAL: f64 = 0.797_884_56;
 
 /// Slopes of positions are compared as means over so long, s, in which their noise cancels.
 const SPAN_OF_SLOPES_S: f64 = 1.0;
@@ -232,6 +238,12 @@ impl<'a> Standing<'a> {
     pub(super) fn beside(fit: &'a CoupledFit) -> Self {
         let has_disturbances = fit.method != Method::OutputError;
         Self { actuator: fit.actuator, disturbances: has_disturbances.then_some(&fit.disturbances) }
+    }
+
+    /// Standard deviation of a sample of an axis's velocity, m/s or rad/s; zero if not known.
+    fn noise(&self, dof: Dof) -> f64 {
+        let of_axis = self.disturbances.and_then(|all| all.get(&dof));
+        of_axis.map_or(0.0, |noise| noise.velocity.0)
     }
 
     /// The inputs of a trial with a draw of the disturbance of each axis: a Gauss–Markov force.
