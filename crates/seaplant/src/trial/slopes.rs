@@ -103,8 +103,7 @@ fn samples_of_span(paths: &[&Timed]) -> usize {
         let of = |x: &[f64]| x[3] - 3.0 * x[2] + 3.0 * x[1] - x[0];
         rms(path.values().windows(4).map(of)) / 20_f64.sqrt()
     };
-    let both =
-        |of: &dyn Fn(&&Timed) -> f64| paths.iter().map(|path| of(path)).fold(0.0, f64::hypot);
+    let both = |of: &dyn Fn(&&Timed) -> f64| paths.iter().map(of).fold(0.0, f64::hypot);
     let (speed, noise) = (both(&moved), both(&third));
     let needed = 2_f64.sqrt() * noise / (NOISE_PART * speed * period_s);
     if needed.is_finite() { (needed.ceil() as usize).clamp(1, most) } else { 1 }
