@@ -26,7 +26,7 @@ pub(super) fn reason(structure: &Structure, records: &[&CoupledRecord]) -> Optio
         .map(|((name, _), [mean, std])| format!("{name} is {} ± {}", spoken(*mean), spoken(*std)))
         .collect();
     let reason = format!(
-        "surge cannot be identified from these trials: {} in all of them, as at one order of the engine, so that nothing tells the mass in surge from thrust and resistance; leave surge out (axes = [\"yaw\"] gives the steering), hold it (hold = {{ \"mass.surge\" = … }}, dry mass and 5 % more, say), or add trials with starts, stops or other shaft speeds",
+        "surge cannot be identified from these trials: {} in all of them, as at one order of the engine, so that nothing tells the mass in surge from thrust and resistance; leave surge out (axes = [\"yaw\"] gives the steering), or add trials with starts, stops or other shaft speeds",
         named.join(" and ")
     );
     Some(Error::Plant { axes: structure.name(), reason })
@@ -67,4 +67,46 @@ fn spread(values: &[f64]) -> [f64; 2] {
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
     [mean, variance.sqrt()]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::Role;
+    use crate::plant::Symmetry;
+
+    fn record(thrust: impl Fn(f64) -> f64) -> CoupledRecord {
+        let times: Vec<f64> = (0..200).map(f64::from).collect();
+        let values: Vec<f64> = times.iter().map(|t| thrust(*t)).collect();
+        let mut force = [const { None }; 6];
+        force[0] = Some(Timed::new("thrust", times, values).expect("valid"));
+        CoupledRecord {
+            trial: "zigzag".to_owned(),
+            role: Role::Fit,
+            force,
+            velocity: [const { None }; 6],
+            by_slope: [false; 6],
+            attitude: [const { None }; 3],
+            signals: BTreeMap::new(),
+            window_s: (0.0, 199.0),
+            caveats: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn one_order_of_the_engine_is_why_surge_does_not_settle() {
+        let structure = Structure::of(&[Dof::Surge, Dof::Sway, Dof::Yaw], Symmetry::PortStarboard);
+        let structure = structure.expect("a structure");
+        let zigzag = record(|t| 47.0 + 4.0 * (0.1 * t).sin());
+        let why = reason(&structure, &[&zigzag]).expect("steady").to_string();
+        assert!(why.contains("thrust in N is 47.") && why.contains("other shaft speeds"), "{why}");
+        let stops = record(|t| if t < 100.0 { 47.0 } else { 0.0 });
+        assert!(reason(&structure, &[&stops]).is_none());
+        assert!(reason(&structure, &[&zigzag, &stops]).is_none());
+        let mass = Basis::Mass(Dof::Surge, Dof::Surge);
+        let held = structure.holding(mass, 3500.0).expect("a mass");
+        assert!(reason(&held, &[&zigzag]).is_none());
+    }
 }

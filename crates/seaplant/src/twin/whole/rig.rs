@@ -236,7 +236,11 @@ fn law_of(thrusters: &[Thruster]) -> Result<(ThrusterInput, QuadraticThrust), Er
             input: input @ (ThrusterInput::Speed | ThrusterInput::Command),
             law,
         } if law.neutral == 0.0 && law.forward > 0.0 && law.reverse > 0.0 => Ok((input, law)),
-        _ => Err(refused("vehicle", "another curve", expected)),
+        _ => Err(refused(
+            "vehicle",
+            "a plant whose thrust curve is not quadratic about zero",
+            expected,
+        )),
     }
 }
 
