@@ -79,7 +79,12 @@ impl Sums {
 pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<CoupledScore, Error> {
     let plant = plant_of_result(result)?;
     let number = |name: &str| result.nuisances.get(name).map_or(0.0, |x| x.value);
-    let actuator = Actuator { lag_s: number("lag"), delay_s: number("delay") };
+    let reverse_ratio = result.nuisances.get("reverse_ratio").map_or(1.0, |x| x.value);
+    let actuator = Actuator {
+        lag_s: number("lag").max(number("force_lag")),
+        delay_s: number("delay"),
+        log_reverse_ratio: reverse_ratio.ln(),
+    };
     let mean = |direction: &str| {
         let own = result.nuisances.iter().filter(|(name, _)| name.starts_with(direction));
         let weighted = own.map(|(_, x)| (x.value, 1.0 / (x.std * x.std).max(f64::MIN_POSITIVE)));
@@ -145,12 +150,8 @@ fn of_trial(
     let first = times.first().copied().unwrap_or(from);
     let start =
         Vector6::from_fn(|k, _| record.velocity[k].as_ref().map_or(0.0, |series| series.at(first)));
-    let mut force = record.force.clone();
-    for series in force.iter_mut().flatten() {
-        *series = stands.actuator.applied(series)?;
-    }
     let inputs = Inputs {
-        force,
+        force: stands.actuator.acting(record)?,
         velocity: record.velocity.clone(),
         attitude: record.attitude.clone(),
         current,
