@@ -86,6 +86,7 @@ mod tests {
             trial: "zigzag".to_owned(),
             role: Role::Fit,
             force,
+            thrusters: Vec::new(),
             velocity: [const { None }; 6],
             by_slope: [false; 6],
             attitude: [const { None }; 3],
