@@ -117,6 +117,7 @@ impl Online {
             size_m: None,
             buoyancy: None,
             thrusters: Vec::new(),
+            max_rpm: None,
             actuation: Default::default(),
             driven: Default::default(),
             disturbances: Default::default(),

@@ -8,12 +8,14 @@ use crate::toml_file::{nearest, parse};
 use crate::{Error, read_bounded, read_toml};
 
 /// The published tables, by name.
-const PUBLISHED: [(&str, &str); 6] = [
+const PUBLISHED: [(&str, &str); 8] = [
     (
         "bluerov2-heavy-von-benzon-2022",
         include_str!("../plants/bluerov2-heavy-von-benzon-2022.toml"),
     ),
     ("bluerov2-wu-2018", include_str!("../plants/bluerov2-wu-2018.toml")),
+    ("heron-clearpath", include_str!("../plants/heron-clearpath.toml")),
+    ("kvlcc2-l7-yasukawa-2015", include_str!("../plants/kvlcc2-l7-yasukawa-2015.toml")),
     ("otter-mss", include_str!("../plants/otter-mss.toml")),
     ("remus-100-prestero-2001", include_str!("../plants/remus-100-prestero-2001.toml")),
     ("rexrov", include_str!("../plants/rexrov.toml")),
@@ -121,6 +123,49 @@ mod tests {
         assert!((by_rudder - 6.15 * 1.5 * 1.5).abs() < 0.02, "{by_rudder}");
         let by_drift = (moment(ahead(1e-4, 0.0), 0.0) - straight) / 1e-4;
         assert!((by_drift - 24.0 * 1.5).abs() < 0.05, "{by_drift}");
+    }
+
+    #[test]
+    fn a_tanker_is_pushed_as_by_the_mmg_method() {
+        use nalgebra::{Vector3, Vector6};
+        use seaplant::plant::Signal;
+        let file = read_plant_file(Path::new("published:kvlcc2-l7-yasukawa-2015"));
+        let plant = file.expect("a table").expect("a plant").model().expect("possible").plant;
+        // [u, v, r, revolutions a second, rudder in rad] and [X, Y, N], by `forces` of
+        // examples/ship/simulate.py with D_P = 0.216.
+        let known = [
+            ([1.0, -0.2, 0.05, 12.0, 0.3], [10.584_295, 181.566_035, 101.762_363]),
+            ([1.1, 0.15, -0.04, 10.0, -0.2], [-11.666_393, -135.171_473, -89.428_295]),
+        ];
+        let mass = plant.mass_matrix_of_six();
+        let (m11, m22, m23) = (mass[(0, 0)], mass[(1, 1)], mass[(1, 5)]);
+        for ([u, v, r, n, delta], force) in known {
+            let read = |signal: &Signal| match signal {
+                Signal::Drive(_) => n * std::f64::consts::TAU,
+                _ => delta,
+            };
+            let signals: Vec<f64> = plant.structure().signals().iter().map(read).collect();
+            let velocity = Vector6::new(u, v, 0.0, 0.0, 0.0, r);
+            let found = -plant.resistance_with(&velocity, &Vector3::z(), &signals);
+            let turning = [m22 * v * r + m23 * r * r, -m11 * u * r, -m23 * u * r];
+            for ((axis, force), turning) in [0, 1, 5].into_iter().zip(force).zip(turning) {
+                let off = found[axis] - force - turning;
+                // It takes angles of drift at propeller and rudder, and Seaplant their sines.
+                assert!(off.abs() < 3e-3 * force.abs() + 0.25, "{axis}: {off} of {force}");
+            }
+        }
+    }
+
+    #[test]
+    fn tables_state_how_fast_their_propellers_turn() {
+        for (name, rpm) in [("otter-mss", 992.4), ("wam-v-vrx", 5507.0)] {
+            let path = format!("{PREFIX}{name}");
+            let mut file = read_plant_file(Path::new(&path)).expect("a table").expect("a plant");
+            assert_eq!(file.model().expect("possible").max_rpm, Some(rpm), "{name}");
+            file.thrusters[0].max_rpm = Some(-1.0);
+            let error = file.model().expect_err("turned round").to_string();
+            assert!(error.contains("max_rpm is -1"), "{error}");
+        }
     }
 
     #[test]

@@ -57,7 +57,7 @@ fn file(model: &PlantModel, notes: Vec<String>) -> PlantFile {
         coefficients: coefficients(model),
         correlation: correlation(model),
         effects: model.plant.structure().effects().to_vec(),
-        thrusters: model.thrusters.iter().map(thruster).collect(),
+        thrusters: model.thrusters.iter().map(|own| thruster(model, own)).collect(),
         actuation: model.actuation.clone(),
         driven: model.driven.clone(),
         disturbances: model.disturbances.clone(),
@@ -95,12 +95,13 @@ fn correlation(model: &PlantModel) -> Option<Correlation> {
     })
 }
 
-fn thruster(thruster: &seaplant::Thruster) -> FileThruster {
+fn thruster(model: &PlantModel, thruster: &seaplant::Thruster) -> FileThruster {
     FileThruster {
         name: thruster.name.clone(),
         position_m: thruster.position_body.into(),
         direction: thruster.direction_body.into(),
         curve: CurveResult::of(&thruster.curve),
+        max_rpm: model.max_rpm,
     }
 }
 

@@ -75,6 +75,8 @@ pub struct PlantModel {
     pub buoyancy: Option<Buoyancy>,
     /// Thrusters, their curves in numbers.
     pub thrusters: Vec<Thruster>,
+    /// The greatest speed of their shafts, rpm, where a table states it.
+    pub max_rpm: Option<f64>,
     /// What stands between thrust and the water, by axis.
     pub actuation: BTreeMap<Dof, Actuation>,
     /// How far each axis was driven in the trials; empty of published tables.

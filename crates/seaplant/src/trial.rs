@@ -7,6 +7,7 @@ mod force;
 mod plausible;
 mod records;
 mod signals;
+mod slopes;
 
 use std::collections::BTreeMap;
 

@@ -17,9 +17,9 @@ use seaplant::plant::{HullModel, Plant, RudderFlow, Signal, Symmetry, WakeByDrif
 use seaplant::quantity::{Attitude, Axis};
 use seaplant::results::{CoupledPlant, Results, ToldBy};
 use seaplant::{
-    CaveatCode, CoupledPlan, Dof, Fin, IdentifyOptions, PropellerCurve, QuadraticThrust, Quantity,
-    Recording, Role, Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup,
-    Vehicle, identify, plant_of_result,
+    Caveat, CaveatCode, CoupledPlan, Dof, Fin, IdentifyOptions, PropellerCurve, QuadraticThrust,
+    Quantity, Recording, Role, Severity, Surface, ThrustCurve, Thruster, ThrusterInput, Timed,
+    Trial, TrialSetup, Vehicle, identify, plant_of_result,
 };
 
 const DENSITY: f64 = 1000.0;
@@ -341,10 +341,21 @@ fn plan(search: bool) -> CoupledPlan {
 }
 
 fn identified(ship: Ship, vehicle: &Vehicle, plan: CoupledPlan) -> Results {
+    identified_from(ship, vehicle, plan, |_| true)
+}
+
+/// From the runs of some names.
+fn identified_from(
+    ship: Ship,
+    vehicle: &Vehicle,
+    plan: CoupledPlan,
+    is_taken: impl Fn(&str) -> bool,
+) -> Results {
     let of = |(k, (name, role, run)): (usize, (&str, Role, Run))| {
         trial(name, role, &run.track(ship), 100 + k as u64, vehicle)
     };
-    let trials: Vec<Trial> = runs().into_iter().enumerate().map(of).collect();
+    let runs = runs().into_iter().enumerate().filter(|(_, (name, ..))| is_taken(name));
+    let trials: Vec<Trial> = runs.map(of).collect();
     let options = IdentifyOptions { coupled: vec![plan], ..IdentifyOptions::default() };
     identify(vehicle, &trials, &options).results
 }
@@ -476,4 +487,20 @@ fn turning_circles_come_out_where_nothing_of_rudder_and_propeller_is_known() {
     let codes: Vec<CaveatCode> = found.caveats.iter().map(|caveat| caveat.code).collect();
     assert!(codes.contains(&CaveatCode::ThrustScale), "{codes:?}");
     check_circles(ship, found);
+}
+
+#[test]
+fn added_mass_in_sway_and_what_looks_like_it_in_zigzags_are_named() {
+    let (ship, vehicle) = (Ship { wake_drifts: true }, vehicle(true));
+    let is_zigzag = |name: &str| name.starts_with("zigzag") || name == "aside";
+    let results = identified_from(ship, &vehicle, plan(true), is_zigzag);
+    let found = plant_of(&results);
+    let is_named = |caveat: &&Caveat| {
+        caveat.code == CaveatCode::Collinear
+            && caveat.severity == Severity::Warning
+            && caveat.message.contains("`mass.sway`")
+    };
+    let named = found.caveats.iter().find(is_named);
+    let x = &found.parameters["mass.sway"];
+    assert!(named.is_some(), "{x:?} {:?} {:?}", found.caveats, found.correlation);
 }

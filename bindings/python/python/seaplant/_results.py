@@ -74,6 +74,7 @@ __all__ = [
     "Role",
     "Row",
     "RudderFlow",
+    "RudderLaw",
     "Score",
     "ScoredMotion",
     "SecondOrder",
@@ -280,6 +281,12 @@ Role: TypeAlias = Literal[
 ]
 """What a trial is for."""
 
+RudderLaw: TypeAlias = Literal[
+    "proportional",
+    "sine",
+]
+"""How the force of a rudder across the ship grows with its angle."""
+
 ScoredMotion: TypeAlias = Literal[
     "velocity",
     "acceleration",
@@ -471,7 +478,8 @@ class AxisScore(Record):
 
     disturbance_error: float | None
     """Mean change of the model's velocity by a draw of the disturbance that was found, m/s or
-    rad/s: so far does that alone take the true plant from what is measured."""
+    rad/s: so far does that alone take the true plant from what is measured; with the noise of
+    velocities that are slopes of positions."""
 
     mean_abs_error: float | None
     """Mean |model − measured| of velocity, m/s or rad/s."""
@@ -1161,13 +1169,17 @@ class MonteCarloTable(Record):
 @dataclass(frozen=True, eq=False, repr=False)
 class NomotoResult(Record):
     """Nomoto's model of how yaw rate follows a rudder: ``T ṙ + r + α r³ = K (δ − δ₀)``, or
-    ``T₁T₂ r̈ + (T₁ + T₂) ṙ + r + α r³ = K (δ − δ₀ + T₃ δ̇)``."""
+    ``T₁T₂ r̈ + (T₁ + T₂) ṙ + r + α r³ = K (δ − δ₀ + T₃ δ̇)``; by ``rudder_law`` ``sine`` with
+    ``½ sin 2δ`` in the place of δ."""
 
     rudder: str
     """The rudder."""
 
     order: int
     """First or second order."""
+
+    rudder_law: RudderLaw
+    """What stands for δ: the law that explains more."""
 
     gain: Parameter
     """K."""
@@ -1186,7 +1198,8 @@ class NomotoResult(Record):
     start."""
 
     hold_out_r2: dict[str, float | None]
-    """The same on held-out trials, by trial; none of one in which it runs away."""
+    """The same on held-out trials, by trial, from the start of each that fits it best, as
+    that of the fitted ones; none of one in which it runs away."""
 
     caveats: tuple[Caveat, ...]
     """Doubts."""

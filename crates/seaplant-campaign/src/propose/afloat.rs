@@ -45,6 +45,10 @@ fn wind(
 ) -> Option<(Quantity, Option<&'static str>)> {
     const FELT: &str = "is it the wind felt on board (relative) or over ground (true)?";
     let has = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
+    // By the bow, and of the wind over ground: no frame that channels have.
+    if has(&["theoretical"]) {
+        return None;
+    }
     let is_true = has(&["true", "tws", "twd", "twa"]);
     let is_relative = has(&["relative", "rel", "apparent", "app", "aws", "awa"]);
     let frame = if is_true { WindFrame::True } else { WindFrame::Relative };
@@ -61,6 +65,10 @@ fn satellite(words: &[String], is: &impl Fn(Dimension) -> bool) -> Option<Quanti
     let has = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
     if has(&["cmd", "setpoint", "desired", "target", "std", "error", "bt", "dvl"]) {
         return None;
+    }
+    // Recommended minimum and track made good of NMEA 0183 have one speed, that over ground.
+    if has(&["rmc", "vtg"]) && has(&["speed"]) && is(Dimension::Velocity) {
+        return Some(Quantity::GroundSpeed);
     }
     let known: [(&[&str], Dimension, Quantity); 7] = [
         (&["lat", "latitude"], Dimension::Angle, Quantity::Latitude),

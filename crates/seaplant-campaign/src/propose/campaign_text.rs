@@ -1,11 +1,13 @@
 //! campaign.toml, as far as a log tells it.
 
 use seaplant::Quantity;
+use seaplant::quantity::Attitude;
 use seaplant_log::{Log, Note, ReadOptions, Stamp, TimeColumn};
 
 use super::ProposedTrial;
 use super::mapping::{Mapped, Mapping};
 use super::ros_thruster::UNTOLD;
+use super::vehicle_text::is_of_receiver;
 use super::write::{Page, quoted, seconds};
 
 /// The file's text, and what is left to decide.
@@ -200,20 +202,45 @@ fn own_channels(mapping: &Mapping, session: usize) -> Vec<&Mapped> {
     mapping.sessions[session].iter().filter(differs).collect()
 }
 
-/// Rudders and fins act in plants of several axes.
+/// Rudders and fins act in plants of several axes, and boats move along three at once.
 fn coupled(page: &mut Page, mapping: &Mapping) {
-    let all = mapping.all();
-    if !all.iter().any(|mapped| matches!(mapped.quantity(), Quantity::SurfaceAngle { .. })) {
+    let is_angle = |quantity: &Quantity| matches!(quantity, Quantity::SurfaceAngle { .. });
+    let (is_boat, has_rudder) = (is_boat(mapping), mapping.has(is_angle));
+    if !is_boat && !has_rudder {
         return;
     }
     page.line("");
-    page.comment(
-        "A rudder acts in a plant of several axes. Take the `#` away from the lines below;",
-    );
-    page.comment("where no thrust curve is known, hold one mass, which fixes the scale of force.");
-    page.comment("[[plant]]");
-    page.comment("axes = [\"surge\", \"sway\", \"yaw\"]");
-    page.comment("hold = { \"mass.surge\" = 0.0 }  # decide: dry mass and what the water adds, kg");
+    if is_boat {
+        page.comment("A boat under way moves ahead, to the side and about at once.");
+    } else {
+        page.comment(
+            "A rudder acts in a plant of several axes. Take the `#` away from the lines below;",
+        );
+    }
+    let hold = "hold = { \"mass.surge\" = 0.0 }  # decide: dry mass and what the water adds, kg";
+    let axes = "axes = [\"surge\", \"sway\", \"yaw\"]";
+    if has_rudder {
+        page.comment(
+            "where no thrust curve is known, hold one mass, which fixes the scale of force.",
+        );
+    }
+    if is_boat {
+        page.line("[[plant]]");
+        page.line(axes);
+    } else {
+        page.comment("[[plant]]");
+        page.comment(axes);
+    }
+    if has_rudder {
+        page.comment(hold);
+    }
+}
+
+/// Whether a log has a satellite receiver or the like and heading, and nothing of one who dives.
+fn is_boat(mapping: &Mapping) -> bool {
+    let heading = |x: &Quantity| *x == Quantity::Attitude(Attitude::Heading);
+    let dives = |x: &Quantity| matches!(x, Quantity::Depth | Quantity::DvlVelocity(_));
+    mapping.has(is_of_receiver) && mapping.has(heading) && !mapping.has(dives)
 }
 
 fn channels(page: &mut Page, mapping: &Mapping) {

@@ -76,7 +76,7 @@ static RULES: &[Rule] = &[
     rule(&[&["gz", "wz", "yawrate"]], Quantity::Rate(Axis::Z), 3),
     rule(&[&["roll", "phi", "x", "p"], TURNING], Quantity::Rate(Axis::X), 3),
     rule(&[&["pitch", "theta", "y", "q"], TURNING], Quantity::Rate(Axis::Y), 3),
-    rule(&[&["yaw", "psi", "heading", "hdg", "z", "r"], TURNING], Quantity::Rate(Axis::Z), 3),
+    rule(&[&["yaw", "psi", "heading", "hdg", "turn", "z", "r"], TURNING], Quantity::Rate(Axis::Z), 3),
     rule(&[&["p"]], Quantity::Rate(Axis::X), 2),
     rule(&[&["q"]], Quantity::Rate(Axis::Y), 2),
     rule(&[&["r"]], Quantity::Rate(Axis::Z), 2),

@@ -164,10 +164,9 @@ fn questions(mapping: &Mapping, preset: Option<VehiclePreset>) -> Vec<String> {
             quantity,
             Quantity::DvlVelocity(_)
                 | Quantity::Depth
-                | Quantity::Position(_)
                 | Quantity::Attitude(_)
                 | Quantity::Acceleration(_)
-        )
+        ) || is_of_receiver(quantity)
     };
     if mapping.has(placed) {
         found.push("give where the sensors sit, if not at the origin and aligned".to_owned());
@@ -283,12 +282,25 @@ fn curves(mapped: &Mapped) -> [String; 3] {
     ]
 }
 
+/// Whether an antenna, or what else positions the vehicle, measures it.
+pub(super) fn is_of_receiver(quantity: &Quantity) -> bool {
+    matches!(
+        quantity,
+        Quantity::Position(_)
+            | Quantity::Latitude
+            | Quantity::Longitude
+            | Quantity::WorldVelocity(_)
+            | Quantity::GroundSpeed
+            | Quantity::GroundCourse
+    )
+}
+
 fn sensors(page: &mut Page, mapping: &Mapping) {
     let has = |wanted: fn(&Quantity) -> bool| mapping.has(wanted);
     let dvl = has(|quantity| matches!(quantity, Quantity::DvlVelocity(_)));
     let depth = has(|quantity| matches!(quantity, Quantity::Depth));
     let attitude = has(|quantity| matches!(quantity, Quantity::Attitude(_)));
-    let position = has(|quantity| matches!(quantity, Quantity::Position(_)));
+    let position = has(is_of_receiver);
     let imu = has(|quantity| matches!(quantity, Quantity::Acceleration(_)));
     let place = "# position_m = [0.0, 0.0, 0.0]";
     let turned = "# rotation_deg = [0.0, 0.0, 0.0]";

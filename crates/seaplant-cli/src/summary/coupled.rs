@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use seaplant::Dof;
+use seaplant::estimate::RudderLaw;
 use seaplant::results::{
     AxisScore, Coefficient, CoupledPlant, NomotoResult, Parameter, SecondOrder, ToldBy,
 };
@@ -37,8 +38,12 @@ pub(super) fn block(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
 /// A model of steering: K, T and how it predicts.
 pub(super) fn steering(model: &NomotoResult) -> String {
     let order = if model.order == 2 { "second" } else { "first" };
+    let law = match model.rudder_law {
+        RudderLaw::Proportional => "",
+        RudderLaw::Sine => ", by ½ sin 2δ",
+    };
     let mut text = format!(
-        "{STRONG}yaw rate by rudder {}{STRONG:#}, Nomoto of the {order} order\n",
+        "{STRONG}yaw rate by rudder {}{STRONG:#}, Nomoto of the {order} order{law}\n",
         model.rudder
     );
     let mut all = vec![("K", &model.gain), ("T", &model.time)];

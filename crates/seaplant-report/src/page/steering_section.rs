@@ -1,5 +1,6 @@
 //! Models of steering: how yaw rate follows a rudder.
 
+use seaplant::estimate::RudderLaw;
 use seaplant::results::{NomotoResult, Parameter, SecondOrder};
 use serde::Serialize;
 
@@ -63,5 +64,9 @@ fn note(model: &NomotoResult) -> String {
     } else {
         format!("held out {}", held.join(", "))
     };
-    format!("{course} R² of yaw rate, simulated freely: {:.3} fitted; {held}.", model.fit_r2)
+    let law = match model.rudder_law {
+        RudderLaw::Proportional => "",
+        RudderLaw::Sine => " ½ sin 2δ stands for δ: it explains more.",
+    };
+    format!("{course}{law} R² of yaw rate, simulated freely: {:.3} fitted; {held}.", model.fit_r2)
 }

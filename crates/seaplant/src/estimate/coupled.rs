@@ -531,6 +531,9 @@ fn inverse(information: &DMatrix<f64>) -> DMatrix<f64> {
 /// Eigenvalues of scaled information below this are rounding.
 const LEAST_INFORMATION: f64 = 1e-12;
 
+/// Every so many of an axis's innovations are tested where neighbours share the error of one fix.
+const APART_OF_SLOPES: usize = 2;
+
 /// Lags over which innovations are to be white.
 const LAGS: usize = 40;
 
@@ -541,8 +544,9 @@ fn whiteness<const N: usize>(
     let trials = problem.innovations(point)?;
     let of = |(axis, &dof): (usize, &Dof)| {
         let mut statistic = (0.0, 0_usize);
+        let apart = if problem.by_slope[dof.index()] { APART_OF_SLOPES } else { 1 };
         for trial in &trials {
-            let of_axis = trial.iter().filter(|innovation| innovation.axis == axis);
+            let of_axis = trial.iter().filter(|innovation| innovation.axis == axis).step_by(apart);
             let e: Vec<f64> = of_axis.map(|innovation| innovation.normalised).collect();
             let power: f64 = e.iter().map(|x| x * x).sum();
             for lag in 1..=LAGS.min(e.len() / 4) {

@@ -1,6 +1,8 @@
 //! Nomoto's models of steering: yaw rate from rudder angle alone, by output error.
 
 use nalgebra::{DMatrix, DVector, Vector2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::Estimate;
 use crate::{Error, Grid, Timed};
@@ -12,6 +14,37 @@ pub struct NomotoOrder {
     pub is_second: bool,
     /// Whether `α r³` stands beside r: of ships that do not keep a straight course.
     pub is_cubic: bool,
+    /// What stands for δ.
+    pub law: RudderLaw,
+}
+
+/// How the force of a rudder across the ship grows with its angle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RudderLaw {
+    /// As δ.
+    #[default]
+    Proportional,
+    /// As `½ sin 2δ`: a normal force as sin δ, of which cos δ acts across the ship; 22 % less than
+    /// δ at 35 degrees.
+    Sine,
+}
+
+impl RudderLaw {
+    fn of(self, angle: f64) -> f64 {
+        match self {
+            Self::Proportional => angle,
+            Self::Sine => 0.5 * (2.0 * angle).sin(),
+        }
+    }
+
+    /// The angle of so much force.
+    fn angle(self, force: f64) -> f64 {
+        match self {
+            Self::Proportional => force,
+            Self::Sine => 0.5 * (2.0 * force).clamp(-1.0, 1.0).asin(),
+        }
+    }
 }
 
 /// Rudder and yaw rate of a trial.
@@ -64,18 +97,26 @@ const LEAST_GAIN: f64 = 1e-9;
 /// A trial on a grid.
 struct Sampled {
     step_s: f64,
+    /// By the law of the rudder.
     angle: Vec<f64>,
     rate: Vec<f64>,
 }
 
 impl Sampled {
-    fn of(trial: &SteeringTrial<'_>) -> Self {
+    fn of(trial: &SteeringTrial<'_>, law: RudderLaw) -> Self {
         let (from, to) = trial.window_s;
         let step_s = trial.rate.period_s().clamp(*PERIOD_S.start(), *PERIOD_S.end());
         let from = from.max(trial.angle.first_s()).max(trial.rate.first_s());
         let to = to.min(trial.angle.last_s()).min(trial.rate.last_s());
         let grid = Grid::spanning(from, to, step_s);
-        Self { step_s, angle: trial.angle.interpolate(grid), rate: trial.rate.interpolate(grid) }
+        let angle = trial.angle.interpolate(grid).into_iter().map(|angle| law.of(angle)).collect();
+        Self { step_s, angle, rate: trial.rate.interpolate(grid) }
+    }
+
+    /// Its first samples.
+    fn first(&self, count: usize) -> Self {
+        let of = |values: &[f64]| values.iter().take(count).copied().collect();
+        Self { step_s: self.step_s, angle: of(&self.angle), rate: of(&self.rate) }
     }
 }
 
@@ -234,7 +275,7 @@ impl Steering {
     }
 
     /// What the model misses, and its slopes; `None` if it runs away.
-    fn missed(&self, x: &DVector<f64>, trials: &[Sampled]) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    fn missed(&self, x: &DVector<f64>, trials: &[Sampled]) -> Option<Missed> {
         let (p, n) = (self.free.len(), self.states());
         let theta = self.full(&x.rows(0, p).into_owned());
         let samples = trials.iter().map(|trial| trial.rate.len()).sum();
@@ -257,7 +298,47 @@ impl Steering {
         }
         Some((missed, slopes))
     }
+
+    /// What the model misses of one trial from a start, and its slopes by the start.
+    fn missed_from(
+        &self,
+        theta: &[f64; NAMES],
+        start: &DVector<f64>,
+        trial: &Sampled,
+    ) -> Option<Missed> {
+        let (p, n) = (self.free.len(), self.states());
+        let left = if n == 2 { start[1] } else { 0.0 };
+        let (model, slopes) = self.run(theta, Vector2::new(start[0], left), trial)?;
+        let missed = trial.rate.iter().zip(&model).map(|(rate, model)| rate - model);
+        let missed = DVector::from_iterator(model.len(), missed);
+        Some((missed, slopes.columns(p, n).into_owned()))
+    }
+
+    /// What is left of a trial by the start that fits it best, found on ever longer parts of it:
+    /// a ship that does not keep its course makes much of little.
+    fn least_missed(&self, theta: &[f64; NAMES], trial: &Sampled) -> Option<DVector<f64>> {
+        let first = *trial.rate.first()?;
+        // ṙ of a start that is not known is that of a steady turn.
+        let left = theta[0] * first - theta[4] * trial.angle[0];
+        let mut start = DVector::from_column_slice(&[first, left][..self.states()]);
+        for part in START_PARTS {
+            let count = ((part * trial.rate.len() as f64) as usize).max(START_SAMPLES);
+            let part = trial.first(count);
+            let missed = |start: &DVector<f64>| self.missed_from(theta, start, &part);
+            if let Some((found, ..)) = descended(start.clone(), missed) {
+                start = found;
+            }
+        }
+        self.missed_from(theta, &start, trial).map(|(missed, _)| missed)
+    }
 }
+
+/// What a model misses, and its slopes.
+type Missed = (DVector<f64>, DMatrix<f64>);
+
+/// Parts of a trial on which its start is sought, one after the other, and the least of samples.
+const START_PARTS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
+const START_SAMPLES: usize = 10;
 
 /// ẋ with its slopes.
 struct Slopes {
@@ -280,7 +361,7 @@ struct Slopes {
 ///
 /// # Example
 /// ```
-/// use seaplant::estimate::{NomotoOrder, SteeringTrial, fit_nomoto};
+/// use seaplant::estimate::{NomotoOrder, RudderLaw, SteeringTrial, fit_nomoto};
 /// use seaplant::Timed;
 /// // K = 0.2 1/s, T = 5 s, the rudder put over every 12 s.
 /// let (mut r, mut angles, mut rates) = (0.0, Vec::new(), Vec::new());
@@ -293,12 +374,13 @@ struct Slopes {
 /// let angle = Timed::new("rudder", times.clone(), angles)?;
 /// let rate = Timed::new("r", times, rates)?;
 /// let trial = SteeringTrial { angle: &angle, rate: &rate, window_s: (0.0, 119.0) };
-/// let fit = fit_nomoto(&[trial], NomotoOrder { is_second: false, is_cubic: false })?;
+/// let law = RudderLaw::Proportional;
+/// let fit = fit_nomoto(&[trial], NomotoOrder { is_second: false, is_cubic: false, law })?;
 /// assert!((fit.gain.value - 0.2).abs() < 0.005 && (fit.time.value - 5.0).abs() < 0.15);
 /// # Ok::<(), seaplant::Error>(())
 /// ```
 pub fn fit_nomoto(trials: &[SteeringTrial<'_>], order: NomotoOrder) -> Result<NomotoFit, Error> {
-    let sampled: Vec<Sampled> = trials.iter().map(Sampled::of).collect();
+    let sampled: Vec<Sampled> = trials.iter().map(|trial| Sampled::of(trial, order.law)).collect();
     let samples = sampled.iter().map(|trial| trial.rate.len()).sum::<usize>();
     if samples < LEAST_SAMPLES {
         let name = "the steering of the trials".to_owned();
@@ -317,7 +399,8 @@ pub fn fit_nomoto(trials: &[SteeringTrial<'_>], order: NomotoOrder) -> Result<No
     }
     let steering = Steering::new(order);
     let start = steering.start(&sampled);
-    let (x, missed, slopes) = descended(&steering, start, &sampled).ok_or_else(|| {
+    let found = descended(start, |x| steering.missed(x, &sampled));
+    let (x, missed, slopes) = found.ok_or_else(|| {
         refuse("the model of steering runs away; the ship does not keep its course: fit the model with r³, or shorter trials")
     })?;
     Ok(finished(&steering, &x, &missed, &slopes, &sampled))
@@ -330,19 +413,18 @@ const LEAST_ANGLE: f64 = 5e-3;
 
 /// Damped Gauss–Newton steps.
 fn descended(
-    steering: &Steering,
     start: DVector<f64>,
-    trials: &[Sampled],
+    missed_at: impl Fn(&DVector<f64>) -> Option<Missed>,
 ) -> Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
     let mut x = start;
-    let mut now = steering.missed(&x, trials);
+    let mut now = missed_at(&x);
     // A start that runs away is drawn towards one that stands still.
     for _ in 0..20 {
         if now.is_some() {
             break;
         }
         x *= 0.7;
-        now = steering.missed(&x, trials);
+        now = missed_at(&x);
     }
     let (mut missed, mut slopes) = now?;
     let mut damping = 1e-4;
@@ -358,7 +440,7 @@ fn descended(
             }
             let step = damped.cholesky().map(|factor| factor.solve(&right));
             let moved = step.map(|step| &x + step);
-            let there = moved.and_then(|moved| Some((steering.missed(&moved, trials)?, moved)));
+            let there = moved.and_then(|moved| Some((missed_at(&moved)?, moved)));
             if let Some(((new_missed, new_slopes), moved)) = there
                 && new_missed.norm_squared() < cost
             {
@@ -420,7 +502,7 @@ fn finished(
             [estimate(&|x| x[0] / x[1]), estimate(&|x| 1.0 / x[1]), estimate(&|x| x[4] / x[3])]
         }),
         cubic: steering.order.is_cubic.then(|| estimate(&|x| x[2] / x[1])),
-        neutral: estimate(&|x| -x[5] / x[3]),
+        neutral: estimate(&|x| steering.order.law.angle(-x[5] / x[3])),
         r2: 1.0 - missed.norm_squared() / spread,
         is_stable: all[1] > 0.0 && (!is_second || all[0] > 0.0),
         theta,
@@ -442,24 +524,15 @@ fn correlation_time(missed: &DVector<f64>) -> f64 {
 }
 
 impl NomotoFit {
-    /// R² of yaw rate of another trial, simulated freely from what was measured at its start;
-    /// `None` if the model runs away there.
+    /// R² of yaw rate of another trial, simulated freely from the start that fits it best, as the
+    /// trials that were fitted have theirs; `None` if the model runs away there.
     pub fn score(&self, trial: &SteeringTrial<'_>) -> Option<f64> {
         let steering = Steering::new(self.order);
-        let sampled = Sampled::of(trial);
-        let theta = steering.full(&self.theta);
-        let first = *sampled.rate.first()?;
-        // What is left of ṙ at a start that is not known is that of a steady turn.
-        let left =
-            if self.order.is_second { theta[0] * first - theta[4] * sampled.angle[0] } else { 0.0 };
-        let (model, _) = steering.run(&theta, Vector2::new(first, left), &sampled)?;
+        let sampled = Sampled::of(trial, self.order.law);
+        let missed = steering.least_missed(&steering.full(&self.theta), &sampled)?;
         let mean = sampled.rate.iter().sum::<f64>() / sampled.rate.len() as f64;
-        let (mut missed, mut spread) = (0.0, 0.0);
-        for (measured, model) in sampled.rate.iter().zip(&model) {
-            missed += (measured - model).powi(2);
-            spread += (measured - mean).powi(2);
-        }
-        Some(1.0 - missed / spread).filter(|r2| r2.is_finite())
+        let spread: f64 = sampled.rate.iter().map(|rate| (rate - mean).powi(2)).sum();
+        Some(1.0 - missed.norm_squared() / spread).filter(|r2| r2.is_finite())
     }
 }
 
@@ -471,6 +544,10 @@ mod tests {
 
     use super::*;
 
+    fn order(is_second: bool, is_cubic: bool) -> NomotoOrder {
+        NomotoOrder { is_second, is_cubic, law: RudderLaw::Proportional }
+    }
+
     /// A zigzag of a model with known coefficients, r with seeded noise of 0.05 °/s.
     fn zigzag(order: NomotoOrder, theta: [f64; NAMES], phase: f64) -> [Timed; 2] {
         let steering = Steering::new(order);
@@ -478,7 +555,8 @@ mod tests {
         let angle =
             |t: &f64| 0.35 * ((0.11 * t + phase).sin() + 0.7 * (0.041 * t).sin()).clamp(-1.0, 1.0);
         let angle: Vec<f64> = times.iter().map(angle).collect();
-        let sampled = Sampled { step_s: 0.25, angle: angle.clone(), rate: vec![0.0; 1200] };
+        let force = angle.iter().map(|angle| order.law.of(*angle)).collect();
+        let sampled = Sampled { step_s: 0.25, angle: force, rate: vec![0.0; 1200] };
         let (rate, _) = steering.run(&theta, Vector2::zeros(), &sampled).expect("bounded");
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let noise = Normal::new(0.0, 0.05_f64.to_radians()).expect("positive");
@@ -507,7 +585,7 @@ mod tests {
         // K = 0.15 1/s, T = 8 s, neutral angle 0.01 rad.
         let (k, t) = (0.15, 8.0);
         let theta = [0.0, 1.0 / t, 0.0, k / t, 0.0, -0.01 * k / t];
-        let fit = check(NomotoOrder { is_second: false, is_cubic: false }, theta);
+        let fit = check(order(false, false), theta);
         assert!((fit.gain.value - k).abs() < 3.0 * fit.gain.std + 1e-4, "{:?}", fit.gain);
         assert!((fit.time.value - t).abs() < 3.0 * fit.time.std + 1e-2, "{:?}", fit.time);
         assert!((fit.neutral.value - 0.01).abs() < 2e-3 && fit.is_stable);
@@ -519,7 +597,7 @@ mod tests {
         let (k, t1, t2, t3) = (0.2, 20.0, 3.0, 5.0);
         let both = t1 * t2;
         let theta = [(t1 + t2) / both, 1.0 / both, 0.0, k / both, k * t3 / both, 0.0];
-        let fit = check(NomotoOrder { is_second: true, is_cubic: false }, theta);
+        let fit = check(order(true, false), theta);
         let [sum, product, zero] = fit.second.expect("second");
         for (found, expected) in [(fit.gain, k), (sum, t1 + t2), (product, both), (zero, t3)] {
             assert!((found.value - expected).abs() < 3.0 * found.std, "{found:?}, {expected}");
@@ -531,10 +609,24 @@ mod tests {
     fn a_ship_that_does_not_keep_its_course_has_a_negative_time() {
         // ṙ = 0.02 r − 300 r³ + 0.01 δ: it turns by itself at 0.5 °/s.
         let theta = [0.0, -0.02, 300.0, 0.01, 0.0, 0.0];
-        let fit = check(NomotoOrder { is_second: false, is_cubic: true }, theta);
+        let fit = check(order(false, true), theta);
         assert!(!fit.is_stable && fit.time.value < 0.0 && fit.gain.value < 0.0, "{fit:?}");
         let alpha = fit.cubic.expect("cubic").value;
         assert!((alpha / (300.0 / -0.02) - 1.0).abs() < 0.1, "{alpha}");
+    }
+
+    #[test]
+    fn a_ship_that_turns_by_itself_is_scored_from_the_start_that_fits() {
+        // r̈ = −0.5 ṙ + 0.014 r − 11 r³ − 0.0053 δ − 0.034 δ̇: a mistaken start doubles every 20 s.
+        let order = NomotoOrder { law: RudderLaw::Sine, ..order(true, true) };
+        let theta = [0.5, -0.014, 11.0, -0.0053, -0.034, 0.0];
+        let fit = check(order, theta);
+        assert!(!fit.is_stable, "{fit:?}");
+        let proportional = NomotoOrder { law: RudderLaw::Proportional, ..order };
+        let [angle, rate] = zigzag(order, theta, 0.0);
+        let trial = SteeringTrial { angle: &angle, rate: &rate, window_s: (0.0, 299.0) };
+        let other = fit_nomoto(&[trial], proportional).expect("a fit");
+        assert!(other.r2 < fit.r2, "{} {}", other.r2, fit.r2);
     }
 
     #[test]
@@ -545,8 +637,7 @@ mod tests {
             Timed::new("r", times.clone(), times.iter().map(|t| t.sin()).collect::<Vec<_>>());
         let rate = rate.expect("valid");
         let trial = SteeringTrial { angle: &still, rate: &rate, window_s: (0.0, 50.0) };
-        let order = NomotoOrder { is_second: false, is_cubic: false };
-        let error = fit_nomoto(&[trial], order).expect_err("no rudder");
+        let error = fit_nomoto(&[trial], order(false, false)).expect_err("no rudder");
         assert!(error.to_string().contains("hardly moves"), "{error}");
     }
 }

@@ -186,6 +186,9 @@ pub struct FileThruster {
     pub direction: [f64; 3],
     /// Its curve.
     pub curve: CurveResult,
+    /// The greatest speed of its shaft, either way, rpm, where the source states it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_rpm: Option<f64>,
 }
 
 impl PlantFile {
@@ -217,6 +220,7 @@ impl PlantFile {
             size_m: self.size_m,
             buoyancy: self.buoyancy.as_ref().map(BuoyancyResult::buoyancy).transpose()?,
             thrusters: self.thrusters.iter().map(thruster).collect::<Result<_, _>>()?,
+            max_rpm: self.max_rpm()?,
             actuation: self.actuation.clone(),
             driven: self.driven.clone(),
             disturbances: self.possible_disturbances()?,
@@ -229,6 +233,15 @@ impl PlantFile {
             judgements: Vec::new(),
             notes: self.notes.clone(),
         })
+    }
+
+    /// The least of what its thrusters state.
+    fn max_rpm(&self) -> Result<Option<f64>, Error> {
+        let stated = || self.thrusters.iter().filter_map(|thruster| thruster.max_rpm);
+        match stated().find(|rpm| !(rpm.is_finite() && *rpm > 0.0)) {
+            Some(rpm) => Err(refuse("max_rpm", format!("is {rpm}; it must be above zero"))),
+            None => Ok(stated().reduce(f64::min)),
+        }
     }
 
     fn possible_disturbances(&self) -> Result<BTreeMap<Dof, Disturbance>, Error> {
@@ -437,7 +450,7 @@ fn refuse(key: &str, reason: String) -> Error {
 }
 
 fn thruster(thruster: &FileThruster) -> Result<Thruster, Error> {
-    let FileThruster { name, position_m, direction, curve } = thruster;
+    let FileThruster { name, position_m, direction, curve, max_rpm: _ } = thruster;
     Thruster::new(name, *position_m, *direction, curve.curve()?)
 }
 

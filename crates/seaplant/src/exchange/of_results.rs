@@ -77,6 +77,7 @@ impl PlantModel {
             size_m: results.size_m,
             buoyancy: results.buoyancy.as_ref().map(|b| b.buoyancy()).transpose()?,
             thrusters,
+            max_rpm: None,
             actuation,
             driven: driven(results),
             disturbances,

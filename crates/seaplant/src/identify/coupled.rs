@@ -4,7 +4,9 @@ mod doubts;
 mod known;
 mod online;
 mod prime;
+mod rivals;
 mod score;
+mod steady;
 mod under_way;
 mod verdict;
 
@@ -220,7 +222,8 @@ fn plant(
     }
     check_motion(&structure, &records.fit)?;
     check_scale(&structure, &records.fit)?;
-    let Scored { fit, of_fit, of_hold_out } = best(&structure, &records, vehicle, plan.search)?;
+    let (Scored { fit, of_fit, of_hold_out }, disputed) =
+        best(&structure, &records, vehicle, plan.search)?;
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = of_fit;
     plant.hold_out = of_hold_out;
@@ -228,6 +231,7 @@ fn plant(
     plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle);
+    plant.caveats.splice(0..0, disputed);
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
     plant.verdict = verdict::verdict(&plant, &fit);
@@ -263,33 +267,40 @@ impl Scored {
 }
 
 /// The plant by filter error; where it reads effects, or does not settle, also that by output error,
-/// if it predicts better.
+/// if it predicts better; and whether the two disagree.
 ///
 /// Filter error explains motion from sample to sample, and a force that a rudder, a propeller or wind
 /// lacks becomes disturbance; output error has to explain all of the motion.
 ///
 /// # Errors
-/// That of filter error, if neither method finds a plant.
+/// That of filter error, if neither method finds a plant; [`Error::Plant`] with the reason where
+/// thrust hardly changes.
 fn best(
     structure: &Structure,
     records: &Records<'_>,
     vehicle: &Vehicle,
     search: bool,
-) -> Result<Scored, Error> {
+) -> Result<(Scored, Option<Caveat>), Error> {
     let body = vehicle.rigid_body.as_ref();
     let filtered = fit_coupled(structure, &records.fit, body, search);
     let filtered = filtered.and_then(|fit| Scored::new(fit, records));
-    if filtered.is_ok() && structure.signals().is_empty() {
-        return filtered;
-    }
+    let filtered = match filtered {
+        Ok(only) if structure.signals().is_empty() => return Ok((only, None)),
+        filtered => filtered,
+    };
     let free = fit_coupled_freely(structure, &records.fit, body, search);
     let free = free.and_then(|fit| Scored::new(fit, records));
     match (filtered, free) {
         (Ok(filtered), Ok(free)) => {
-            Ok(if free.misfit() < filtered.misfit() { free } else { filtered })
+            let (chosen, other) = match free.misfit() < filtered.misfit() {
+                true => (free, filtered),
+                false => (filtered, free),
+            };
+            let disputed = rivals::disagreement(&chosen, &other, &records.fit);
+            Ok((chosen, disputed))
         }
-        (Ok(only), Err(_)) | (Err(_), Ok(only)) => Ok(only),
-        (Err(error), Err(_)) => Err(error),
+        (Ok(only), Err(_)) | (Err(_), Ok(only)) => Ok((only, None)),
+        (Err(error), Err(_)) => Err(steady::reason(structure, &records.fit).unwrap_or(error)),
     }
 }
 

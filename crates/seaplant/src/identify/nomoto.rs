@@ -2,7 +2,7 @@
 
 use super::coupled::Records;
 use super::{CoupledPlan, IdentifyOptions};
-use crate::estimate::{NomotoFit, NomotoOrder, SteeringTrial, fit_nomoto};
+use crate::estimate::{NomotoFit, NomotoOrder, RudderLaw, SteeringTrial, fit_nomoto};
 use crate::plant::Signal;
 use crate::results::{NomotoResult, Parameter, Results, SecondOrder};
 use crate::{
@@ -28,19 +28,30 @@ pub(super) fn identify(
 /// A model with r³ is told if it misses less than this part of what that without misses.
 const CUBIC_PART: f64 = 0.9;
 
-/// The first and the second order, each with r³ if that explains more.
+/// The first and the second order, each by the law of the rudder that explains more.
 fn of_rudder(rudder: &Fin, records: &Records<'_>) -> Vec<NomotoResult> {
     let of = |is_second: bool| {
-        let fit = |is_cubic| fitted(rudder, records, NomotoOrder { is_second, is_cubic });
-        match (fit(false), fit(true)) {
-            (Ok(plain), Ok(cubic)) if cubic.r2 > 1.0 - CUBIC_PART * (1.0 - plain.r2) => Some(cubic),
-            (Ok(plain), _) => Some(plain),
-            (Err(_), Ok(cubic)) => Some(cubic),
-            (Err(_), Err(_)) => None,
-        }
+        let laws = [RudderLaw::Proportional, RudderLaw::Sine];
+        let fits = laws.into_iter().filter_map(|law| of_law(rudder, records, (is_second, law)));
+        fits.reduce(|best, other| if other.r2 > best.r2 { other } else { best })
     };
     let found = [of(false), of(true)].into_iter().flatten();
     found.map(|fit| result(rudder, &fit, records)).collect()
+}
+
+/// A model with r³ if that explains more.
+fn of_law(
+    rudder: &Fin,
+    records: &Records<'_>,
+    (is_second, law): (bool, RudderLaw),
+) -> Option<NomotoFit> {
+    let fit = |is_cubic| fitted(rudder, records, NomotoOrder { is_second, is_cubic, law });
+    match (fit(false), fit(true)) {
+        (Ok(plain), Ok(cubic)) if cubic.r2 > 1.0 - CUBIC_PART * (1.0 - plain.r2) => Some(cubic),
+        (Ok(plain), _) => Some(plain),
+        (Err(_), Ok(cubic)) => Some(cubic),
+        (Err(_), Err(_)) => None,
+    }
 }
 
 fn steering<'a>(rudder: &Fin, record: &'a CoupledRecord) -> Option<SteeringTrial<'a>> {
@@ -64,6 +75,7 @@ fn result(rudder: &Fin, fit: &NomotoFit, records: &Records<'_>) -> NomotoResult 
     NomotoResult {
         rudder: rudder.name.clone(),
         order: if fit.order.is_second { 2 } else { 1 },
+        rudder_law: fit.order.law,
         gain: parameter(fit.gain, "1/s"),
         time: parameter(fit.time, "s"),
         second: fit.second.map(|[sum, product, zero]| SecondOrder {

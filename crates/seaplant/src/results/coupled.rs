@@ -199,7 +199,8 @@ pub struct AxisScore {
     /// The same of a model that never moves.
     pub null_error: f64,
     /// Mean change of the model's velocity by a draw of the disturbance that was found, m/s or
-    /// rad/s: so far does that alone take the true plant from what is measured.
+    /// rad/s: so far does that alone take the true plant from what is measured; with the noise of
+    /// velocities that are slopes of positions.
     pub disturbance_error: Option<f64>,
     /// 1 − Σ(model − measured)² / Σ(measured − mean)².
     pub r2: Option<f64>,

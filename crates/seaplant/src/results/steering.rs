@@ -7,16 +7,20 @@ use serde::{Deserialize, Serialize};
 
 use super::Parameter;
 use crate::Caveat;
+use crate::estimate::RudderLaw;
 
 /// Nomoto's model of how yaw rate follows a rudder:
 /// `T ṙ + r + α r³ = K (δ − δ₀)`, or
-/// `T₁T₂ r̈ + (T₁ + T₂) ṙ + r + α r³ = K (δ − δ₀ + T₃ δ̇)`.
+/// `T₁T₂ r̈ + (T₁ + T₂) ṙ + r + α r³ = K (δ − δ₀ + T₃ δ̇)`; by `rudder_law` `sine` with `½ sin 2δ`
+/// in the place of δ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NomotoResult {
     /// The rudder.
     pub rudder: String,
     /// First or second order.
     pub order: u8,
+    /// What stands for δ: the law that explains more.
+    pub rudder_law: RudderLaw,
     /// K.
     pub gain: Parameter,
     /// T, or T₁ + T₂ − T₃.
@@ -31,7 +35,8 @@ pub struct NomotoResult {
     pub is_stable: bool,
     /// R² of yaw rate on the trials that it was fitted to, simulated freely from their start.
     pub fit_r2: f64,
-    /// The same on held-out trials, by trial; none of one in which it runs away.
+    /// The same on held-out trials, by trial, from the start of each that fits it best, as that of
+    /// the fitted ones; none of one in which it runs away.
     pub hold_out_r2: BTreeMap<String, Option<f64>>,
     /// Doubts.
     pub caveats: Vec<Caveat>,

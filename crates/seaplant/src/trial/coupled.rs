@@ -6,6 +6,7 @@ use nalgebra::Vector6;
 
 use super::force::{CoupledThrust, ThrusterTrack, coupled_thrust};
 use super::signals::signals;
+use super::slopes::{of_fixes, slope};
 use super::{Role, TrialSetup};
 use crate::motion::smoothed_attitude;
 use crate::navigation::{Motion, Recording, navigate};
@@ -36,6 +37,9 @@ pub struct CoupledRecord {
     pub thrusters: Vec<CoupledThruster>,
     /// Velocity over ground in body axes, m/s and rad/s, likewise.
     pub velocity: [Option<Timed>; 6],
+    /// Whether velocity is the slope of measured positions, likewise: what one is too large by, its
+    /// neighbour is too small by.
+    pub by_slope: [bool; 6],
     /// Roll, pitch and heading, unwrapped, smoothed by the rates where these were measured, rad.
     pub attitude: [Option<Timed>; 3],
     /// What effects read: angles, drives, air.
@@ -58,8 +62,8 @@ const LEAST_SAMPLES: usize = 30;
 impl CoupledRecord {
     /// Reads what a recording says of some axes.
     ///
-    /// Velocity is what an instrument measured; where there is none, the derivative of
-    /// heading, roll, pitch or depth, with a caveat.
+    /// Velocity is what an instrument measured; where there is none, the slope of heading, roll,
+    /// pitch or depth, or of fixes of position, with a caveat.
     ///
     /// # Errors
     /// [`Error::MissingChannel`] if an axis has no motion or no axis has a force,
@@ -77,19 +81,25 @@ impl CoupledRecord {
         let force = force.map(|force| Some(held_means(&force?)));
         let thrusters = thrusters.into_iter().map(CoupledThruster::thinned).collect();
         let mut velocity = Dof::ALL.map(|dof| navigated.measured.get(&dof).cloned());
+        let (mut by_fixes, mut by_slope) = (None, [false; 6]);
         for &dof in axes {
-            if velocity[dof.index()].is_none() {
-                let Some(Motion::Position(path)) = navigated.by_position.get(&dof) else {
-                    return Err(no_motion(&setup.name, dof));
-                };
-                velocity[dof.index()] = Some(slope(path)?);
-                let message = format!(
-                    "trial `{}`: {dof} has no velocity sensor, so that its velocity is the slope of its position; log a rate or a velocity",
-                    setup.name
-                );
-                caveats.push(Caveat::warning(CaveatCode::Navigation, message));
+            if velocity[dof.index()].is_some() {
+                continue;
             }
+            let found = match (dof, navigated.by_position.get(&dof)) {
+                (Dof::Surge | Dof::Sway, _) => {
+                    if by_fixes.is_none() {
+                        by_fixes = of_fixes(recording, &navigated)?;
+                    }
+                    by_fixes.as_ref().map(|both| both[dof.index()].clone())
+                }
+                (_, Some(Motion::Position(path))) => Some(slope(path)?),
+                _ => None,
+            };
+            velocity[dof.index()] = Some(found.ok_or_else(|| no_motion(&setup.name, dof))?);
+            by_slope[dof.index()] = true;
         }
+        caveats.extend(no_sensor(&setup.name, &by_slope));
         let signals = signals(recording, vehicle, &navigated, &velocity)?;
         let drives = signals.iter().filter(|(signal, _)| signal.is_held());
         let drives: Vec<Timed> = drives.map(|(_, x)| held_means(x)).collect();
@@ -122,6 +132,7 @@ impl CoupledRecord {
             force,
             thrusters,
             velocity,
+            by_slope,
             attitude,
             signals,
             window_s: (0.0, 0.0),
@@ -212,10 +223,23 @@ fn names(axes: &[Dof]) -> String {
     names.join(", ")
 }
 
+/// That the velocity of some axes follows from their position.
+fn no_sensor(trial: &str, by_slope: &[bool; 6]) -> Option<Caveat> {
+    let of_slope = |dof: &Dof| by_slope[dof.index()];
+    let axes: Vec<Dof> = Dof::ALL.into_iter().filter(of_slope).collect();
+    (!axes.is_empty()).then(|| {
+        let message = format!(
+            "trial `{trial}`: no sensor measures the velocity of {}, which is the slope of position instead; log rates and velocities, such as a gyroscope's and speed and course over ground",
+            names(&axes)
+        );
+        Caveat::warning(CaveatCode::Navigation, message)
+    })
+}
+
 fn no_motion(trial: &str, dof: Dof) -> Error {
     let advice = match dof {
         Dof::Surge | Dof::Sway => format!(
-            "map velocity.{dof} or dvl.velocity; a coupled plant does not take it from position"
+            "map velocity.{dof} or dvl.velocity, or position (north and east, or latitude and longitude) and attitude.heading"
         ),
         Dof::Heave => "map velocity.heave, dvl.velocity.z or depth".to_owned(),
         Dof::Roll => "map rate.roll or attitude.roll, or leave roll out of axes".to_owned(),
@@ -277,14 +301,6 @@ impl CoupledThruster {
 /// A signal of an effect, thinned as it is read.
 fn signal_means(signal: &Signal, series: &Timed, changes: &[f64]) -> Timed {
     if signal.is_held() { held_means(series) } else { means(series, changes) }
-}
-
-/// The slope of a position between its samples.
-fn slope(path: &Timed) -> Result<Timed, Error> {
-    let pairs = path.time_s().windows(2).zip(path.values().windows(2));
-    let (time_s, values): (Vec<f64>, Vec<f64>) =
-        pairs.map(|(t, x)| (0.5 * (t[0] + t[1]), (x[1] - x[0]) / (t[1] - t[0]))).unzip();
-    Timed::new("velocity", time_s, values)
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ pub(super) struct Field {
 /// Which other field says whether a field is valid, and how.
 enum Status {
     Always,
-    If(usize, &'static str),
+    If(&'static [(usize, &'static str)]),
     Unless(usize, &'static str),
 }
 
@@ -28,6 +28,8 @@ enum Read {
     Minutes(&'static str),
     /// A letter in the next field, such as this one, makes it negative.
     Signed(&'static str),
+    /// A speed whose unit is the letter of another field, to m/s.
+    Speed(usize),
 }
 
 const fn field(at: usize, name: &'static str, unit: &'static str) -> Field {
@@ -51,8 +53,12 @@ impl Field {
         Self { status: Status::Unless(at, says), ..self }
     }
 
-    const fn only_if(self, at: usize, says: &'static str) -> Self {
-        Self { status: Status::If(at, says), ..self }
+    const fn only_if(self, say: &'static [(usize, &'static str)]) -> Self {
+        Self { status: Status::If(say), ..self }
+    }
+
+    const fn speed(self, unit_at: usize) -> Self {
+        Self { read: Read::Speed(unit_at), ..self }
     }
 
     /// The value in the fields of a sentence; `NaN` if there is none.
@@ -60,7 +66,7 @@ impl Field {
         let text = |at: usize| fields.get(at).map_or("", |text| text.trim());
         let is_valid = match self.status {
             Status::Always => true,
-            Status::If(at, says) => text(at) == says,
+            Status::If(all) => all.iter().all(|(at, says)| text(*at) == *says),
             Status::Unless(at, says) => text(at) != says,
         };
         if !is_valid {
@@ -73,7 +79,19 @@ impl Field {
             Read::Parts(of_unit) => value / of_unit,
             Read::Signed(negative) => sign(negative) * value,
             Read::Minutes(negative) => sign(negative) * degrees(text(self.at)),
+            Read::Speed(at) => value * metres_a_second(text(at)),
         }
+    }
+}
+
+/// Of the letters that sentences have for units of speed; `NaN` of another.
+fn metres_a_second(letter: &str) -> f64 {
+    match letter {
+        "M" => 1.0,
+        "N" => 1852.0 / 3600.0,
+        "K" => 1.0 / 3.6,
+        "S" => 1609.344 / 3600.0,
+        _ => f64::NAN,
     }
 }
 
@@ -94,9 +112,9 @@ pub(super) fn number(text: &str) -> f64 {
 /// The fields of the kinds of sentences that any talker may send: IEC 61162-1.
 #[rustfmt::skip]
 const STANDARD: &[(&str, &[Field])] = &[
-    ("DBK", &[field(2, "depth", "m").only_if(3, "M")]),
-    ("DBS", &[field(2, "depth", "m").only_if(3, "M")]),
-    ("DBT", &[field(2, "depth", "m").only_if(3, "M")]),
+    ("DBK", &[field(2, "depth", "m").only_if(&[(3, "M")])]),
+    ("DBS", &[field(2, "depth", "m").only_if(&[(3, "M")])]),
+    ("DBT", &[field(2, "depth", "m").only_if(&[(3, "M")])]),
     ("DPT", &[field(0, "depth", "m"), field(1, "offset", "m")]),
     ("GGA", &[
         field(1, "latitude", "deg").minutes("S").unless(5, "0"),
@@ -117,6 +135,13 @@ const STANDARD: &[(&str, &[Field])] = &[
     ]),
     ("HDM", &[field(0, "heading_magnetic", "deg")]),
     ("HDT", &[field(0, "heading", "deg")]),
+    // T is the true wind by the bow, which no direction over ground is.
+    ("MWV", &[
+        field(0, "relative_wind_angle", "deg").only_if(&[(1, "R"), (4, "A")]),
+        field(2, "relative_wind_speed", "m/s").speed(3).only_if(&[(1, "R"), (4, "A")]),
+        field(0, "theoretical_wind_angle", "deg").only_if(&[(1, "T"), (4, "A")]),
+        field(2, "theoretical_wind_speed", "m/s").speed(3).only_if(&[(1, "T"), (4, "A")]),
+    ]),
     ("RMC", &[
         field(2, "latitude", "deg").minutes("S").unless(1, "V"),
         field(4, "longitude", "deg").minutes("W").unless(1, "V"),
@@ -126,6 +151,17 @@ const STANDARD: &[(&str, &[Field])] = &[
     ]),
     // Degrees a minute, for which channels have no unit.
     ("ROT", &[field(0, "rate_of_turn", "deg/s").parts(60.0).unless(1, "V")]),
+    // Shafts: 0 is the only one or that amidships, odd numbers are to starboard, even ones to port.
+    ("RPM", &[
+        field(2, "propeller", "rpm").only_if(&[(0, "S"), (1, "0"), (4, "A")]),
+        field(2, "propeller_1", "rpm").only_if(&[(0, "S"), (1, "1"), (4, "A")]),
+        field(2, "propeller_2", "rpm").only_if(&[(0, "S"), (1, "2"), (4, "A")]),
+    ]),
+    // Positive angles turn the bow to starboard; a single rudder is in the place of starboard.
+    ("RSA", &[
+        field(0, "rudder", "deg").only_if(&[(1, "A")]),
+        field(2, "port_rudder", "deg").only_if(&[(3, "A")]),
+    ]),
     ("THS", &[field(0, "heading", "deg").unless(1, "V")]),
     ("VBW", &[
         field(0, "water_speed_forward", "kn").unless(2, "V"),
@@ -136,20 +172,20 @@ const STANDARD: &[(&str, &[Field])] = &[
         field(8, "stern_ground_speed_starboard", "kn").unless(9, "V"),
     ]),
     ("VHW", &[
-        field(0, "heading", "deg").only_if(1, "T"),
-        field(2, "heading_magnetic", "deg").only_if(3, "M"),
-        field(4, "water_speed", "kn").only_if(5, "N"),
+        field(0, "heading", "deg").only_if(&[(1, "T")]),
+        field(2, "heading_magnetic", "deg").only_if(&[(3, "M")]),
+        field(4, "water_speed", "kn").only_if(&[(5, "N")]),
     ]),
     ("VLW", &[
-        field(0, "water_distance", "nmi").only_if(1, "N"),
-        field(2, "water_trip", "nmi").only_if(3, "N"),
-        field(4, "ground_distance", "nmi").only_if(5, "N"),
-        field(6, "ground_trip", "nmi").only_if(7, "N"),
+        field(0, "water_distance", "nmi").only_if(&[(1, "N")]),
+        field(2, "water_trip", "nmi").only_if(&[(3, "N")]),
+        field(4, "ground_distance", "nmi").only_if(&[(5, "N")]),
+        field(6, "ground_trip", "nmi").only_if(&[(7, "N")]),
     ]),
     ("VTG", &[
-        field(0, "course", "deg").only_if(1, "T"),
-        field(2, "course_magnetic", "deg").only_if(3, "M"),
-        field(4, "speed", "kn").only_if(5, "N"),
+        field(0, "course", "deg").only_if(&[(1, "T")]),
+        field(2, "course_magnetic", "deg").only_if(&[(3, "M")]),
+        field(4, "speed", "kn").only_if(&[(5, "N")]),
     ]),
     ("ZDA", &[]),
 ];
@@ -159,13 +195,13 @@ const STANDARD: &[(&str, &[Field])] = &[
 #[rustfmt::skip]
 const PROPRIETARY: &[(&str, &[Field])] = &[
     ("PASHR", &[
-        field(1, "heading", "deg").only_if(2, "T"),
-        field(3, "roll", "deg").only_if(2, "T"),
-        field(4, "pitch", "deg").only_if(2, "T"),
-        field(5, "heave", "m").only_if(2, "T"),
-        field(6, "roll_std", "deg").only_if(2, "T"),
-        field(7, "pitch_std", "deg").only_if(2, "T"),
-        field(8, "heading_std", "deg").only_if(2, "T"),
+        field(1, "heading", "deg").only_if(&[(2, "T")]),
+        field(3, "roll", "deg").only_if(&[(2, "T")]),
+        field(4, "pitch", "deg").only_if(&[(2, "T")]),
+        field(5, "heave", "m").only_if(&[(2, "T")]),
+        field(6, "roll_std", "deg").only_if(&[(2, "T")]),
+        field(7, "pitch_std", "deg").only_if(&[(2, "T")]),
+        field(8, "heading_std", "deg").only_if(&[(2, "T")]),
     ]),
     ("PRDID", &[field(0, "pitch", "deg"), field(1, "roll", "deg"), field(2, "heading", "deg")]),
     ("PIXSE,ATITUD", &[field(1, "roll", "deg"), field(2, "pitch", "deg")]),
@@ -293,6 +329,20 @@ mod tests {
             values("VDVBW,1.5,-0.2,V,1.4,-0.1,A"),
             named(&[("VD-VBW.ground_speed_forward", 1.4), ("VD-VBW.ground_speed_starboard", -0.1)])
         );
+    }
+
+    #[test]
+    fn rudders_shafts_and_wind_are_known() {
+        assert_eq!(values("AGRSA,-10.5,A,,"), named(&[("AG-RSA.rudder", -10.5)]));
+        assert_eq!(values("AGRSA,1.0,V,2.0,A"), named(&[("AG-RSA.port_rudder", 2.0)]));
+        assert_eq!(values("ERRPM,S,2,-90.5,100.0,A"), named(&[("ER-RPM.propeller_2", -90.5)]));
+        assert_eq!(values("ERRPM,E,1,2400,100.0,A"), []);
+        let relative =
+            named(&[("WI-MWV.relative_wind_angle", 214.8), ("WI-MWV.relative_wind_speed", 10.0)]);
+        assert_eq!(values("WIMWV,214.8,R,36.0,K,A"), relative);
+        let knots = values("WIMWV,214.8,T,10.0,N,A");
+        assert!(knots[1].0.contains("theoretical") && (knots[1].1 - 5.144).abs() < 1e-3);
+        assert_eq!(values("WIMWV,214.8,R,36.0,K,V"), []);
     }
 
     #[test]

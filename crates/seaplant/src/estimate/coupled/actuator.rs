@@ -451,6 +451,7 @@ mod tests {
             force: std::array::from_fn(force),
             thrusters: vec![thruster()],
             velocity: [const { None }; 6],
+            by_slope: [false; 6],
             attitude: [const { None }; 3],
             signals: std::collections::BTreeMap::new(),
             window_s: (0.0, 2.0),

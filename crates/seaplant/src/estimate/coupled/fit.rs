@@ -42,6 +42,8 @@ pub(super) struct Problem {
     pub(super) has_thrusters: bool,
     /// What differences of the samples of each axis show of their noise, m/s or rad/s.
     pub(super) sample_noise: Vec<f64>,
+    /// Whether the velocity of an axis is the slope of positions in any trial, in SNAME order.
+    pub(super) by_slope: [bool; 6],
     /// Whether a current is fitted: there is a translation for it to show in.
     pub(super) has_current: bool,
     /// Whether the motion is left to itself: no disturbance, all misfit is of the measurement.
@@ -139,6 +141,7 @@ impl Problem {
             fits: [has_force, has_force, has_thrusters, has_thrusters, has_thrusters],
             has_thrusters,
             sample_noise: axes.iter().map(|dof| sample_noise(records, dof.index())).collect(),
+            by_slope: std::array::from_fn(|k| records.iter().any(|record| record.by_slope[k])),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
             is_free,
         }
@@ -156,6 +159,7 @@ impl Problem {
             fits: self.fits,
             has_thrusters: self.has_thrusters,
             sample_noise: self.sample_noise.clone(),
+            by_slope: self.by_slope,
             has_current: self.has_current,
             is_free: self.is_free,
         }

@@ -119,6 +119,7 @@ fn record_behind(
         force,
         thrusters: Vec::new(),
         velocity: [surge, sway, None, None, None, yaw],
+        by_slope: [false; 6],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
         signals: std::collections::BTreeMap::new(),
         window_s: (0.0, time_s[time_s.len() - 1]),

@@ -10,6 +10,12 @@ use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Method, Vehicle};
 
 /// Two coefficients that are correlated by more cannot be told apart.
 const COLLINEAR: f64 = 0.98;
+/// By more than this they can where both are known well.
+const ALIKE: f64 = 0.9;
+/// A variance that others make ten times as large is inflated, by the usual rule.
+const INFLATED: f64 = 10.0;
+/// A coefficient with a standard deviation of more than this part of it is not known well.
+const BLURRED: f64 = 0.05;
 
 /// R² of a plant whose error is 0.85 of that of a model that keeps its mean speed.
 const LEAST_R2: f64 = 0.28;
@@ -26,7 +32,7 @@ pub(super) fn doubts(
     let mut all: Vec<Caveat> = records.iter().flat_map(|record| record.caveats.clone()).collect();
     all.extend(untold(plant));
     all.extend(known::doubts(fit, plant, records, vehicle));
-    all.extend(collinear(plant));
+    all.extend(collinear(fit, plant));
     all.extend(not_driven(fit, plant, records));
     all.extend(turned_round(fit));
     all.extend(of_vehicle);
@@ -53,23 +59,34 @@ fn untold(plant: &CoupledPlant) -> Option<Caveat> {
     })
 }
 
-fn collinear(plant: &CoupledPlant) -> Option<Caveat> {
+/// Pairs that the trials hardly tell apart: correlated nearly fully; or strongly, where others
+/// inflate the variance of one and its error is more than a user minds.
+fn collinear(fit: &CoupledFit, plant: &CoupledPlant) -> Option<Caveat> {
     let correlation = &plant.correlation;
+    let looks_alike = |i: usize, j: usize| {
+        let r = correlation.value[i][j].abs();
+        r > COLLINEAR || r > ALIKE && (is_blurred(fit, i) || is_blurred(fit, j))
+    };
     let mut pairs = Vec::new();
-    for (i, row) in correlation.value.iter().enumerate() {
-        for (j, r) in row.iter().enumerate().take(i) {
-            if r.abs() > COLLINEAR {
-                pairs.push(format!("`{}` and `{}`", correlation.names[j], correlation.names[i]));
-            }
+    for i in 0..correlation.names.len() {
+        for j in (0..i).filter(|j| looks_alike(i, *j)) {
+            pairs.push(format!("`{}` and `{}`", correlation.names[j], correlation.names[i]));
         }
     }
     (!pairs.is_empty()).then(|| {
         let message = format!(
-            "the trials hardly separate {}; vary speed within turns, and drive at more than one speed",
+            "the trials hardly separate {}: one may be off by more than its interval where the plant lacks something, and the other makes up for it; vary speed within turns, drive at more than one speed, or hold one of two in [[plant]]",
             pairs.join("; ")
         );
         Caveat::warning(CaveatCode::Collinear, message)
     })
+}
+
+/// Whether a coefficient is known badly because others look like it.
+fn is_blurred(fit: &CoupledFit, k: usize) -> bool {
+    let (value, std) = (fit.plant.coefficients()[k], fit.covariance[(k, k)].sqrt());
+    fit.inflation.get(k).is_some_and(|inflation| *inflation > INFLATED)
+        && std > BLURRED * value.abs()
 }
 
 /// Whether a logged force, or a rudder, fin or propeller of unknown strength, acts on an axis.

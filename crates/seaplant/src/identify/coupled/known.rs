@@ -6,7 +6,7 @@ use crate::diagnose::impossible_mass;
 use crate::estimate::CoupledFit;
 use crate::plant::{Basis, Product};
 use crate::results::{Coefficient, CoupledPlant, Parameter};
-use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Vehicle};
+use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Estimate, Vehicle};
 
 /// A mass interval whose ends are further apart than this factor says nothing of mass.
 const WIDEST_MASS: f64 = 2.0;
@@ -49,9 +49,8 @@ fn unknown_mass(dof: Dof, mass: &Parameter) -> Option<Caveat> {
     })
 }
 
-/// `d_L v + d_Q v²` at the usual speed of an axis.
-fn unknown_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Option<Caveat> {
-    let speed = usual_speed(dof, records);
+/// `d_L v + d_Q v²` at a speed of an axis, N or N m; none of an axis without such terms.
+pub(super) fn drag_at(fit: &CoupledFit, dof: Dof, speed: f64) -> Option<Estimate> {
     let structure = fit.plant.structure();
     let weights = [(Product::linear(dof), speed), (Product::quadratic(dof), speed * speed)];
     let place =
@@ -60,15 +59,22 @@ fn unknown_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Optio
     let drag: f64 = terms.iter().map(|(k, w)| w * fit.plant.coefficients()[*k]).sum();
     let pairs = terms.iter().flat_map(|a| terms.iter().map(move |b| (a, b)));
     let variance: f64 = pairs.map(|((i, a), (j, b))| a * b * fit.covariance[(*i, *j)]).sum();
-    let half = 1.96 * variance.max(0.0).sqrt();
-    let is_unknown = !terms.is_empty() && (half > WIDEST_DRAG * drag.abs() || !half.is_finite());
+    let std = variance.max(0.0).sqrt();
+    (!terms.is_empty()).then(|| Estimate::new(drag, std, fit.samples as f64))
+}
+
+fn unknown_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Option<Caveat> {
+    let speed = usual_speed(dof, records);
+    let drag = drag_at(fit, dof, speed)?;
+    let half = 1.96 * drag.std;
+    let is_unknown = half > WIDEST_DRAG * drag.value.abs() || !half.is_finite();
     is_unknown.then(|| {
         let units = dof.units();
         let message = format!(
             "drag in {dof} at {} {} is {} ± {} {}: drive longer, and faster",
             spoken(speed),
             units.velocity,
-            spoken(drag),
+            spoken(drag.value),
             spoken(half),
             units.force
         );
@@ -77,7 +83,7 @@ fn unknown_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Optio
 }
 
 /// The root mean square of an axis's velocity over all trials.
-fn usual_speed(dof: Dof, records: &[&CoupledRecord]) -> f64 {
+pub(super) fn usual_speed(dof: Dof, records: &[&CoupledRecord]) -> f64 {
     let series = records.iter().filter_map(|record| record.velocity[dof.index()].as_ref());
     let (mut sum, mut count) = (0.0, 0_usize);
     for x in series.flat_map(|series| series.values()) {

@@ -171,22 +171,56 @@ fn of_trial(
         Some(inputs) => followed(&inputs)?,
         None => None,
     };
-    let mut sums: BTreeMap<Dof, Sums> = BTreeMap::new();
-    for (dof, series) in &measured {
-        let mut at = 0;
-        let own = sums.entry(*dof).or_default();
-        for (t, y) in series.time_s().iter().zip(series.values()) {
-            while times[at] < *t {
-                at += 1;
-            }
-            let model = |found: &Simulated| found.velocity[at][dof.index()];
-            let (model, other) = (simulated.as_ref().map(model), disturbed.as_ref().map(model));
-            own.add(model, *y);
-            own.disturbed += model.zip(other).map_or(f64::NAN, |(a, b)| (a - b).abs());
-        }
-    }
-    Ok(sums)
+    let moved = Moved { times: &times, model: simulated.as_ref(), other: disturbed.as_ref() };
+    let of = |(dof, series): &(Dof, Timed)| {
+        let slopes = record.by_slope[dof.index()].then(|| stands.noise(*dof));
+        (*dof, moved.sums(*dof, series, slopes))
+    };
+    Ok(measured.iter().map(of).collect())
 }
+
+/// Free motion of a plant at some times, and the same disturbed.
+struct Moved<'a> {
+    times: &'a [f64],
+    model: Option<&'a Simulated>,
+    other: Option<&'a Simulated>,
+}
+
+impl Moved<'_> {
+    /// How far it is from an axis's samples, or from means of `slopes` of that noise over spans.
+    fn sums(&self, dof: Dof, series: &Timed, slopes: Option<f64>) -> Sums {
+        let span = |t: f64| ((t - series.first_s()) / SPAN_OF_SLOPES_S).floor();
+        let samples: Vec<(f64, f64)> =
+            series.time_s().iter().copied().zip(series.values().iter().copied()).collect();
+        let (mut at, mut sums) = (0, Sums::default());
+        for few in samples.chunk_by(|a, b| slopes.is_some() && span(a.0) == span(b.0)) {
+            let (mut y, mut model, mut other) = (0.0, Some(0.0), Some(0.0));
+            let part = 1.0 / few.len() as f64;
+            for (t, measured) in few {
+                while self.times[at] < *t {
+                    at += 1;
+                }
+                let add = |sum: Option<f64>, found: Option<&Simulated>| {
+                    sum.zip(found).map(|(sum, x)| sum + part * x.velocity[at][dof.index()])
+                };
+                y += part * measured;
+                (model, other) = (add(model, self.model), add(other, self.other));
+            }
+            sums.add(model, y);
+            // What one slope is too large by its neighbour is too small by: their sum has the noise
+            // of one.
+            let noise = MEAN_OF_NORMAL * part * slopes.unwrap_or(0.0);
+            sums.disturbed += model.zip(other).map_or(f64::NAN, |(a, b)| (a - b).hypot(noise));
+        }
+        sums
+    }
+}
+
+/// Mean |x| of a normal x with a standard deviation of one.
+const MEAN_OF_NORMAL: f64 = 0.797_884_56;
+
+/// Slopes of positions are compared as means over so long, s, in which their noise cancels.
+const SPAN_OF_SLOPES_S: f64 = 1.0;
 
 /// What stands beside a plant: how thrust acts, and what disturbs each axis.
 pub(super) struct Standing<'a> {
@@ -208,6 +242,12 @@ impl<'a> Standing<'a> {
     pub(super) fn beside(fit: &'a CoupledFit) -> Self {
         let has_disturbances = fit.method != Method::OutputError;
         Self { actuator: fit.actuator, disturbances: has_disturbances.then_some(&fit.disturbances) }
+    }
+
+    /// Standard deviation of a sample of an axis's velocity, m/s or rad/s; zero if not known.
+    fn noise(&self, dof: Dof) -> f64 {
+        let of_axis = self.disturbances.and_then(|all| all.get(&dof));
+        of_axis.map_or(0.0, |noise| noise.velocity.0)
     }
 
     /// The inputs of a trial with a draw of the disturbance of each axis: a Gauss–Markov force.

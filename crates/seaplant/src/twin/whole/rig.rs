@@ -64,7 +64,7 @@ impl<'a> Rig<'a> {
             return Err(refused("vehicle", found, expected));
         }
         let (input, law) = law_of(&model.thrusters)?;
-        shared.thrusters = thrusters_of(spec, (input, law))?;
+        shared.thrusters = thrusters_of(spec.max_rpm, model.max_rpm, (input, law))?;
         if shared.has(Disturbance::Thrcoef) {
             shared.thrusters.reverse *= weaker_in_reverse();
         }
@@ -236,20 +236,25 @@ fn law_of(thrusters: &[Thruster]) -> Result<(ThrusterInput, QuadraticThrust), Er
             input: input @ (ThrusterInput::Speed | ThrusterInput::Command),
             law,
         } if law.neutral == 0.0 && law.forward > 0.0 && law.reverse > 0.0 => Ok((input, law)),
-        _ => Err(refused("vehicle", "another curve", expected)),
+        _ => Err(refused(
+            "vehicle",
+            "a plant whose thrust curve is not quadratic about zero",
+            expected,
+        )),
     }
 }
 
+/// The thrusters as the twin drives them, no faster than asked for, or else than their table has.
 fn thrusters_of(
-    spec: &WholeTwinSpec,
+    asked: Option<f64>,
+    stated: Option<f64>,
     (input, law): (ThrusterInput, QuadraticThrust),
 ) -> Result<TwinThrusters, Error> {
-    let max_rpm = match (input, spec.max_rpm) {
-        (ThrusterInput::Speed, Some(rpm)) => rpm,
-        (ThrusterInput::Speed, None) => {
-            let expected = "stated: the vehicle's thrust is by propeller speed";
-            return Err(refused("max_rpm", "missing", expected));
-        }
+    let max_rpm = match (input, asked) {
+        (ThrusterInput::Speed, _) => asked.or(stated).ok_or_else(|| {
+            let expected = "stated, here or by the thrusters of the vehicle's file: its thrust is by propeller speed";
+            refused("max_rpm", "missing", expected)
+        })?,
         (_, None) => 1.0 / RPM,
         (_, Some(rpm)) => {
             let expected = "left out: the vehicle's thrust is by command, of which 1 is full";

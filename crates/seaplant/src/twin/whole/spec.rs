@@ -44,7 +44,8 @@ pub struct WholeTwinSpec {
     pub rate_rad_s: f64,
     /// How far it is rolled and pitched, rad.
     pub tilt_rad: f64,
-    /// The fastest that a propeller is told to turn, rpm, where thrust is by propeller speed.
+    /// The fastest that a propeller is told to turn, rpm, where thrust is by
+    /// propeller speed; that of the vehicle's thrusters if left out.
     pub max_rpm: Option<f64>,
     /// Standard deviation of the tether's pull on each axis, as a part of the force that drives
     /// the axis; in place of `strength.tether_n`.

@@ -1,0 +1,190 @@
+//! Velocities of axes of which only the position was measured.
+
+use nalgebra::Vector3;
+
+use crate::motion::{body_from_world, interpolated_attitude};
+use crate::navigation::{Navigated, Recording};
+use crate::quantity::World;
+use crate::{Dof, Error, Quantity, Timed};
+
+/// Noise of a slope is no more than this part of the slopes themselves, where a longer span can
+/// bring it there.
+const NOISE_PART: f64 = 0.2;
+
+/// A longer span of a slope would smooth the motion of a small vehicle, s.
+const LONGEST_S: f64 = 1.0;
+
+/// The slope of a position over spans without overlap, at the middle of each.
+///
+/// Samples that follow each other closely have slopes that are all noise, so that a span may be
+/// several samples long.
+pub(super) fn slope(path: &Timed) -> Result<Timed, Error> {
+    let (time_s, values): (Vec<f64>, Vec<f64>) = spans(path.time_s(), samples_of_span(&[path]))
+        .map(|Span { from, to, middle_s, length_s }| {
+            (middle_s, (path.values()[to] - path.values()[from]) / length_s)
+        })
+        .unzip();
+    Timed::new("velocity", time_s, values)
+}
+
+/// Surge and sway of the vehicle's origin by fixes of its position and its heading, each over
+/// spans as of [`slope`]; `None` without them.
+///
+/// `ν = R(η)ᵀ Δp/Δt`, with the attitude half-way and p where the origin is.
+pub(super) fn of_fixes(
+    recording: &Recording,
+    navigated: &Navigated,
+) -> Result<Option<[Timed; 2]>, Error> {
+    let Some([north, east]) = fresh(recording, navigated)? else { return Ok(None) };
+    let Some(heading) = navigated.heading.as_ref() else { return Ok(None) };
+    let of = |dof: Dof, t: f64| interpolated_attitude(navigated.position.get(&dof), t);
+    let (mut time_s, mut parts) = (Vec::new(), [Vec::new(), Vec::new()]);
+    for span in spans(north.time_s(), samples_of_span(&[&north, &east])) {
+        let t = span.middle_s;
+        let moved = |way: &Timed| way.values()[span.to] - way.values()[span.from];
+        let world = Vector3::new(moved(&north), moved(&east), 0.0) / span.length_s;
+        let angles = [of(Dof::Roll, t), of(Dof::Pitch, t), interpolated_attitude(Some(heading), t)];
+        let body = body_from_world(angles) * world;
+        time_s.push(t);
+        parts.iter_mut().zip(body.iter()).for_each(|(part, x)| part.push(*x));
+    }
+    let [surge, sway] = parts.map(|part| Timed::new("velocity", time_s.clone(), part));
+    Ok(Some([surge?, sway?]))
+}
+
+/// The way of the origin north and east at each fix; a log may hold the last until the next comes.
+fn fresh(recording: &Recording, navigated: &Navigated) -> Result<Option<[Timed; 2]>, Error> {
+    let logged =
+        |way, angle| recording.get(&Quantity::Position(way)).or_else(|| recording.get(&angle));
+    let first = logged(World::North, Quantity::Latitude);
+    let second = logged(World::East, Quantity::Longitude);
+    let (Some((first, second)), Some([north, east, _])) =
+        (first.zip(second), &navigated.displacement_ned)
+    else {
+        return Ok(None);
+    };
+    let fix = |t: f64| (first.at(t), second.at(t));
+    let times = north.time_s();
+    let is_fresh = |k: &usize| *k == 0 || fix(times[*k]) != fix(times[*k - 1]);
+    let kept: Vec<usize> = (0..times.len()).filter(is_fresh).collect();
+    let of = |way: &Timed| {
+        let at_kept = |all: &[f64]| kept.iter().map(|k| all[*k]).collect::<Vec<f64>>();
+        Timed::new("position", at_kept(way.time_s()), at_kept(way.values()))
+    };
+    Ok(Some([of(north)?, of(east)?]))
+}
+
+/// From one sample to another.
+struct Span {
+    from: usize,
+    to: usize,
+    middle_s: f64,
+    length_s: f64,
+}
+
+fn spans(time_s: &[f64], samples: usize) -> impl Iterator<Item = Span> {
+    (samples..time_s.len()).step_by(samples).map(move |to| {
+        let from = to - samples;
+        let length_s = time_s[to] - time_s[from];
+        Span { from, to, middle_s: 0.5 * (time_s[from] + time_s[to]), length_s }
+    })
+}
+
+/// How many samples of some paths, sampled alike, make a span.
+fn samples_of_span(paths: &[&Timed]) -> usize {
+    let period_s = paths.iter().map(|path| path.period_s()).fold(f64::MIN_POSITIVE, f64::max);
+    let most = ((LONGEST_S / period_s).round() as usize).max(1);
+    let moved = |path: &&Timed| {
+        let slopes = spans(path.time_s(), most);
+        rms(slopes.map(|span| (path.values()[span.to] - path.values()[span.from]) / span.length_s))
+    };
+    // Third differences of white noise have 20 times its variance, first ones twice.
+    let third = |path: &&Timed| {
+        let of = |x: &[f64]| x[3] - 3.0 * x[2] + 3.0 * x[1] - x[0];
+        rms(path.values().windows(4).map(of)) / 20_f64.sqrt()
+    };
+    let both = |of: &dyn Fn(&&Timed) -> f64| paths.iter().map(of).fold(0.0, f64::hypot);
+    let (speed, noise) = (both(&moved), both(&third));
+    let needed = 2_f64.sqrt() * noise / (NOISE_PART * speed * period_s);
+    if needed.is_finite() { (needed.ceil() as usize).clamp(1, most) } else { 1 }
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
+    (sum / count.max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    use super::*;
+    use crate::navigation::navigate;
+    use crate::quantity::Attitude;
+    use crate::{Sensor, Sensors};
+
+    fn series(period_s: f64, f: impl Fn(f64) -> f64) -> Timed {
+        let t: Vec<f64> = (0..(60.0 / period_s) as usize).map(|k| period_s * k as f64).collect();
+        let x = t.iter().map(|&t| f(t)).collect::<Vec<_>>();
+        Timed::new("test", t, x).expect("valid")
+    }
+
+    /// A boat that drifts to starboard while it circles, its antenna ahead and to port.
+    fn circling(fix: impl Fn(f64) -> f64) -> [Timed; 2] {
+        let (u, v, r, antenna) = (1.2, 0.3, 0.1_f64, [0.8, -0.4]);
+        let way = move |t: f64| {
+            let (sin, cos) = (r * t).sin_cos();
+            // ∫ R(rt) [u, v] dt, and the lever.
+            let north = (u * sin - v * (1.0 - cos)) / r + cos * antenna[0] - sin * antenna[1];
+            let east = (u * (1.0 - cos) + v * sin) / r + sin * antenna[0] + cos * antenna[1];
+            [north, east]
+        };
+        let recording = Recording::from([
+            (Quantity::Position(World::North), series(0.2, |t| way(fix(t))[0])),
+            (Quantity::Position(World::East), series(0.2, |t| way(fix(t))[1])),
+            (Quantity::Attitude(Attitude::Heading), series(0.1, |t| r * t)),
+        ]);
+        let position = Sensor {
+            position_body: Vector3::new(antenna[0], antenna[1], 0.0),
+            ..Sensor::default()
+        };
+        let sensors = Sensors { position, ..Sensors::default() };
+        let navigated = navigate("circle", &recording, &sensors).expect("complete");
+        of_fixes(&recording, &navigated).expect("complete").expect("fixes")
+    }
+
+    #[test]
+    fn an_antenna_off_the_centre_moves_as_its_boat() {
+        let [surge, sway] = circling(|t| t);
+        let off = |series: &Timed, truth: f64| {
+            series.values().iter().map(|x| (x - truth).abs()).fold(0.0, f64::max)
+        };
+        assert!(off(&surge, 1.2) < 1e-3 && off(&sway, 0.3) < 1e-3, "{surge:?} {sway:?}");
+    }
+
+    #[test]
+    fn a_fix_that_is_held_until_the_next_counts_once() {
+        // Fixes once a second, in a log of five samples a second.
+        let [surge, _] = circling(|t| (t + 1e-9).floor());
+        assert!(surge.len() < 60, "{}", surge.len());
+        let mean = surge.values().iter().sum::<f64>() / surge.len() as f64;
+        assert!((mean - 1.2).abs() < 0.05, "{mean}");
+    }
+
+    #[test]
+    fn spans_grow_with_the_noise_of_a_position() {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let mut path = |noise: f64| {
+            let clean = series(0.1, |t| (0.5 * t).sin());
+            let noisy =
+                clean.values().iter().map(|x| x + noise * random.sample::<f64, _>(StandardNormal));
+            Timed::new("path", clean.time_s().to_vec(), noisy.collect::<Vec<_>>()).expect("valid")
+        };
+        let [fine, coarse, hopeless] =
+            [1e-3, 0.02, 1.0].map(|noise| samples_of_span(&[&path(noise)]));
+        assert_eq!((fine, hopeless), (1, 10));
+        assert!((3..=6).contains(&coarse), "{coarse}");
+    }
+}
