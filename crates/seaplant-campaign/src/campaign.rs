@@ -364,7 +364,7 @@ fn check_names<'a>(path: &Path, names: impl Iterator<Item = &'a str>) -> Result<
     let mut known = BTreeSet::new();
     for name in names {
         if !known.insert(name) {
-            let reason = "stands twice; give each trial its own name";
+            let reason = "is given twice; give each trial its own name";
             return Err(Error::value(path, format!("trial `{name}`"), reason));
         }
         if name.chars().any(char::is_control) {

@@ -11,8 +11,9 @@ use seaplant::plant::{Plant, Signal, Symmetry};
 use seaplant::quantity::{Attitude, Axis, WindFrame, WindPart};
 use seaplant::results::{CoupledPlant, Results, ToldBy};
 use seaplant::{
-    CaveatCode, CoupledPlan, Dof, Fin, IdentifyOptions, QuadraticThrust, Quantity, Recording, Role,
-    Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle, identify,
+    CaveatCode, CoupledPlan, Dof, Fin, IdentifyOptions, Method, QuadraticThrust, Quantity,
+    Recording, Role, Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup,
+    Vehicle, identify,
 };
 
 const AXES: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
@@ -212,8 +213,31 @@ fn identified(case: &Case, with_wind: bool) -> Results {
     let trials = [("a", Role::Fit, 1), ("b", Role::Fit, 2), ("c", Role::HoldOut, 3)];
     let trials = trials.map(|(name, role, seed)| trial(name, role, seed, case, with_wind));
     let coupled = vec![case.plan.clone()];
-    let options = IdentifyOptions { coupled, ..IdentifyOptions::default() };
+    let options =
+        IdentifyOptions { coupled, methods: ONLINE.to_vec(), ..IdentifyOptions::default() };
     identify(&case.vehicle, &trials, &options).results
+}
+
+/// Methods that work sample by sample, to stand beside the batch.
+const ONLINE: [Method; 3] = [Method::Adaptive, Method::Recursive, Method::Ekf];
+
+/// Methods that work sample by sample are this near the batch in what the motion determines: masses,
+/// rudder and propeller.
+const NEAR: f64 = 0.1;
+
+fn check_online(results: &Results, plant: &str, names: &[&str]) {
+    let batch = &results.coupled[plant].parameters;
+    for method in ONLINE {
+        let online = &results.coupled_online[plant][&method];
+        for name in names {
+            let (found, known) = (&online.parameters[*name], &batch[*name]);
+            let off = (found.value / known.value - 1.0).abs();
+            assert!(off < NEAR, "{name} by {method}: {} against {}", found.value, known.value);
+        }
+        let held_out = online.hold_out.as_ref().expect("held out");
+        let worst = held_out.by_axis.values().filter_map(|score| score.r2).reduce(f64::min);
+        assert!(worst.is_some_and(|r2| r2 > 0.95), "{method}: {worst:?}");
+    }
 }
 
 /// Every coefficient is within this part of the truth or so many standard deviations.
@@ -249,6 +273,10 @@ fn a_ship_comes_back_from_its_rudder_its_propeller_speed_and_the_wind() {
     // What results hold makes the same plant.
     let again = seaplant::plant_of_result(plant).expect("a plant");
     assert_eq!(again.structure().effects().len(), plant.effects.len());
+    let names = ["mass.surge", "mass.sway", "mass.yaw", "propeller.thrust", "rudder.lift"];
+    check_online(&results, "surge-sway-yaw", &names);
+    let held = &results.coupled_online["surge-sway-yaw"][&Method::Ekf].parameters["mass.surge"];
+    assert_eq!((held.value, held.told_by), (260.0, ToldBy::Stated));
 }
 
 #[test]
@@ -257,6 +285,7 @@ fn a_torpedo_comes_back_from_its_thrust_and_its_rudder() {
     let results = identified(&case, false);
     assert!(results.failures.is_empty(), "{:?}", results.failures);
     check(&results.coupled["surge-sway-yaw"], &case);
+    check_online(&results, "surge-sway-yaw", &["mass.surge", "mass.sway", "rudder.lift"]);
 }
 
 #[test]

@@ -107,6 +107,9 @@ impl Adaptive {
         self.delta = after;
         for (k, column) in self.columns.iter_mut().enumerate() {
             *column = step.column(k, &rate);
+            if possible.is_held(k) {
+                *column = Vector6::zeros();
+            }
             self.slope[k] = column.dot(&mean);
         }
         self.measure_power(h);
@@ -177,8 +180,6 @@ impl Adaptive {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
-
     use super::super::Sample;
     use super::*;
     use crate::Dof;
@@ -208,10 +209,10 @@ mod tests {
         let at = |k: usize| Sample {
             time_s: times[k],
             velocity: moved.velocity[k],
-            down_body: Vector3::z(),
             force: Vector6::from_fn(|i, _| {
                 inputs.force[i].as_ref().map_or(0.0, |force| force.held_at(times[k]))
             }),
+            ..Sample::default()
         };
         (0..=n).map(at).collect()
     }
