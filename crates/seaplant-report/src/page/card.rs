@@ -147,7 +147,7 @@ fn consequence(of: &Consequence) -> Follows {
         value: significant(of.value, 3),
         unit: of.unit.clone(),
         interval,
-        is_minor: of.name.starts_with("stopping"),
+        is_minor: ["stopping", "speed without"].iter().any(|start| of.name.starts_with(start)),
     }
 }
 

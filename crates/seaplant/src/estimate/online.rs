@@ -123,6 +123,12 @@ const QUIET_RATE: f64 = 0.002;
 /// … but no less than this, 1/s.
 const LEAST_RATE: f64 = 0.5;
 
+/// No start before the standard deviation of every own mass is below this part of it …
+const KNOWN_PART: f64 = 0.03;
+
+/// … but no later than after so many times the usual start.
+const LONGEST_START: f64 = 10.0;
+
 /// The variances that a filter starts from are those of least squares times this.
 const START_VARIANCE: f64 = 4.0;
 
@@ -299,7 +305,7 @@ impl Online {
 
     /// Lets the estimator itself follow.
     fn follow(&mut self) {
-        if !self.is_started && self.elapsed_s >= self.options.start_s {
+        if !self.is_started && self.may_start() {
             self.start();
         }
         match &mut self.engine {
@@ -323,6 +329,23 @@ impl Online {
         let least = self.structure.axes().iter().map(|dof| of(dof.index()));
         let least = least.fold(f64::INFINITY, f64::min);
         least.max(LEAST_RATE).min(self.options.observer_rate)
+    }
+
+    /// Whether least squares know every own mass well enough to go on from, or have had long
+    /// enough to.
+    fn may_start(&mut self) -> bool {
+        let (elapsed_s, start_s) = (self.elapsed_s, self.options.start_s);
+        if elapsed_s < start_s || elapsed_s >= LONGEST_START * start_s {
+            return elapsed_s >= start_s;
+        }
+        let Self { structure, recursive, projected, .. } = self;
+        let mut own = structure.terms().iter().enumerate();
+        own.all(|(k, term)| match term {
+            Basis::Mass(i, j) if i == j => {
+                recursive.white_std(k, projected) < KNOWN_PART * recursive.theta()[k]
+            }
+            _ => true,
+        })
     }
 
     fn start(&mut self) {

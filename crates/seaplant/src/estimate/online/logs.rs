@@ -86,7 +86,8 @@ pub fn fit_online(
 /// Takes the samples of coupled records in.
 ///
 /// # Errors
-/// As [`fit_online`]; [`Error::MissingChannel`] if a record lacks what the plant's effects read.
+/// As [`fit_online`]; [`Error::MissingChannel`] if a record lacks what the plant's effects read;
+/// [`Error::Plant`] for axes on which no known force acts, which the adaptive observer needs.
 pub fn fit_online_coupled(
     structure: &Structure,
     scheme: Scheme,
@@ -94,10 +95,38 @@ pub fn fit_online_coupled(
     rigid_body: Option<&RigidBody>,
     options: &OnlineOptions,
 ) -> Result<OnlineFit, Error> {
+    if scheme == Scheme::Adaptive {
+        check_forces(structure, records)?;
+    }
     let online = Online::new(structure.clone(), scheme, *options, rigid_body)?;
     let stretches: Vec<Stretch> =
         records.iter().map(|record| of_record(record, structure)).collect::<Result<_, Error>>()?;
     run(online, &stretches, options)
+}
+
+/// The adaptive observer needs a force of known size on each axis that an effect of unknown size
+/// moves: else that effect and all other coefficients of the axis grow alike, unseen.
+fn check_forces(structure: &Structure, records: &[&CoupledRecord]) -> Result<(), Error> {
+    let is_driven = |dof: Dof| records.iter().any(|record| record.is_driven(dof));
+    let acts = |term: &Basis, dof: Dof| structure.axes_of(term).contains(&dof);
+    let effects = || structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
+    let is_held = |term: &&Basis| structure.held(term).is_some();
+    let is_open = |dof: Dof| {
+        let mut all = structure.terms().iter().filter(is_held);
+        effects().any(|term| acts(term, dof))
+            && !is_driven(dof)
+            && !all.any(|term| acts(term, dof) && !matches!(term, Basis::Mass(i, j) if i != j))
+    };
+    let open: Vec<&str> =
+        structure.axes().iter().filter(|dof| is_open(**dof)).map(|dof| dof.name()).collect();
+    if open.is_empty() {
+        return Ok(());
+    }
+    let reason = format!(
+        "no force of known size acts on {}, and the adaptive observer needs one there: use recursive or filter-error, or state area_m2 and lift_slope of the rudder, a thrust curve, or hold one mass of each of these axes",
+        open.join(" and ")
+    );
+    Err(Error::Plant { axes: structure.name(), reason })
 }
 
 impl Clone for Stretch {

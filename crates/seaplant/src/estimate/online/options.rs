@@ -24,7 +24,8 @@ pub enum Scheme {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OnlineOptions {
-    /// Least squares of so many seconds make the start, s.
+    /// Least squares of so many seconds make the start, s; of up to ten times as many, until the
+    /// motion determines every mass.
     pub start_s: f64,
     /// How fast the observer follows measured velocity at most, 1/s; slower where that is noisy.
     pub observer_rate: f64,

@@ -8,6 +8,9 @@ use crate::plant::{Basis, Structure};
 /// Eigenvalues of M, scaled to a unit diagonal, are kept above this.
 const LEAST_PART: f64 = 0.02;
 
+/// An own mass below this part of the greatest number of M is scaled as if it were that.
+const LEAST_SCALE: f64 = 1e-9;
+
 /// Halvings of what couples damping until it takes power.
 const HALVINGS: usize = 20;
 
@@ -155,8 +158,10 @@ impl Possible {
     fn project_mass(&self, theta: &mut [f64]) {
         let mass = self.mass(theta);
         let excess = mass - self.rigid_body;
-        let scale = Vector6::from_fn(|i, _| mass[(i, i)].max(self.least[i]).max(f64::MIN_POSITIVE))
-            .map(f64::sqrt);
+        // Numbers that say nothing yet may be anything.
+        let least = (LEAST_SCALE * mass.amax()).max(f64::MIN_POSITIVE);
+        let scale =
+            Vector6::from_fn(|i, _| mass[(i, i)].max(self.least[i]).max(least)).map(f64::sqrt);
         let floor = Matrix6::from_diagonal(&Vector6::from_fn(|i, _| {
             if self.rigid_body[(i, i)] > 0.0 { 0.0 } else { LEAST_PART * scale[i] * scale[i] }
         }));

@@ -143,7 +143,7 @@ impl Recursive {
         let p = self.theta.len();
         self.sum.fill(0.0);
         self.theta.fill(0.0);
-        for axis in &self.axes {
+        for axis in self.axes.iter().filter(|axis| axis.is_scaled()) {
             let weight = 1.0 / axis.floored();
             let n = axis.terms.len();
             for (a, &i) in axis.terms.iter().enumerate() {
@@ -165,6 +165,18 @@ impl Recursive {
         for (theta, held) in self.theta.iter_mut().zip(&self.held) {
             *theta = held.unwrap_or(*theta);
         }
+    }
+
+    /// The standard deviation of a coefficient if residuals were white; `scratch` has shape (p,).
+    pub(super) fn white_std(&self, k: usize, scratch: &mut [f64]) -> f64 {
+        if self.held[k].is_some() {
+            return 0.0;
+        }
+        scratch.fill(0.0);
+        scratch[k] = 1.0;
+        self.factor.solve(scratch);
+        // What nothing told yet has no information to invert.
+        if scratch[k] > 0.0 { scratch[k].sqrt() } else { f64::INFINITY }
     }
 
     /// What each coefficient is held at, if it is.
@@ -201,7 +213,7 @@ impl Recursive {
     pub(super) fn information(&self) -> Vec<f64> {
         let p = self.theta.len();
         let mut sum = vec![0.0; p * p];
-        for axis in &self.axes {
+        for axis in self.axes.iter().filter(|axis| axis.is_scaled()) {
             let weight = 1.0 / (axis.floored() * axis.colour());
             let n = axis.terms.len();
             for (a, &i) in axis.terms.iter().enumerate() {
@@ -260,6 +272,12 @@ impl Axis {
             self.past.remove(0);
         }
         self.past.push(self.residual);
+    }
+
+    /// Whether a force is known on the axis, be it a Coriolis force of another's mass: until then
+    /// coefficients of zero fit exactly, and the axis says nothing.
+    fn is_scaled(&self) -> bool {
+        self.size > 0.0
     }
 
     fn floored(&self) -> f64 {
