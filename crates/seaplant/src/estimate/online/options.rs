@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
+/// No time, rate or threshold is greater.
+const LARGEST: f64 = 1e6;
+
 /// How to identify online.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
@@ -62,9 +65,10 @@ impl OnlineOptions {
     /// Checks the settings.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a time, rate or threshold that is not above zero.
+    /// [`Error::Setting`] for a time, rate or threshold that is not above zero, or far beyond what
+    /// any vehicle needs.
     pub fn check(&self) -> Result<(), Error> {
-        let all = [
+        let positive = [
             ("start_s", self.start_s),
             ("observer_rate", self.observer_rate),
             ("adaptation_s", self.adaptation_s),
@@ -73,18 +77,19 @@ impl OnlineOptions {
             ("change_threshold", self.change_threshold),
             ("longest_step_s", self.longest_step_s),
         ];
-        let wrong = all.into_iter().find(|(_, x)| !(*x > 0.0 && x.is_finite()));
-        let (name, found) = match wrong {
-            Some(wrong) => wrong,
-            None if self.wander_per_minute >= 0.0 && self.wander_per_minute.is_finite() => {
-                return Ok(());
-            }
-            None => ("wander_per_minute", self.wander_per_minute),
+        let refuse = |name: &str, found: f64, expected: String| {
+            let name = name.to_owned();
+            Err(Error::Setting { name, found: found.to_string(), expected })
         };
-        Err(Error::Setting {
-            name: name.to_owned(),
-            found: found.to_string(),
-            expected: "a finite number above zero".to_owned(),
-        })
+        for (name, found) in positive {
+            if !(found > 0.0 && found <= LARGEST) {
+                return refuse(name, found, format!("above zero and at most {LARGEST}"));
+            }
+        }
+        if !(0.0..=1.0).contains(&self.wander_per_minute) {
+            let expected = "zero or more, and at most 1".to_owned();
+            return refuse("wander_per_minute", self.wander_per_minute, expected);
+        }
+        Ok(())
     }
 }
