@@ -1,6 +1,7 @@
 //! The estimators: trials in, a fitted plant out.
 
 mod coupled;
+mod descend;
 mod equation_error;
 mod filter_error;
 mod filtered;

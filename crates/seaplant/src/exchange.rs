@@ -95,7 +95,7 @@ pub struct Actuation {
     /// First-order lag of propeller speed, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lag: Option<Parameter>,
-    /// First-order lag of the force itself, s: what plants of several axes find.
+    /// First-order lag of the force itself, s: of a wrench that was logged in place of thrusters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_lag: Option<Parameter>,
     /// Delay, s.

@@ -115,8 +115,8 @@ pub use simulate::{Response, State, simulate};
 pub use terms::{Term, Terms};
 pub use thrust::{QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
 pub use trial::{
-    AxisRecord, CoupledRecord, Role, ThrusterTrack, Trial, TrialSetup, UniformAxis, UniformStretch,
-    VelocitySource, lever_axes,
+    AxisRecord, CoupledRecord, CoupledThruster, Role, ThrusterTrack, Trial, TrialSetup,
+    UniformAxis, UniformStretch, VelocitySource, lever_axes,
 };
 pub use vehicle::{
     Fin, PropellerCurve, SEA_WATER_KG_M3, Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle,

@@ -1,6 +1,7 @@
 //! The twin of a whole vehicle, from its plant through its logs and back.
 
 use seaplant::exchange::{PlantFile, PlantModel};
+use seaplant::results::CoupledPlant;
 use seaplant::twin::{Disturbance, Driving, TwinCampaign, WholeTwinSpec, make_whole};
 use seaplant::{
     Dof, IdentifyOptions, Quantity, Role, Trial, TrialSetup, identify, plant_of_result,
@@ -62,7 +63,7 @@ const PART: f64 = 0.02;
 /// The motion of a held-out trial is predicted, but for noise of the instruments.
 const HELD_OUT: f64 = 0.98;
 
-fn assert_recovered(spec: &WholeTwinSpec) {
+fn assert_recovered(spec: &WholeTwinSpec) -> CoupledPlant {
     let twin = make_whole(spec, &boat()).expect("can be made");
     let options = IdentifyOptions { coupled: twin.coupled.clone(), ..IdentifyOptions::default() };
     let results = identify(&twin.vehicle, &trials(&twin), &options).results;
@@ -79,6 +80,7 @@ fn assert_recovered(spec: &WholeTwinSpec) {
         let r2 = score.r2.expect("bounded");
         assert!(r2 > HELD_OUT, "{dof}: R² {r2}");
     }
+    found.clone()
 }
 
 #[test]
@@ -94,6 +96,24 @@ fn sweeps_and_a_current_lead_to_the_same_plant() {
         // What varies no held-out prediction knows.
         spec.strength.current_std_m_s = 0.0;
     }));
+}
+
+#[test]
+fn propellers_that_lag_and_are_weak_in_reverse_are_found_to() {
+    let spec = short(|spec| {
+        spec.disturbances = Disturbance::parse_list("lag,delay,thrcoef").expect("known");
+    });
+    let found = assert_recovered(&spec).nuisances;
+    let truth = [
+        ("lag", spec.strength.lag_s, 0.005),
+        ("delay", spec.strength.delay_s, 0.005),
+        // By how much the propellers of Jason 2 are weaker in reverse.
+        ("reverse_ratio", 0.0328 / 0.0402, 0.01),
+    ];
+    for (name, expected, near) in truth {
+        let off = (found[name].value - expected).abs();
+        assert!(off < near, "{name}: {} ± {}", found[name].value, found[name].std);
+    }
 }
 
 #[test]

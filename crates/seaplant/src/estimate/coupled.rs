@@ -37,8 +37,10 @@ pub struct CoupledFit {
     pub currents: BTreeMap<String, [(f64, f64); 2]>,
     /// How thrust follows what is logged of it.
     pub actuator: Actuator,
-    /// Standard deviations of lag and delay, s; none of one that the trials do not show.
+    /// Standard deviations of its numbers; none of one that the trials do not show.
     pub actuator_std: [Option<f64>; Actuator::COUNT],
+    /// Whether propellers lag; else a logged wrench does.
+    pub has_thrusters: bool,
     /// Disturbance and noise of each axis.
     pub disturbances: BTreeMap<Dof, AxisNoise>,
     /// ln-likelihood.
@@ -182,8 +184,8 @@ impl<const N: usize> Fitted<N> {
         Ok(Self { optimum, problem, tried: Vec::new() })
     }
 
-    /// The same without a lag or a delay that the trials do not show: the one worth less first,
-    /// as each can stand for the other.
+    /// The same without a lag, delay or reverse ratio that the trials do not show: the one worth
+    /// least first, as each can stand for another.
     fn with_actuator_that_shows(mut self) -> Result<Self, Error> {
         loop {
             let worths = self.actuator_worths();
@@ -194,20 +196,21 @@ impl<const N: usize> Fitted<N> {
             };
             self.problem.fits[least] = false;
             let mut point = self.optimum.point;
-            *[&mut point.actuator.lag_s, &mut point.actuator.delay_s][least] = 0.0;
+            let mut numbers = point.actuator.numbers();
+            numbers[least] = 0.0;
+            point.actuator = Actuator::of(numbers);
             let optimum = self.problem.descent(point, Tolerance::COARSE)?;
             let iterations = self.optimum.iterations + optimum.iterations;
             self.optimum = Optimum { iterations, ..optimum };
         }
     }
 
-    /// θ²/σ² of lag and delay.
+    /// θ²/σ² of the numbers of the actuator.
     fn actuator_worths(&self) -> [f64; Actuator::COUNT] {
-        let Actuator { lag_s, delay_s } = self.optimum.point.actuator;
+        let numbers = self.optimum.point.actuator.numbers();
         let (covariance, p) =
             (inverse(&self.optimum.information), self.problem.structure.terms().len());
-        let worth = |k: usize, x: f64| x * x / covariance[(p + k, p + k)];
-        [worth(0, lag_s), worth(1, delay_s)]
+        std::array::from_fn(|k| numbers[k].powi(2) / covariance[(p + k, p + k)])
     }
 
     /// The same at the optimum itself.
@@ -279,6 +282,7 @@ impl<const N: usize> Fitted<N> {
             covariance: of_coefficients(&plant, &covariance),
             actuator: optimum.point.actuator,
             actuator_std: std::array::from_fn(std_of_actuator),
+            has_thrusters: problem.has_thrusters,
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
             disturbances: disturbances(&problem.structure, &optimum.point.noise, &noise_covariance),
             log_likelihood: -optimum.cost,
@@ -486,7 +490,10 @@ fn first_point<const N: usize>(
 ) -> Point<N> {
     let mut point = Point {
         free: problem.physical.free(&least_squares.coefficients),
-        actuator: Actuator { lag_s: if problem.fits[0] { FIRST_LAG_S } else { 0.0 }, delay_s: 0.0 },
+        actuator: Actuator {
+            lag_s: if problem.fits[0] { FIRST_LAG_S } else { 0.0 },
+            ..Actuator::default()
+        },
         currents: vec![[0.0; 2]; records.len()],
         noise: first_noise(problem, &least_squares.residual),
     };

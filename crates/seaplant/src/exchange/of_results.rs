@@ -10,7 +10,7 @@ use super::driven::{
 use super::{Actuation, Judgement, Origin, PlantModel};
 use crate::identify::plant_of_result;
 use crate::plant::{Basis, Effect, Plant, Product, Structure, Symmetry};
-use crate::results::{CoupledPlant, CurveResult, PlantResult, Results, RigidBodyResult};
+use crate::results::{CoupledPlant, CurveResult, Parameter, PlantResult, Results, RigidBodyResult};
 use crate::{Dof, Error, Method, Thruster};
 
 /// Terms with their numbers, and how those vary together.
@@ -50,13 +50,13 @@ impl PlantModel {
         for plant in results.coupled.values() {
             parts.push(of_coupled(plant)?);
             disturbances.extend(disturbances_of_coupled(plant));
-            let of_all = actuation_of_coupled(plant);
+            let of_all = actuation_of(&plant.nuisances);
             actuation.extend(plant.axes.iter().map(|dof| (*dof, of_all.clone())));
         }
         for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
             let plant = results.plant_of(*dof, method)?;
             parts.push(of_axis(*dof, plant));
-            actuation.insert(*dof, actuation_of(plant));
+            actuation.insert(*dof, actuation_of(&plant.nuisances));
             disturbances.extend(disturbance_of_axis(plant).map(|found| (*dof, found)));
             left_out(*dof, plant, &mut notes);
         }
@@ -250,20 +250,14 @@ fn judgement_of_coupled(plant: &CoupledPlant) -> Judgement {
     }
 }
 
-fn actuation_of(plant: &PlantResult) -> Actuation {
-    let fitted = |name: &str| plant.nuisances.get(name).cloned();
+fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
+    let fitted = |name: &str| nuisances.get(name).cloned();
     Actuation {
         lag: fitted("lag"),
-        force_lag: None,
+        force_lag: fitted("force_lag"),
         delay: fitted("delay"),
         reverse_ratio: fitted("reverse_ratio"),
     }
-}
-
-/// Of a plant of several axes: its lag is one of the force.
-fn actuation_of_coupled(plant: &CoupledPlant) -> Actuation {
-    let fitted = |name: &str| plant.nuisances.get(name).cloned();
-    Actuation { force_lag: fitted("lag"), delay: fitted("delay"), ..Actuation::default() }
 }
 
 /// Nuisances of thrust that no format has a place for.

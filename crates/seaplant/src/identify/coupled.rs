@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
-use crate::estimate::{CoupledFit, Tried, fit_coupled, fit_coupled_freely};
+use crate::estimate::{Actuator, CoupledFit, Tried, fit_coupled, fit_coupled_freely};
 use crate::exchange::Driven;
 use crate::plant::{
     Basis, EffectForce, HullModel, Plant, Product, RigidBody, Signal, Structure, Symmetry,
@@ -544,10 +544,17 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
         Parameter::new(Estimate::new(value, std, fit.samples as f64), unit)
     };
     let mut all = BTreeMap::new();
-    let numbers = [("lag", fit.actuator.lag_s), ("delay", fit.actuator.delay_s)];
-    for ((name, value), std) in numbers.into_iter().zip(fit.actuator_std) {
+    let Actuator { lag_s, delay_s, log_reverse_ratio } = fit.actuator;
+    let lag = if fit.has_thrusters { "lag" } else { "force_lag" };
+    let ratio = log_reverse_ratio.exp();
+    let numbers = [
+        (lag, lag_s, 1.0, "s"),
+        ("delay", delay_s, 1.0, "s"),
+        ("reverse_ratio", ratio, ratio, "1"),
+    ];
+    for ((name, value, slope, unit), std) in numbers.into_iter().zip(fit.actuator_std) {
         if let Some(std) = std {
-            all.insert(name.to_owned(), parameter((value, std), "s"));
+            all.insert(name.to_owned(), parameter((value, slope * std), unit));
         }
     }
     for (trial, [north, east]) in &fit.currents {

@@ -1,5 +1,7 @@
 //! Whether trials ask for another plant than the one they are simulated with.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector, Vector4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -275,31 +277,29 @@ pub(crate) struct Drift {
 }
 
 impl Drift {
-    /// Least squares of the simulation errors on what each third's own thrust over mass, and drag
-    /// over mass, would do.
+    /// Least squares of the simulation errors on what each third's own thrust over mass would do
+    /// beside another drag of all, and each third's own drag beside another thrust of all: with
+    /// both free in each third, motion that is nearly steady tells neither.
+    ///
+    /// Thirds of all trials one after the other, or of each by itself, whichever differ more: a
+    /// battery may last for several trials, or be a new one in each.
     pub(crate) fn of(windows: &[Window]) -> Option<Self> {
-        let total_s: f64 = windows.iter().map(Window::duration_s).sum();
-        let mut before_s = 0.0;
-        let mut starts_s = Vec::new();
-        for window in windows {
-            starts_s.push((window, before_s));
-            before_s += window.duration_s();
-        }
-        let columns = |window: &Window| {
-            let (_, start_s) = starts_s.iter().find(|(other, _)| std::ptr::eq(*other, window))?;
-            let third_of = |k: usize| {
-                let at_s = start_s + window.time_s[k] - window.time_s[0];
-                ((PARTS as f64 * at_s / total_s) as usize).min(PARTS - 1)
+        let all = [false, true].map(|by_trial| Self::over(windows, &Thirds::of(windows, by_trial)));
+        let least = |drift: &Self| drift.thrust.p_value.min(drift.drag.p_value);
+        all.into_iter().flatten().min_by(|a, b| least(a).total_cmp(&least(b)))
+    }
+
+    fn over(windows: &[Window], thirds: &Thirds<'_>) -> Option<Self> {
+        let changes = |is_thrust: bool| {
+            let columns = |window: &Window| {
+                let both = (&window.thrust, &window.drag);
+                let (of, beside) = if is_thrust { both } else { (both.1, both.0) };
+                let parts = (0..PARTS).map(|third| thirds.part(window, of, third));
+                Some(parts.chain([beside.clone()]).collect())
             };
-            let of = |column: &[f64], third: usize| -> Vec<f64> {
-                let at = |(k, x): (usize, &f64)| if third_of(k) == third { *x } else { 0.0 };
-                column.iter().enumerate().map(at).collect()
-            };
-            let both = [&window.thrust, &window.drag].into_iter();
-            Some(both.flat_map(|column| (0..PARTS).map(move |third| of(column, third))).collect())
+            Some(Changes::of(&Lacking::of(windows, columns).solve()?))
         };
-        let asked = Lacking::of(windows, columns).solve()?;
-        Some(Self { thrust: Changes::of(&asked, 0), drag: Changes::of(&asked, PARTS) })
+        Some(Self { thrust: changes(true)?, drag: changes(false)? })
     }
 
     /// That the plant is not one through the record.
@@ -314,10 +314,44 @@ impl Drift {
         let part = |(x, std): &(f64, f64)| format!("{:+.1} ± {:.1} %", 100.0 * x, 100.0 * std);
         let parts: Vec<String> = of.parts.iter().map(part).collect();
         let message = format!(
-            "the {dof} plant changes during the record: in its first, second and last third {name} differs from the fit by {}; the cause may be a battery that sags, another trim or payload, or something that the model lacks; fit the parts separately",
+            "the {dof} plant changes during the record: in the first, second and last third of it, or of each trial, {name} differs from the fit by {}; the cause may be a battery that sags, another trim or payload, or something that the model lacks; fit the parts separately",
             parts.join(", ")
         );
         Some(Caveat::warning(CaveatCode::PlantDrifts, message))
+    }
+}
+
+/// The time of windows, one after the other, in three equal parts: of all, or of each trial's.
+struct Thirds<'a> {
+    /// When each begins, s, of how long its trial or all take together, s.
+    places: Vec<(&'a Window, f64, f64)>,
+}
+
+impl<'a> Thirds<'a> {
+    fn of(windows: &'a [Window], by_trial: bool) -> Self {
+        let mut spent_s: BTreeMap<&str, f64> = BTreeMap::new();
+        let name = |window: &'a Window| if by_trial { window.trial.as_str() } else { "" };
+        let mut starts_s = Vec::new();
+        for window in windows {
+            let spent_s = spent_s.entry(name(window)).or_default();
+            starts_s.push(*spent_s);
+            *spent_s += window.duration_s();
+        }
+        let places = windows.iter().zip(starts_s);
+        let places = places.map(|(window, start_s)| (window, start_s, spent_s[name(window)]));
+        Self { places: places.collect() }
+    }
+
+    /// A column of a window, zero outside a third.
+    fn part(&self, window: &Window, column: &[f64], third: usize) -> Vec<f64> {
+        let own = self.places.iter().find(|(other, ..)| std::ptr::eq(*other, window));
+        let (start_s, total_s) =
+            own.map_or((0.0, 1.0), |(_, start_s, total_s)| (*start_s, *total_s));
+        let is_in = |k: usize| {
+            let at_s = start_s + window.time_s[k] - window.time_s[0];
+            ((PARTS as f64 * at_s / total_s) as usize).min(PARTS - 1) == third
+        };
+        column.iter().enumerate().map(|(k, x)| if is_in(k) { *x } else { 0.0 }).collect()
     }
 }
 
@@ -333,9 +367,10 @@ pub(crate) struct Changes {
 }
 
 impl Changes {
-    fn of(asked: &Asked, from: usize) -> Self {
-        let value = asked.value.rows(from, PARTS);
-        let covariance = asked.covariance.view((from, from), (PARTS, PARTS));
+    /// Of what is asked for in the first places.
+    fn of(asked: &Asked) -> Self {
+        let value = asked.value.rows(0, PARTS);
+        let covariance = asked.covariance.view((0, 0), (PARTS, PARTS));
         let parts: Vec<(f64, f64)> =
             (0..PARTS).map(|k| (value[k], covariance[(k, k)].max(0.0).sqrt())).collect();
         let contrast = DMatrix::from_fn(PARTS - 1, PARTS, |i, j| match j {

@@ -29,8 +29,8 @@ pub(crate) struct HeldForce {
     pub(crate) by: [Vector6<f64>; PUSHED_BY],
 }
 
-/// How many numbers of the actuators a force depends on: lag and delay.
-pub(crate) const PUSHED_BY: usize = 2;
+/// How many numbers of the actuators a force depends on: lag, delay and reverse-thrust ratio.
+pub(crate) const PUSHED_BY: usize = 3;
 
 /// How each axis's disturbance fades: ḟ = −f/T.
 #[derive(Clone, Copy, Debug)]
@@ -204,7 +204,7 @@ mod tests {
     fn push(lag: f64) -> HeldForce {
         let by = Vector6::new(-30.0, 0.0, 0.0, 0.0, 2.0, 0.0);
         let force = Vector6::new(20.0, 0.0, 0.0, 0.0, 0.3, 0.0) + lag * by;
-        HeldForce { force, by: [by, Vector6::zeros()] }
+        HeldForce { force, by: [by, Vector6::zeros(), Vector6::zeros()] }
     }
 
     #[test]

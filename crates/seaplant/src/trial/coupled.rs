@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::force::force_along;
+use nalgebra::Vector6;
+
+use super::force::{CoupledThrust, ThrusterTrack, coupled_thrust};
 use super::signals::signals;
 use super::{Role, TrialSetup};
 use crate::motion::smoothed_attitude;
@@ -10,6 +12,15 @@ use crate::navigation::{Motion, Recording, navigate};
 use crate::plant::Signal;
 use crate::series::{ROUNDING_S, union};
 use crate::{Caveat, CaveatCode, Dof, Error, Grid, Timed, Vehicle};
+
+/// A thruster as a plant of several axes feels it: the wrench `w F`, with F its thrust.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoupledThruster {
+    /// Its speed and what thrust that makes; its lever is 1.
+    pub track: ThrusterTrack,
+    /// w, force and moment on each axis for each newton of thrust, 1 and m, in SNAME order.
+    pub wrench: Vector6<f64>,
+}
 
 /// Forces, velocities and attitude of one trial, for a plant of several axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +32,8 @@ pub struct CoupledRecord {
     /// Force and moment on each axis, held, N and N m, in SNAME order; none where nothing
     /// pushes.
     pub force: [Option<Timed>; 6],
+    /// The thrusters that make it; an axis on which none of them acts has a logged wrench.
+    pub thrusters: Vec<CoupledThruster>,
     /// Velocity over ground in body axes, m/s and rad/s, likewise.
     pub velocity: [Option<Timed>; 6],
     /// Roll, pitch and heading, unwrapped, smoothed by the rates where these were measured, rad.
@@ -32,6 +45,12 @@ pub struct CoupledRecord {
     /// What gives reason to doubt it.
     pub caveats: Vec<Caveat>,
 }
+
+/// So long after the beginning of its log, s, thrust follows it whatever it was before: ten time
+/// constants of a propeller …
+const SETTLING_S: f64 = 3.0;
+/// … or this part of a short trial.
+const SETTLING_PART: f64 = 0.05;
 
 /// Fewer samples of an axis say nothing of six coefficients.
 const LEAST_SAMPLES: usize = 30;
@@ -54,7 +73,9 @@ impl CoupledRecord {
     ) -> Result<Self, Error> {
         let navigated = navigate(&setup.name, recording, &vehicle.sensors)?;
         let mut caveats = Vec::new();
-        let force = Dof::ALL.map(|dof| Some(held_means(&force_along(recording, vehicle, dof)?)));
+        let CoupledThrust { force, thrusters } = coupled_thrust(recording, vehicle);
+        let force = force.map(|force| Some(held_means(&force?)));
+        let thrusters = thrusters.into_iter().map(CoupledThruster::thinned).collect();
         let mut velocity = Dof::ALL.map(|dof| navigated.measured.get(&dof).cloned());
         for &dof in axes {
             if velocity[dof.index()].is_none() {
@@ -99,6 +120,7 @@ impl CoupledRecord {
             trial: setup.name.clone(),
             role: setup.role,
             force,
+            thrusters,
             velocity,
             attitude,
             signals,
@@ -162,7 +184,10 @@ impl CoupledRecord {
             }
             before = what;
         }
-        Ok((from, to))
+        // What thrust was on its way to before its log begins nobody knows.
+        let logged_s = self.force.iter().flatten().map(Timed::first_s).reduce(f64::min);
+        let settling_s = SETTLING_S.min(SETTLING_PART * (to - from));
+        Ok((logged_s.map_or(from, |logged_s| from.max(logged_s + settling_s)), to))
     }
 
     fn check_length(&self, axes: &[Dof]) -> Result<(), Error> {
@@ -238,6 +263,15 @@ fn held_means(force: &Timed) -> Timed {
     let grid = Grid::spanning(first_s, force.last_s(), FINEST_S);
     let starts: Vec<f64> = grid.times().map(|t| t - 0.5 * FINEST_S).collect();
     Timed::new("force", starts, force.held_means(grid)).unwrap_or_else(|_| force.clone())
+}
+
+impl CoupledThruster {
+    /// The same with a speed that changes no more often, and the same mean thrust over each step.
+    fn thinned(self) -> Self {
+        let squares = held_means(&self.track.speed.map(|n| n * n.abs()));
+        let speed = squares.map(|square| square.abs().sqrt().copysign(square));
+        Self { track: ThrusterTrack { speed, ..self.track }, ..self }
+    }
 }
 
 /// A signal of an effect, thinned as it is read.

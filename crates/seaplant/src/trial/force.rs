@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::TrialSetup;
+use nalgebra::Vector6;
+
+use super::{CoupledThruster, TrialSetup};
 use crate::navigation::Recording;
 use crate::series::{Cutter, Reader};
 use crate::{
@@ -24,8 +26,8 @@ pub(super) struct Saturation {
 pub struct ThrusterTrack {
     /// Force along the degree of freedom for each newton of thrust: 1, or an arm in m.
     pub lever: f64,
-    /// Propeller speed n, held: rad/s where thrust is its square law, else √N with the
-    /// sign of thrust.
+    /// Propeller speed n, held: rad/s, or the command beyond its deadband, where thrust is a
+    /// square law of it; else √N with the sign of thrust.
     pub speed: Timed,
     /// k for positive n.
     pub forward: f64,
@@ -153,6 +155,11 @@ impl<'a> Thrusts<'a> {
         if let Some(wrench) = self.recording.get(&Quantity::Wrench(dof)) {
             return Ok(vec![ThrusterTrack::of_force(1.0, wrench)]);
         }
+        Ok(self.named_tracks(dof)?.into_iter().map(|(_, track)| track).collect())
+    }
+
+    /// The thrusters that act along `dof`, each with what it does there.
+    fn named_tracks(&mut self, dof: Dof) -> Result<Vec<(&'a Thruster, ThrusterTrack)>, Error> {
         let mut tracks = Vec::new();
         let acting = self.vehicle.thrusters.iter().filter(|t| Vehicle::acts_on(t, dof));
         for thruster in acting {
@@ -166,11 +173,12 @@ impl<'a> Thrusts<'a> {
                 }
             };
             if thruster.azimuth_axis.is_some() {
-                tracks.push(self.turned(thruster, &track, dof)?);
+                tracks.push((thruster, self.turned(thruster, &track, dof)?));
                 continue;
             }
             let lever = thruster.unit_wrench()[dof.index()];
-            tracks.push(ThrusterTrack { lever, uncertainty: thruster.uncertainty, ..track });
+            let track = ThrusterTrack { lever, uncertainty: thruster.uncertainty, ..track };
+            tracks.push((thruster, track));
         }
         if tracks.is_empty() {
             return Err(Error::MissingChannel {
@@ -246,28 +254,73 @@ pub(crate) fn force_along(recording: &Recording, vehicle: &Vehicle, dof: Dof) ->
     Some(Thrusts::new(&setup, of_thrust, vehicle).along(dof).ok()?.force)
 }
 
+/// What pushes a vehicle of several axes.
+pub(super) struct CoupledThrust {
+    /// On each axis, held, N or N m; none where a thruster that acts there was not logged.
+    pub(super) force: [Option<Timed>; 6],
+    /// The thrusters that make it; an axis on which none acts has a logged wrench.
+    pub(super) thrusters: Vec<CoupledThruster>,
+}
+
+/// What a recording tells of the forces on all axes.
+pub(super) fn coupled_thrust(recording: &Recording, vehicle: &Vehicle) -> CoupledThrust {
+    let setup = TrialSetup { dofs: Dof::ALL.to_vec(), ..TrialSetup::default() };
+    let of_thrust = recording.iter().filter(|(quantity, _)| quantity.is_of_thrust());
+    let of_thrust = of_thrust.map(|(quantity, x)| (quantity.clone(), x.clone())).collect();
+    let mut thrusts = Thrusts::new(&setup, of_thrust, vehicle);
+    let mut found = CoupledThrust { force: [const { None }; 6], thrusters: Vec::new() };
+    let mut places: BTreeMap<&str, usize> = BTreeMap::new();
+    for dof in Dof::ALL {
+        let Ok(thrust) = thrusts.along(dof) else { continue };
+        found.force[dof.index()] = Some(thrust.force);
+        if thrusts.recording.contains_key(&Quantity::Wrench(dof)) {
+            continue;
+        }
+        for (thruster, track) in thrusts.named_tracks(dof).unwrap_or_default() {
+            let lever = track.lever;
+            let known = places.get(thruster.name.as_str()).copied();
+            // One that turns pushes each axis in its own way.
+            let place = known.filter(|_| thruster.azimuth_axis.is_none()).unwrap_or_else(|| {
+                let track = ThrusterTrack { lever: 1.0, ..track };
+                found.thrusters.push(CoupledThruster { track, wrench: Vector6::zeros() });
+                found.thrusters.len() - 1
+            });
+            places.insert(&thruster.name, place);
+            found.thrusters[place].wrench[dof.index()] = lever;
+        }
+    }
+    found
+}
+
 fn track(
     trial: &str,
     thruster: &Thruster,
     recording: &Recording,
     saturated: &mut Vec<Saturation>,
 ) -> Result<ThrusterTrack, Error> {
-    let speed = Quantity::Thruster { name: thruster.name.clone(), input: ThrusterInput::Speed };
-    match (&thruster.curve, recording.get(&speed)) {
-        (ThrustCurve::Quadratic { input: ThrusterInput::Speed, law }, Some(speed)) => {
-            Ok(ThrusterTrack {
-                lever: 1.0,
-                speed: speed.map(|speed| law.effective(speed)),
-                forward: law.forward,
-                reverse: law.reverse,
-                uncertainty: ThrustUncertainty::default(),
-            })
+    let logged = |input| recording.get(&Quantity::Thruster { name: thruster.name.clone(), input });
+    // A propeller turns as fast as it is told, beyond the deadband; a force that was measured says
+    // more than a command.
+    let input = match &thruster.curve {
+        ThrustCurve::Quadratic { input: ThrusterInput::Speed, law } => {
+            logged(ThrusterInput::Speed).zip(Some(law))
         }
-        _ => {
-            let force = thruster_force(trial, thruster, recording, saturated)?;
-            Ok(ThrusterTrack::of_force(1.0, &force))
+        ThrustCurve::Quadratic { input, law } if logged(ThrusterInput::Force).is_none() => {
+            logged(*input).zip(Some(law))
         }
-    }
+        _ => None,
+    };
+    let Some((input, law)) = input else {
+        let force = thruster_force(trial, thruster, recording, saturated)?;
+        return Ok(ThrusterTrack::of_force(1.0, &force));
+    };
+    Ok(ThrusterTrack {
+        lever: 1.0,
+        speed: input.map(|input| law.effective(input)),
+        forward: law.forward,
+        reverse: law.reverse,
+        uncertainty: ThrustUncertainty::default(),
+    })
 }
 
 fn thruster_force(

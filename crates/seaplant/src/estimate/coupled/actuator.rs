@@ -1,23 +1,37 @@
-//! How thrust follows what is logged of it: a first-order lag and a delay, the same on every axis.
+//! How thrust follows what is logged of it: lag, delay and reverse thrust, the same of all thrusters.
+//!
+//! A propeller lags in speed n, and its thrust is k n|n|:
+//!
+//! ```text
+//! T ṅ(t) + n(t) = n_logged(t − D),   F = k n|n|,   times κ in reverse
+//! ```
+//!
+//! A logged wrench, of which nobody knows what makes it, lags itself:
 //!
 //! ```text
 //! T τ̇(t) + τ(t) = u(t − D)
 //! ```
 //!
-//! with u the logged force, held between its samples. A step of the filter takes the mean of τ
-//! over each slice, which is exact whatever lag, delay and sampling are:
-//! `∫τ dt = ∫u(t − D) dt − T [τ]`.
+//! Both are held between samples. A step of the filter takes the mean of what acts over each slice
+//! in closed form; of a wrench `∫τ dt = ∫u(t − D) dt − T [τ]`.
 
-use crate::motion::{HeldForce, Slice};
-use crate::{Error, Timed};
+use std::sync::Arc;
 
-/// Lag and delay of thrust behind the logged force.
+use super::super::filter_error::{Drive, Shape, Stop, Unknown, Values};
+use crate::motion::{HeldForce, PUSHED_BY, Slice};
+use crate::series::union;
+use crate::{CoupledRecord, CoupledThruster, Error, Timed};
+
+/// What stands between logged thrust and the thrust that acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Actuator {
     /// Time constant T of the lag, s.
     pub lag_s: f64,
     /// Delay D, s.
     pub delay_s: f64,
+    /// Logarithm of the reverse-thrust ratio κ: what thrusters push in reverse, over what their
+    /// curves say.
+    pub log_reverse_ratio: f64,
 }
 
 /// How finely a force that lags is held in a simulation, s.
@@ -29,38 +43,75 @@ const OVER: f64 = 8.0;
 /// A lag shorter than this is none, s.
 const NO_LAG_S: f64 = 1e-6;
 
+/// What of [`Drive`]'s derivatives belongs to each number of an actuator.
+const SHAPED_BY: [Unknown; PUSHED_BY] = [Unknown::Lag, Unknown::Delay, Unknown::LogReverseRatio];
+
 impl Actuator {
     /// How many numbers that is.
-    pub(super) const COUNT: usize = 2;
+    pub(super) const COUNT: usize = PUSHED_BY;
 
-    /// The force that acts, held over steps of at most 0.05 s, for one that is logged.
+    /// Between what they stay: s, s and a logarithm.
+    pub(super) const LIMITS: [(f64, f64); Self::COUNT] = [(0.0, 3.0), (0.0, 3.0), (-1.5, 1.5)];
+
+    /// Their standard deviations before anything is measured.
+    pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3];
+
+    /// Lag, delay and the logarithm of the reverse-thrust ratio.
+    pub(super) const fn numbers(&self) -> [f64; Self::COUNT] {
+        [self.lag_s, self.delay_s, self.log_reverse_ratio]
+    }
+
+    /// The actuator of such numbers.
+    pub(super) const fn of([lag_s, delay_s, log_reverse_ratio]: [f64; Self::COUNT]) -> Self {
+        Self { lag_s, delay_s, log_reverse_ratio }
+    }
+
+    /// The force on each axis as it acts, held over steps of at most 0.05 s where it lags.
     ///
     /// # Errors
     /// [`Error::NotFinite`] or another of [`Timed::new`] if a number is not finite.
-    pub fn applied(&self, logged: &Timed) -> Result<Timed, Error> {
+    pub fn acting(&self, record: &CoupledRecord) -> Result<[Option<Timed>; 6], Error> {
         if *self == Self::default() {
-            return Ok(logged.clone());
+            return Ok(record.force.clone());
         }
-        let (first, last) = (logged.first_s(), logged.last_s() + self.delay_s + OVER * self.lag_s);
-        let steps = ((last - first) / FINEST_S).ceil().max(1.0) as usize;
-        let lagging = Lagging::new(logged, *self);
-        let mut reader = lagging.reader();
-        let edge = |k: usize| first + FINEST_S * k as f64;
-        let mut before = reader.at(edge(0));
-        let (mut times, mut values) = (Vec::with_capacity(steps), Vec::with_capacity(steps));
-        for k in 0..steps {
-            let after = reader.at(edge(k + 1));
-            times.push(edge(k));
-            values.push(lagging.mean(&before, &after, FINEST_S).0);
-            before = after;
+        let slices = self.slices(&record.force);
+        let pushes = self.pushes(&LoggedThrust::of(record), &slices);
+        let mut acting = [const { None }; 6];
+        for (axis, _) in record.force.iter().enumerate().filter(|(_, logged)| logged.is_some()) {
+            let values = pushes.iter().map(|push| push.force[axis]).collect::<Vec<f64>>();
+            let times = slices.iter().map(|slice| slice.from_s).collect::<Vec<f64>>();
+            acting[axis] = Some(Timed::new("force", times, values)?);
         }
-        Timed::new("force", times, values)
+        Ok(acting)
     }
 
-    /// The mean force over each slice, with its derivatives by lag and delay.
-    pub(super) fn pushes(&self, logged: &[Option<Timed>; 6], slices: &[Slice]) -> Vec<HeldForce> {
+    /// From change to change as these act, finely where they lag, until the lag is over.
+    fn slices(&self, logged: &[Option<Timed>; 6]) -> Vec<Slice> {
+        let changes = union(logged.iter().flatten().map(Timed::time_s));
+        let mut edges: Vec<f64> = changes.first().copied().into_iter().collect();
+        edges.extend(changes.iter().map(|t| t + self.delay_s).filter(|t| *t > changes[0]));
+        edges.extend(edges.last().map(|last| last + (OVER * self.lag_s).max(FINEST_S)));
+        let mut slices = Vec::new();
+        for pair in edges.windows(2) {
+            let length_s = pair[1] - pair[0];
+            let count = if self.lag_s < NO_LAG_S { 1.0 } else { (length_s / FINEST_S).ceil() };
+            let length_s = length_s / count;
+            slices.extend((0..count as usize).map(|k| {
+                let from_s = pair[0] + k as f64 * length_s;
+                Slice { from_s, length_s, ..Slice::default() }
+            }));
+        }
+        slices
+    }
+
+    /// The mean force over each of some slices, one after the other, with its derivatives by the
+    /// numbers of the actuator.
+    pub(super) fn pushes(&self, logged: &LoggedThrust, slices: &[Slice]) -> Vec<HeldForce> {
         let mut pushes = vec![HeldForce::default(); slices.len()];
-        for (axis, series) in logged.iter().enumerate() {
+        for thruster in &logged.thrusters {
+            self.add_thruster(thruster, slices, &mut pushes);
+        }
+        for (axis, series) in logged.wrench.iter().enumerate() {
             let Some(series) = series else { continue };
             let lagging = Lagging::new(series, *self);
             let mut reader = lagging.reader();
@@ -75,6 +126,57 @@ impl Actuator {
             }
         }
         pushes
+    }
+
+    fn add_thruster(
+        &self,
+        CoupledThruster { track, wrench }: &CoupledThruster,
+        slices: &[Slice],
+        pushes: &mut [HeldForce],
+    ) {
+        let full_speed = track.speed.values().iter().fold(0.0, |most: f64, n| most.max(n.abs()));
+        let (Some(first), true) = (slices.first(), full_speed > 0.0) else { return };
+        let mut values = Values::none(Shape { full_speed, ..Shape::default() });
+        for (unknown, number) in SHAPED_BY.into_iter().zip(self.numbers()) {
+            values.set(unknown, number);
+        }
+        // What it was told shortly before is still on its way.
+        let lead_s = (first.from_s - track.speed.first_s()).clamp(0.0, OVER * self.lag_s);
+        let steps = (lead_s / FINEST_S).ceil();
+        let from_s = first.from_s - lead_s;
+        let mut drive = Drive::new(std::slice::from_ref(track), None, &values, from_s);
+        for k in 0..steps as usize {
+            let length_s = lead_s / steps;
+            let time_s = from_s + (k as f64 + 1.0) * length_s;
+            drive.until(&Stop { time_s, length_s, ..Stop::default() });
+        }
+        for (sum, slice) in pushes.iter_mut().zip(slices) {
+            let time_s = slice.from_s + slice.length_s;
+            let push = drive.until(&Stop { time_s, length_s: slice.length_s, ..Stop::default() });
+            sum.force += wrench * push.tau;
+            for (column, unknown) in sum.by.iter_mut().zip(SHAPED_BY) {
+                *column += wrench * push.by(unknown);
+            }
+        }
+    }
+}
+
+/// What pushes a vehicle in a trial, as logged.
+pub(super) struct LoggedThrust {
+    thrusters: Vec<CoupledThruster>,
+    /// The force on each axis on which no thruster acts, held.
+    wrench: [Option<Timed>; 6],
+}
+
+impl LoggedThrust {
+    pub(super) fn of(record: &CoupledRecord) -> Arc<Self> {
+        let is_of_thrusters =
+            |axis: usize| record.thrusters.iter().any(|thruster| thruster.wrench[axis] != 0.0);
+        let wrench = std::array::from_fn(|axis| match is_of_thrusters(axis) {
+            true => None,
+            false => record.force[axis].clone(),
+        });
+        Arc::new(Self { thrusters: record.thrusters.clone(), wrench })
     }
 }
 
@@ -144,7 +246,7 @@ impl<'a> Lagging<'a> {
         let change = after.force - before.force;
         let mean = (after.integral - before.integral - lag * change) / length_s;
         let by_lag = -(change + lag * (after.by_lag - before.by_lag)) / length_s;
-        (mean, [by_lag, -change / length_s])
+        (mean, [by_lag, -change / length_s, 0.0])
     }
 }
 
@@ -171,78 +273,157 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{ThrustUncertainty, ThrusterTrack};
 
     fn steps() -> Timed {
         Timed::new("force", vec![0.0, 0.3, 0.5, 1.0], vec![0.0, 10.0, -4.0, 3.0]).expect("valid")
     }
 
-    /// The lagged force by many small steps of Euler's method.
-    fn by_small_steps(actuator: Actuator, until_s: f64) -> (f64, f64) {
+    fn of_wrench(axis: usize) -> LoggedThrust {
+        let mut wrench = [const { None }; 6];
+        wrench[axis] = Some(steps());
+        LoggedThrust { thrusters: Vec::new(), wrench }
+    }
+
+    const WRENCH: [f64; 6] = [0.8, -0.6, 0.0, 0.0, 0.0, 0.3];
+
+    /// A propeller with the speeds of [`steps`], that pushes obliquely.
+    fn thruster() -> CoupledThruster {
+        let track = ThrusterTrack {
+            lever: 1.0,
+            speed: steps(),
+            forward: 2.0,
+            reverse: 1.5,
+            uncertainty: ThrustUncertainty::default(),
+        };
+        CoupledThruster { track, wrench: WRENCH.into() }
+    }
+
+    fn of_thruster() -> LoggedThrust {
+        LoggedThrust { thrusters: vec![thruster()], wrench: [const { None }; 6] }
+    }
+
+    /// What lags behind steps, and the integral of what that makes, by many small steps of Euler's
+    /// method.
+    fn by_small_steps(actuator: Actuator, until_s: f64, makes: impl Fn(f64) -> f64) -> (f64, f64) {
         let (u, h) = (steps(), 1e-6);
-        let (mut force, mut integral) = (0.0, 0.0);
+        let (mut x, mut integral) = (0.0, 0.0);
         for k in 0..(until_s / h).round() as usize {
             let t = (k as f64 + 0.5) * h - actuator.delay_s;
-            integral += force * h;
-            force += h / actuator.lag_s * (u.held_at(t.max(0.0)) - force);
+            integral += makes(x) * h;
+            x += h / actuator.lag_s * (u.held_at(t.max(0.0)) - x);
         }
-        (force, integral)
+        (x, integral)
+    }
+
+    fn slices(length_s: f64, count: usize) -> Vec<Slice> {
+        let slice = |k: usize| Slice { from_s: length_s * k as f64, length_s, ..Slice::default() };
+        (0..count).map(slice).collect()
     }
 
     #[test]
-    fn a_force_lags_as_its_equation_says() {
-        let actuator = Actuator { lag_s: 0.2, delay_s: 0.13 };
+    fn a_wrench_lags_as_its_equation_says() {
+        let actuator = Actuator { lag_s: 0.2, delay_s: 0.13, ..Actuator::default() };
         let u = steps();
         let lagging = Lagging::new(&u, actuator);
         let mut reader = lagging.reader();
         let (from, to) = (reader.at(0.0), reader.at(0.9));
-        let (expected, integral) = by_small_steps(actuator, 0.9);
+        let (expected, integral) = by_small_steps(actuator, 0.9, |x| x);
         assert!((to.force - expected).abs() < 1e-3, "{} {expected}", to.force);
         let (mean, _) = lagging.mean(&from, &to, 0.9);
         assert!((mean * 0.9 - integral).abs() < 1e-4, "{} {integral}", mean * 0.9);
     }
 
     #[test]
+    fn a_propeller_lags_in_speed() {
+        let ratio: f64 = 0.7;
+        let actuator = Actuator { lag_s: 0.2, delay_s: 0.13, log_reverse_ratio: ratio.ln() };
+        let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18));
+        let thrust = |n: f64| if n < 0.0 { -1.5 * ratio * n * n } else { 2.0 * n * n };
+        let (_, integral) = by_small_steps(actuator, 0.9, thrust);
+        for (axis, lever) in WRENCH.into_iter().enumerate() {
+            let found: f64 = pushes.iter().map(|push| 0.05 * push.force[axis]).sum();
+            // The speed asked for changes within a slice, by a third at most of the greatest.
+            let off = (found - lever * integral).abs();
+            assert!(off < 5e-3 * integral.abs(), "{found}, {}", lever * integral);
+        }
+    }
+
+    #[test]
+    fn a_piece_of_a_trial_begins_with_propellers_on_their_way() {
+        let actuator = Actuator { lag_s: 0.2, delay_s: 0.13, ..Actuator::default() };
+        let all = slices(0.05, 30);
+        let whole = actuator.pushes(&of_thruster(), &all);
+        let piece = actuator.pushes(&of_thruster(), &all[13..]);
+        for (piece, whole) in piece.iter().zip(&whole[13..]) {
+            let off = (piece.force - whole.force).norm();
+            assert!(off < 1e-3 * whole.force.norm().max(1.0), "{piece:?} {whole:?}");
+        }
+    }
+
+    #[test]
     fn derivatives_are_those_of_the_means() {
-        let slice =
-            |k: usize| Slice { from_s: 0.05 * k as f64, length_s: 0.05, ..Slice::default() };
-        let slices: Vec<Slice> = (0..30).map(slice).collect();
-        let mut logged: [Option<Timed>; 6] = std::array::from_fn(|_| None);
-        logged[2] = Some(steps());
-        for base in
-            [Actuator { lag_s: 0.2, delay_s: 0.13 }, Actuator { lag_s: 0.03, delay_s: 0.01 }]
-        {
-            let pushes = |lag: f64, delay: f64| {
-                let moved = Actuator { lag_s: base.lag_s + lag, delay_s: base.delay_s + delay };
-                moved.pushes(&logged, &slices)
-            };
-            let here = pushes(0.0, 0.0);
-            for (column, step) in [(0, [1e-6, 0.0]), (1, [0.0, 1e-6])] {
-                let (up, down) = (pushes(step[0], step[1]), pushes(-step[0], -step[1]));
-                for ((here, up), down) in here.iter().zip(&up).zip(&down) {
-                    let slope = (up.force[2] - down.force[2]) / 2e-6;
-                    assert!((slope - here.by[column][2]).abs() < 1e-3, "{slope}");
+        let slices = slices(0.05, 30);
+        for logged in [of_wrench(0), of_thruster()] {
+            for base in [[0.2, 0.13, -0.4], [0.03, 0.01, 0.2]] {
+                let pushes = |k: usize, step: f64| {
+                    let mut moved = base;
+                    moved[k] += step;
+                    Actuator::of(moved).pushes(&logged, &slices)
+                };
+                let here = Actuator::of(base).pushes(&logged, &slices);
+                for k in 0..Actuator::COUNT {
+                    let (up, down) = (pushes(k, 1e-6), pushes(k, -1e-6));
+                    for ((here, up), down) in here.iter().zip(&up).zip(&down) {
+                        let slope = (up.force[0] - down.force[0]) / 2e-6;
+                        let off = (slope - here.by[k][0]).abs();
+                        assert!(off < 1e-3 * slope.abs().max(1.0), "{k}: {slope}, {here:?}");
+                    }
                 }
             }
         }
     }
 
     #[test]
-    fn a_force_that_changes_where_a_slice_ends_lags_alike() {
-        let slice = |k: usize| Slice { from_s: 0.1 * k as f64, length_s: 0.1, ..Slice::default() };
-        let slices: Vec<Slice> = (0..12).map(slice).collect();
-        let mut logged: [Option<Timed>; 6] = std::array::from_fn(|_| None);
-        logged[0] = Some(steps());
-        let pushes = |delay_s| Actuator { lag_s: 0.2, delay_s }.pushes(&logged, &slices);
+    fn a_wrench_that_changes_where_a_slice_ends_lags_alike() {
+        let slices = slices(0.1, 12);
+        let pushes = |delay_s| {
+            let actuator = Actuator { lag_s: 0.2, delay_s, ..Actuator::default() };
+            actuator.pushes(&of_wrench(0), &slices)
+        };
         for (at, later) in pushes(0.0).iter().zip(pushes(1e-9)) {
             assert!((at.force[0] - later.force[0]).abs() < 1e-6, "{at:?} {later:?}");
         }
     }
 
     #[test]
-    fn without_lag_and_delay_the_force_is_the_logged_one() {
-        assert_eq!(Actuator::default().applied(&steps()).expect("finite"), steps());
-        let delayed = Actuator { lag_s: 0.0, delay_s: 0.2 };
-        let applied = delayed.applied(&steps()).expect("finite");
-        assert!((applied.held_at(0.56) - 10.0).abs() < 1e-9, "{}", applied.held_at(0.56));
+    fn what_acts_is_what_the_filter_is_pushed_by() {
+        let force = |axis: usize| {
+            let lever = WRENCH[axis];
+            let thrust = move |n: f64| lever * n * n.abs() * if n < 0.0 { 1.5 } else { 2.0 };
+            (lever != 0.0).then(|| steps().map(thrust))
+        };
+        let record = CoupledRecord {
+            trial: "a".to_owned(),
+            role: crate::Role::Fit,
+            force: std::array::from_fn(force),
+            thrusters: vec![thruster()],
+            velocity: [const { None }; 6],
+            attitude: [const { None }; 3],
+            signals: std::collections::BTreeMap::new(),
+            window_s: (0.0, 2.0),
+            caveats: Vec::new(),
+        };
+        assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
+        for numbers in [[0.0, 0.2, 0.0], [0.3, 0.0, 0.1], [0.2, 0.1, -0.3]] {
+            let actuator = Actuator::of(numbers);
+            let acting = actuator.acting(&record).expect("finite");
+            let surge = acting[0].as_ref().expect("pushed");
+            let pushes = actuator.pushes(&of_thruster(), &slices(0.01, 200));
+            let sum: f64 = pushes.iter().map(|push| 0.01 * push.force[0]).sum();
+            let held: f64 = (0..2000).map(|k| 0.001 * surge.held_at(0.001 * f64::from(k))).sum();
+            assert!((sum - held).abs() < 0.02 * sum.abs(), "{numbers:?}: {sum}, {held}");
+            assert!(acting[2].is_none());
+        }
     }
 }

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, Matrix6, SVector};
 use super::actuator::Actuator;
 use super::filter::{Gain, Innovation, Noise, Pass, Slope};
 use super::schedule::Schedule;
+use crate::estimate::descend::Parabola;
 use crate::motion::Prepared;
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::{CoupledRecord, Error};
@@ -35,8 +36,10 @@ pub(super) struct Problem {
     /// Pieces of the trials, to begin with.
     pieces: Option<Arc<[Schedule]>>,
     rigid_body: Option<Matrix6<f64>>,
-    /// Which of lag and delay are fitted.
+    /// Which numbers of the actuator are fitted.
     pub(super) fits: [bool; Actuator::COUNT],
+    /// Whether thrusters push, of which any was logged; else a wrench does.
+    pub(super) has_thrusters: bool,
     /// What differences of the samples of each axis show of their noise, m/s or rad/s.
     pub(super) sample_noise: Vec<f64>,
     /// Whether a current is fitted: there is a translation for it to show in.
@@ -59,10 +62,6 @@ pub(super) struct Optimum<const N: usize> {
 
 /// Standard deviation of a current's component before anything is measured, m/s.
 const CURRENT_STD: f64 = 1.0;
-
-/// The same of lag and delay, s, and the most that a propeller has.
-const ACTUATOR_STD_S: f64 = 1.0;
-const MOST_ACTUATOR_S: f64 = 3.0;
 
 /// Information of a coefficient that is known, by its square: 1e-9 of it is its error.
 const KNOWN: f64 = 1e18;
@@ -126,6 +125,7 @@ impl Problem {
     ) -> Self {
         let axes = structure.axes();
         let has_force = records.iter().any(|record| record.force.iter().any(Option::is_some));
+        let has_thrusters = records.iter().any(|record| !record.thrusters.is_empty());
         let pieces = Schedule::pieces(records, structure);
         let samples: usize = pieces.iter().map(Schedule::samples).sum();
         let are_enough = samples >= SAMPLES_PER_TERM * structure.terms().len();
@@ -136,7 +136,8 @@ impl Problem {
             schedules: Schedule::whole(records, structure),
             pieces: are_enough.then_some(pieces),
             rigid_body,
-            fits: [has_force; Actuator::COUNT],
+            fits: [has_force, has_force, has_thrusters],
+            has_thrusters,
             sample_noise: axes.iter().map(|dof| sample_noise(records, dof.index())).collect(),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
             is_free,
@@ -153,6 +154,7 @@ impl Problem {
             pieces: self.pieces.clone(),
             rigid_body: self.rigid_body,
             fits: self.fits,
+            has_thrusters: self.has_thrusters,
             sample_noise: self.sample_noise.clone(),
             has_current: self.has_current,
             is_free: self.is_free,
@@ -184,7 +186,7 @@ impl Problem {
     ) -> Vec<T> {
         in_threads(self.schedules.len(), |k| {
             let schedule = &self.schedules[k];
-            let pushes = point.actuator.pushes(&schedule.force, &schedule.slices);
+            let pushes = point.actuator.pushes(&schedule.thrust, &schedule.slices);
             let current = point.currents[schedule.trial];
             work(k, Pass { plant, schedule, pushes: &pushes, current, noise: &point.noise })
         })
@@ -343,26 +345,18 @@ impl Problem {
         tolerance: Tolerance,
     ) -> f64 {
         let (gradient, hessian) = self.in_free_numbers(&point.free, slope);
-        let lowest = self.physical.lowest();
+        let (numbers, limits) = (point.numbers(), self.limits(point));
+        let parabola =
+            Parabola::new((&gradient, &hessian), (&numbers, &limits), |k| self.is_held(point, k));
         let at = self.at_gains(point, gains);
-        let p = point.free.len();
-        let numbers = [point.actuator.lag_s, point.actuator.delay_s];
-        let held = |k: usize| match lowest.get(k) {
-            Some(low) => low.is_some_and(|low| point.free[k] <= low && gradient[k] > 0.0),
-            None if k < p + Actuator::COUNT => {
-                !self.fits[k - p] || numbers[k - p] <= 0.0 && gradient[k] > 0.0
-            }
-            None => !self.has_current,
-        };
-        let held: Vec<bool> = (0..gradient.len()).map(held).collect();
-        let whole = damped_step(&gradient, &hessian, LEAST_DAMPING, &held);
-        let expected = whole.map_or(f64::INFINITY, |(_, gain)| gain);
+        let whole = parabola.step(LEAST_DAMPING);
+        let expected = whole.map_or(f64::INFINITY, |step| 0.5 * parabola.promise(&step));
         while *damping < MOST_DAMPING {
-            let Some((step, _)) = damped_step(&gradient, &hessian, *damping, &held) else {
+            let Some(step) = parabola.step(*damping) else {
                 *damping *= DAMPING_FACTOR;
                 continue;
             };
-            let moved = self.moved(point, &step, &lowest);
+            let moved = point.moved(&step, &limits);
             let there = self.at_gains(&moved, gains);
             if there <= at {
                 *point = moved;
@@ -381,26 +375,22 @@ impl Problem {
         0.0
     }
 
-    fn moved<const N: usize>(
-        &self,
-        point: &Point<N>,
-        step: &DVector<f64>,
-        lowest: &[Option<f64>],
-    ) -> Point<N> {
-        let mut moved = point.clone();
-        let p = moved.free.len();
-        for k in 0..p {
-            let low = lowest[k].unwrap_or(f64::NEG_INFINITY);
-            moved.free[k] = (moved.free[k] + step[k]).max(low);
+    /// Between what each number of a point stays.
+    fn limits<const N: usize>(&self, point: &Point<N>) -> Vec<(f64, f64)> {
+        let lowest = self.physical.lowest().into_iter();
+        let of_plant = lowest.map(|low| (low.unwrap_or(f64::NEG_INFINITY), f64::INFINITY));
+        let of_currents = point.currents.iter().flatten();
+        let of_currents = of_currents.map(|_| (f64::NEG_INFINITY, f64::INFINITY));
+        of_plant.chain(Actuator::LIMITS).chain(of_currents).collect()
+    }
+
+    /// Whether a number of a point is not fitted.
+    fn is_held<const N: usize>(&self, point: &Point<N>, k: usize) -> bool {
+        let p = point.free.len();
+        match k.checked_sub(p) {
+            None => false,
+            Some(k) => self.fits.get(k).map_or(!self.has_current, |fits| !fits),
         }
-        let Actuator { lag_s, delay_s } = &mut moved.actuator;
-        for (k, x) in [lag_s, delay_s].into_iter().enumerate() {
-            *x = (*x + step[p + k]).clamp(0.0, MOST_ACTUATOR_S);
-        }
-        for (k, x) in moved.currents.as_flattened_mut().iter_mut().enumerate() {
-            *x += step[p + Actuator::COUNT + k];
-        }
-        moved
     }
 
     /// Gradient and information of coefficients and currents, by the free numbers in place of
@@ -421,24 +411,20 @@ impl Problem {
         let Some(slope) = self.by_noise(point) else { return true };
         let mut damping = DAMPING;
         let logarithms = point.noise.logarithms();
-        let (lowest, highest) = self.noise_limits::<N>();
-        let held = |k: usize| {
-            logarithms[k] <= lowest[k] && slope.gradient[k] > 0.0
-                || logarithms[k] >= highest[k] && slope.gradient[k] < 0.0
-        };
-        let held: Vec<bool> = (0..logarithms.len()).map(held).collect();
+        let limits = self.noise_limits::<N>();
+        let (gradient, information) = (&slope.gradient, &slope.information);
+        let parabola = Parabola::new((gradient, information), (&logarithms, &limits), |_| false);
         while damping < MOST_DAMPING {
-            let step = damped_step(&slope.gradient, &slope.information, damping, &held);
-            let Some((step, gain)) = step else {
+            let Some(step) = parabola.step(damping) else {
                 damping *= DAMPING_FACTOR;
                 continue;
             };
-            if gain < tolerance.noise {
+            if 0.5 * parabola.promise(&step) < tolerance.noise {
                 return true;
             }
             // Each by itself: one that runs away must not hold the others back.
             let step = step.map(|x| x.clamp(-GREATEST_LOG_STEP, GREATEST_LOG_STEP));
-            let moved = (&logarithms + step).zip_map(&lowest, f64::max).zip_map(&highest, f64::min);
+            let moved = clamped(&logarithms + step, &limits);
             let moved = Point { noise: Noise::of(&moved), ..point.clone() };
             let gained = slope.cost + self.prior(point) - self.cost(&moved);
             if gained > 0.0 {
@@ -452,51 +438,51 @@ impl Problem {
     }
 
     /// Between which logarithms the noise stays, shape (3 N,).
-    fn noise_limits<const N: usize>(&self) -> (DVector<f64>, DVector<f64>) {
-        let mut lowest = DVector::from_element(Noise::<N>::COUNT, f64::NEG_INFINITY);
-        let mut highest = DVector::from_element(Noise::<N>::COUNT, f64::INFINITY);
+    fn noise_limits<const N: usize>(&self) -> Vec<(f64, f64)> {
+        let mut limits = vec![(f64::NEG_INFINITY, f64::INFINITY); Noise::<N>::COUNT];
         for axis in 0..N {
-            lowest[N + axis] = CORRELATION_S[0].ln();
-            highest[N + axis] = CORRELATION_S[1].ln();
+            limits[N + axis] = (CORRELATION_S[0].ln(), CORRELATION_S[1].ln());
             let sample = self.sample_noise.get(axis).copied().unwrap_or(1.0);
-            lowest[2 * N + axis] = (LEAST_NOISE_PART * sample).ln();
+            limits[2 * N + axis].0 = (LEAST_NOISE_PART * sample).ln();
         }
-        (lowest, highest)
+        limits
     }
 }
 
-/// Lag, delay and the currents, with the standard deviation that each has before anything is
-/// measured.
+impl<const N: usize> Point<N> {
+    /// Free numbers of the plant, numbers of the actuator, currents.
+    fn numbers(&self) -> DVector<f64> {
+        let (free, actuator) = (self.free.iter().copied(), self.actuator.numbers());
+        let all = free.chain(actuator).chain(self.currents.as_flattened().iter().copied());
+        DVector::from_vec(all.collect())
+    }
+
+    /// The same after a step of these.
+    fn moved(&self, step: &DVector<f64>, limits: &[(f64, f64)]) -> Self {
+        let numbers = clamped(self.numbers() + step, limits);
+        let (p, q) = (self.free.len(), self.free.len() + Actuator::COUNT);
+        let mut moved = self.clone();
+        moved.free.copy_from(&numbers.rows(0, p));
+        moved.actuator = Actuator::of(std::array::from_fn(|k| numbers[p + k]));
+        let currents = moved.currents.as_flattened_mut();
+        currents.copy_from_slice(&numbers.as_slice()[q..]);
+        moved
+    }
+}
+
+/// A step may end beside its limit by rounding.
+fn clamped(mut numbers: DVector<f64>, limits: &[(f64, f64)]) -> DVector<f64> {
+    for (x, (low, high)) in numbers.iter_mut().zip(limits) {
+        *x = x.clamp(*low, *high);
+    }
+    numbers
+}
+
+/// The numbers of the actuator and the currents, with the standard deviation that each has before
+/// anything is measured.
 fn prior_numbers<const N: usize>(point: &Point<N>) -> impl Iterator<Item = (f64, f64)> {
-    let Actuator { lag_s, delay_s } = point.actuator;
     let currents = point.currents.as_flattened().iter().map(|x| (*x, CURRENT_STD));
-    [lag_s, delay_s].into_iter().map(|x| (x, ACTUATOR_STD_S)).chain(currents)
-}
-
-/// `−(H + λ diag H)⁻¹ g` of the numbers that are not held, and the gain that H expects.
-pub(super) fn damped_step(
-    gradient: &DVector<f64>,
-    hessian: &DMatrix<f64>,
-    damping: f64,
-    held: &[bool],
-) -> Option<(DVector<f64>, f64)> {
-    let n = gradient.len();
-    let mut damped = hessian.clone();
-    let mut pulled = gradient.clone();
-    for k in 0..n {
-        let own = hessian[(k, k)];
-        if held[k] || own <= 0.0 {
-            damped.row_mut(k).fill(0.0);
-            damped.column_mut(k).fill(0.0);
-            damped[(k, k)] = 1.0;
-            pulled[k] = 0.0;
-        } else {
-            damped[(k, k)] = own * (1.0 + damping);
-        }
-    }
-    let step = -damped.cholesky()?.solve(&pulled);
-    let gain = -(pulled.dot(&step) + 0.5 * step.dot(&(hessian * &step)));
-    step.iter().all(|x| x.is_finite()).then_some((step, gain.max(0.0)))
+    point.actuator.numbers().into_iter().zip(Actuator::PRIOR_STD).chain(currents)
 }
 
 /// Does a number of things in as many threads as the machine has processors; results come in

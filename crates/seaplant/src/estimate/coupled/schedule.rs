@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3x2, Vector6};
 
+use super::actuator::LoggedThrust;
 use crate::motion::{Slice, body_from_world, down_body, interpolated_attitude};
 use crate::plant::Structure;
 use crate::series::{ROUNDING_S, union};
@@ -40,15 +41,15 @@ pub(super) struct Schedule {
     pub(super) stops: Vec<Stop>,
     /// All slices.
     pub(super) slices: Vec<Slice>,
-    /// Logged forces, held, by axis in SNAME order.
-    pub(super) force: [Option<Timed>; 6],
+    /// What pushes, as logged.
+    pub(super) thrust: Arc<LoggedThrust>,
 }
 
 impl Schedule {
     /// Cuts every record for a plant of some axes.
     pub(super) fn whole(records: &[&CoupledRecord], structure: &Structure) -> Arc<[Self]> {
         let of = |(trial, record): (usize, &&CoupledRecord)| {
-            Self::of(trial, record, record.window_s, structure)
+            Self::of(trial, record, &LoggedThrust::of(record), record.window_s, structure)
         };
         records.iter().enumerate().filter_map(of).collect()
     }
@@ -58,11 +59,12 @@ impl Schedule {
     pub(super) fn pieces(records: &[&CoupledRecord], structure: &Structure) -> Arc<[Self]> {
         let of = |(trial, record): (usize, &&CoupledRecord)| {
             let (from, to) = record.window_s;
+            let thrust = LoggedThrust::of(record);
             let spacing = (to - from) / PIECES as f64;
             let piece = |k: usize| {
                 let middle = from + (k as f64 + 0.5) * spacing;
                 let half = 0.5 * PIECES_PART * spacing;
-                Self::of(trial, record, (middle - half, middle + half), structure)
+                Self::of(trial, record, &thrust, (middle - half, middle + half), structure)
             };
             (0..PIECES).filter_map(piece).collect::<Vec<_>>()
         };
@@ -73,6 +75,7 @@ impl Schedule {
     fn of(
         trial: usize,
         record: &CoupledRecord,
+        thrust: &Arc<LoggedThrust>,
         (from, to): (f64, f64),
         structure: &Structure,
     ) -> Option<Self> {
@@ -93,7 +96,7 @@ impl Schedule {
             }),
             stops: Vec::new(),
             slices: Vec::new(),
-            force: record.force.clone(),
+            thrust: Arc::clone(thrust),
         };
         let mut readers = vec![0; measured.len()];
         for &time_s in &times {

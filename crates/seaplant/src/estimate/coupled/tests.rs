@@ -8,7 +8,7 @@ use super::fit::{in_threads, sample_noise};
 use super::*;
 use crate::motion::{HeldForce, Inputs, Prepared, simulate};
 use crate::plant::Symmetry;
-use crate::{Role, Timed};
+use crate::{CoupledThruster, Role, ThrusterTrack, Timed};
 
 /// Differences over parts of 1e-6 of sums of thousands of squares.
 const DIFFERENCE: f64 = 2e-3;
@@ -28,27 +28,50 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
     move || StandardNormal.sample(&mut random)
 }
 
-/// What acts of a logged force, by steps of 1 ms of `T τ̇ + τ = u(t − D)`.
-fn behind(logged: &Timed, Actuator { lag_s, delay_s }: Actuator) -> Timed {
+/// What acts of a logged force, by steps of 1 ms: of a wrench `T τ̇ + τ = u(t − D)`; of a propeller
+/// its speed √|τ| lags so, and its thrust in reverse is κ times what was logged.
+fn behind(logged: &Timed, actuator: Actuator, is_of_propeller: bool) -> Timed {
     const STEP_S: f64 = 1e-3;
-    if lag_s == 0.0 && delay_s == 0.0 {
+    let Actuator { lag_s, delay_s, log_reverse_ratio } = actuator;
+    if actuator == Actuator::default() {
         return logged.clone();
     }
-    let (mut time_s, mut values, mut force) = (Vec::new(), Vec::new(), logged.values()[0]);
+    let lagging = |force: f64| match is_of_propeller {
+        true => force.abs().sqrt().copysign(force),
+        false => force,
+    };
+    let acting = |x: f64| match is_of_propeller {
+        true if x < 0.0 => -x * x * log_reverse_ratio.exp(),
+        true => x * x,
+        false => x,
+    };
+    let (mut time_s, mut values, mut x) = (Vec::new(), Vec::new(), lagging(logged.values()[0]));
     for k in 0..(logged.last_s() / STEP_S) as usize {
-        let goal = logged.held_at((k as f64 * STEP_S - delay_s).max(0.0));
-        force += if lag_s > 0.0 { STEP_S / lag_s * (goal - force) } else { goal - force };
+        let goal = lagging(logged.held_at((k as f64 * STEP_S - delay_s).max(0.0)));
+        x += if lag_s > 0.0 { STEP_S / lag_s * (goal - x) } else { goal - x };
         if k % 10 == 0 {
             time_s.push(k as f64 * STEP_S);
-            values.push(force);
+            values.push(acting(x));
         }
     }
     Timed::new("force", time_s, values).expect("valid")
 }
 
+/// One thruster on each axis that a force is logged of.
+fn of_thrusters(mut record: CoupledRecord) -> CoupledRecord {
+    let of = |(axis, force): (usize, &Option<Timed>)| {
+        let track = ThrusterTrack::of_force(1.0, force.as_ref()?);
+        let mut wrench = Vector6::zeros();
+        wrench[axis] = 1.0;
+        Some(CoupledThruster { track, wrench })
+    };
+    record.thrusters = record.force.iter().enumerate().filter_map(of).collect();
+    record
+}
+
 /// A vehicle driven freely in a current, as its sensors see it.
 fn record(plant: &Plant, trial: &str, seed: u64, seconds: usize, noise: f64) -> CoupledRecord {
-    record_behind(plant, trial, seed, seconds, noise, Actuator::default())
+    record_behind(plant, trial, seed, (seconds, noise), (Actuator::default(), false))
 }
 
 /// The same with thrust that is behind its log.
@@ -56,9 +79,8 @@ fn record_behind(
     plant: &Plant,
     trial: &str,
     seed: u64,
-    seconds: usize,
-    noise: f64,
-    actuator: Actuator,
+    (seconds, noise): (usize, f64),
+    (actuator, is_of_propeller): (Actuator, bool),
 ) -> CoupledRecord {
     let mut random = random(seed);
     let time_s: Vec<f64> = (0..10 * seconds).map(|k| 0.1 * k as f64).collect();
@@ -78,7 +100,7 @@ fn record_behind(
     let heading = Timed::new("heading", vec![0.0], vec![0.3]).expect("valid");
     let current = [0.1, -0.05];
     let inputs = Inputs {
-        force: force.clone().map(|logged| Some(behind(&logged?, actuator))),
+        force: force.clone().map(|logged| Some(behind(&logged?, actuator, is_of_propeller))),
         attitude: [None, None, Some(heading)],
         current,
         ..Inputs::default()
@@ -95,6 +117,7 @@ fn record_behind(
         trial: trial.to_owned(),
         role: Role::Fit,
         force,
+        thrusters: Vec::new(),
         velocity: [surge, sway, None, None, None, yaw],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
         signals: std::collections::BTreeMap::new(),
@@ -114,7 +137,7 @@ fn noise() -> Noise<3> {
 #[test]
 fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     let plant = planar();
-    let record = record(&plant, "a", 1, 20, 0.005);
+    let record = of_thrusters(record(&plant, "a", 1, 20, 0.005));
     let schedules = schedule::Schedule::whole(&[&record], plant.structure());
     let schedule = &schedules[0];
     let noise = noise();
@@ -134,8 +157,8 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     ) -> Pass<'a, 3> {
         Pass { plant, schedule, pushes, current, noise }
     }
-    let actuator = Actuator { lag_s: 0.15, delay_s: 0.07 };
-    let pushed = |actuator: Actuator| actuator.pushes(&schedule.force, &schedule.slices);
+    let actuator = Actuator { lag_s: 0.15, delay_s: 0.07, ..Actuator::default() };
+    let pushed = |actuator: Actuator| actuator.pushes(&schedule.thrust, &schedule.slices);
     let pushes = pushed(actuator);
     let (slope, gains) = pass(&base, (schedule, &pushes), current, &noise).by_plant();
     let check = |found: f64, expected: f64, name: &str| {
@@ -160,11 +183,11 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
         let expected = (at(1e-6) - at(-1e-6)) / 2e-6;
         check(slope.gradient[off.len() + Actuator::COUNT + direction], expected, "current");
     }
-    for (k, step) in [[1e-6, 0.0], [0.0, 1e-6]].into_iter().enumerate() {
+    for k in 0..Actuator::COUNT {
         let at = |sign: f64| {
-            let (lag_s, delay_s) =
-                (actuator.lag_s + sign * step[0], actuator.delay_s + sign * step[1]);
-            let pushes = pushed(Actuator { lag_s, delay_s });
+            let mut numbers = actuator.numbers();
+            numbers[k] += 1e-6 * sign;
+            let pushes = pushed(Actuator::of(numbers));
             pass(&base, (schedule, &pushes), current, &noise).at_gains(&gains)
         };
         check(slope.gradient[off.len() + k], (at(1.0) - at(-1.0)) / 2e-6, "actuator");
@@ -182,7 +205,7 @@ fn the_noises_slope_is_that_of_the_likelihood() {
     let schedule = &schedules[0];
     let prepared = Prepared::<3>::new(&plant).expect("three axes");
     let logarithms = noise().logarithms();
-    let pushes = Actuator::default().pushes(&schedule.force, &schedule.slices);
+    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
     let pass = |noise: &Noise<3>| {
         let pass =
             Pass { plant: &prepared, schedule, pushes: &pushes, current: [0.1, -0.05], noise };
@@ -214,35 +237,45 @@ fn a_simulated_vehicle_comes_back_within_its_intervals() {
         assert!((found - expected).abs() < 4.0 * std, "{term}: {found} ± {std}, {expected}");
         assert!(std < 0.1 * expected.abs(), "{term}: {found} ± {std}");
     }
-    assert_eq!((fit.actuator, fit.actuator_std), (Actuator::default(), [None, None]));
+    assert_eq!((fit.actuator, fit.actuator_std), (Actuator::default(), [None; 3]));
     let [north, east] = fit.current_of("a");
     assert!((north - 0.1).abs() < 0.01 && (east + 0.05).abs() < 0.01, "{north} {east}");
 }
 
-#[test]
-fn thrust_that_lags_or_is_late_does_not_pass_for_mass() {
-    let truth = planar();
-    for (lag_s, delay_s) in [(0.3, 0.0), (0.0, 0.15), (0.2, 0.1)] {
-        let actuator = Actuator { lag_s, delay_s };
-        let records = [("a", 8), ("b", 9)]
-            .map(|(name, seed)| record_behind(&truth, name, seed, 150, 0.005, actuator));
-        let records: Vec<&CoupledRecord> = records.iter().collect();
-        let fit = fit_coupled(truth.structure(), &records, None, false).expect("an optimum");
-        let found = [fit.actuator.lag_s, fit.actuator.delay_s];
-        for ((found, expected), std) in
-            found.into_iter().zip([lag_s, delay_s]).zip(fit.actuator_std)
-        {
-            // Forces of the simulation are held for 0.01 s.
-            let off = (found - expected).abs() - 0.005;
-            assert!(off < 4.0 * std.unwrap_or(0.0), "{actuator:?}: {found} ± {std:?}");
-        }
-        for dof in PLANAR {
-            let mass = Basis::Mass(dof, dof);
-            let (found, expected) = (fit.plant.coefficient(&mass), truth.coefficient(&mass));
-            let off = found.zip(expected).map_or(f64::INFINITY, |(a, b)| (a / b - 1.0).abs());
-            assert!(off < 0.02, "{actuator:?}, {dof}: {found:?}, {expected:?}");
-        }
+fn check_behind(numbers: [f64; 3], is_of_propeller: bool) {
+    let (truth, actuator) = (planar(), Actuator::of(numbers));
+    let records = [("a", 8), ("b", 9)].map(|(name, seed)| {
+        let record = record_behind(&truth, name, seed, (150, 0.005), (actuator, is_of_propeller));
+        if is_of_propeller { of_thrusters(record) } else { record }
+    });
+    let records: Vec<&CoupledRecord> = records.iter().collect();
+    let fit = fit_coupled(truth.structure(), &records, None, false).expect("an optimum");
+    let found = fit.actuator.numbers().into_iter().zip(numbers).zip(fit.actuator_std);
+    for ((found, expected), std) in found {
+        // Forces of the simulation are held for 0.01 s.
+        let off = (found - expected).abs() - 0.005;
+        assert!(off < 4.0 * std.unwrap_or(0.0), "{actuator:?}: {found} ± {std:?}");
     }
+    for dof in PLANAR {
+        let mass = Basis::Mass(dof, dof);
+        let (found, expected) = (fit.plant.coefficient(&mass), truth.coefficient(&mass));
+        let off = found.zip(expected).map_or(f64::INFINITY, |(a, b)| (a / b - 1.0).abs());
+        assert!(off < 0.02, "{actuator:?}, {dof}: {found:?}, {expected:?}");
+    }
+}
+
+#[test]
+fn a_wrench_that_lags_or_is_late_does_not_pass_for_mass() {
+    [[0.3, 0.0, 0.0], [0.0, 0.15, 0.0], [0.2, 0.1, 0.0]]
+        .into_iter()
+        .for_each(|numbers| check_behind(numbers, false));
+}
+
+#[test]
+fn propellers_that_lag_or_push_less_in_reverse_do_not_pass_for_mass() {
+    [[0.3, 0.0, 0.0], [0.2, 0.1, 0.0], [0.0, 0.0, -0.3], [0.3, 0.1, -0.2]]
+        .into_iter()
+        .for_each(|numbers| check_behind(numbers, true));
 }
 
 #[test]

@@ -201,6 +201,11 @@ impl ThrustLaw {
 }
 
 impl Push {
+    /// The derivative of the mean force by an unknown; zero of one that does not shape it.
+    pub(crate) fn by(&self, unknown: Unknown) -> f64 {
+        SHAPING.iter().position(|own| *own == unknown).map_or(0.0, |k| self.tau_by[k])
+    }
+
     /// Adds what a later end of a part of a step does, by the delay.
     fn end_later(&mut self, track: &ThrusterTrack, law: &ThrustLaw, speed: f64, weight: f64) {
         let (sign, strength) =

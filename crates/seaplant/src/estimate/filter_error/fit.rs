@@ -8,9 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::candidate::{Candidate, Decision};
 use super::kalman::Innovation;
-use super::minimise::{
-    Optimum, POSITION_PRECISION_S, VELOCITY_PRECISION, limits, scaled_inverse, unit_diagonal,
-};
+use super::minimise::{Optimum, POSITION_PRECISION_S, VELOCITY_PRECISION, limits};
 use super::parameters::{Shape, Unknown, Usual, Values};
 use super::problem::{Belief, Kind, Prior, Problem, Record};
 use super::schedule::{Instrument, Measurements};
@@ -19,6 +17,7 @@ use super::spikes::{innovations_of_another, strike_out};
 use super::strength::covariance_with_thrust;
 use super::together::TwoPlants;
 use crate::caveat::spoken;
+use crate::estimate::descend::{scaled_inverse, unit_diagonal};
 use crate::estimate::{
     DelayedFit, Estimate, Fit, Innovations, Method, Nuisances, OutputErrorOptions, PRECISION,
     Waves, check_trials, fit_output_error,

@@ -1,9 +1,10 @@
 //! Levenberg–Marquardt on the Fisher information, within limits.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 
 use super::parameters::{Sensor, Shape, Unknown};
 use super::problem::Problem;
+use crate::estimate::descend::Parabola;
 
 /// Where a fit ended.
 #[derive(Clone, Debug)]
@@ -57,11 +58,13 @@ pub(crate) fn minimise(
     let mut descent = Descent { theta: start, limits, damping, at_kink, poor };
     let mut here = problem.evaluate(&descent.theta);
     for iterations in 0..most_iterations {
-        let free = descent.free(unknowns, &here.1);
-        let step = damped_step(&here.2, &here.1, &descent.room(), &free, LEAST_DAMPING);
-        let promise = step.map_or(f64::INFINITY, |step| promise(&here.2, &here.1, &step));
-        let moved = promise >= CONVERGED && descent.step(problem, unknowns, &here, &free);
-        if !moved {
+        let parabola = descent.parabola(unknowns, &here.1, &here.2);
+        let step = parabola.step(LEAST_DAMPING);
+        let promise = step.map_or(f64::INFINITY, |step| parabola.promise(&step));
+        let next = (promise >= CONVERGED)
+            .then(|| descent.next(problem, unknowns, here.0, &parabola))
+            .flatten();
+        let Some((theta, damping)) = next else {
             let converged = promise < ROUNDING;
             let has_kink = !descent.at_kink && unknowns.contains(&Unknown::Delay);
             if !converged && has_kink {
@@ -70,7 +73,8 @@ pub(crate) fn minimise(
             }
             let (cost, _, information) = here;
             return Optimum { theta: descent.theta, cost, information, converged, iterations };
-        }
+        };
+        (descent.theta, descent.damping) = (theta, damping);
         let before = here.0;
         here = problem.evaluate(&descent.theta);
         let is_poor = before - here.0 < POOR_GAIN * promise;
@@ -107,99 +111,38 @@ impl Descent {
         self.poor = 0;
     }
 
-    fn free(&self, unknowns: &[Unknown], gradient: &DVector<f64>) -> Vec<bool> {
-        let mut free = free(&self.limits, &self.theta, gradient);
-        for (free, unknown) in free.iter_mut().zip(unknowns) {
-            *free &= !(self.at_kink && *unknown == Unknown::Delay);
-        }
-        free
+    /// The cost near here; at a kink the delay is held.
+    fn parabola<'a>(
+        &'a self,
+        unknowns: &[Unknown],
+        gradient: &'a DVector<f64>,
+        information: &'a DMatrix<f64>,
+    ) -> Parabola<'a> {
+        let is_held = |j: usize| self.at_kink && unknowns[j] == Unknown::Delay;
+        Parabola::new((gradient, information), (&self.theta, &self.limits), is_held)
     }
 
-    /// How far down and up each number may go.
-    fn room(&self) -> Vec<(f64, f64)> {
-        let of = |((low, high), at): (&(f64, f64), &f64)| (low - at, high - at);
-        self.limits.iter().zip(self.theta.iter()).map(of).collect()
-    }
-
-    /// Takes the longest step that lowers the cost; whether there was one.
-    fn step(
-        &mut self,
+    /// After the longest step that lowers the cost, if there is one, and the damping from there.
+    fn next(
+        &self,
         problem: &Problem<'_>,
         unknowns: &[Unknown],
-        (cost, gradient, information): &(f64, DVector<f64>, DMatrix<f64>),
-        free: &[bool],
-    ) -> bool {
-        while self.damping < MOST_DAMPING {
-            let room = self.room();
-            let next = damped_step(information, gradient, &room, free, self.damping)
+        cost: f64,
+        parabola: &Parabola<'_>,
+    ) -> Option<(DVector<f64>, f64)> {
+        let mut damping = self.damping;
+        while damping < MOST_DAMPING {
+            let next = parabola
+                .step(damping)
                 .map(|step| within(unknowns, &self.limits, &self.theta, &step))
-                .filter(|next| problem.cost(next) < *cost);
+                .filter(|next| problem.cost(next) < cost);
             if let Some(next) = next {
-                self.theta = next;
-                self.damping = (0.1 * self.damping).max(LEAST_DAMPING);
-                return true;
+                return Some((next, (0.1 * damping).max(LEAST_DAMPING)));
             }
-            self.damping *= 5.0;
+            damping *= 5.0;
         }
-        false
+        None
     }
-}
-
-/// Which numbers may move: not those at a limit that the cost pushes them against.
-fn free(limits: &[(f64, f64)], theta: &DVector<f64>, gradient: &DVector<f64>) -> Vec<bool> {
-    let is_free = |(j, (low, high)): (usize, &(f64, f64))| {
-        !(theta[j] <= *low && gradient[j] > 0.0 || theta[j] >= *high && gradient[j] < 0.0)
-    };
-    limits.iter().enumerate().map(is_free).collect()
-}
-
-/// The damped step of Gauss and Newton. A number that would leave its limits goes to the
-/// limit, and the others to where they suit it best.
-fn damped_step(
-    information: &DMatrix<f64>,
-    gradient: &DVector<f64>,
-    room: &[(f64, f64)],
-    free: &[bool],
-    damping: f64,
-) -> Option<DVector<f64>> {
-    let n = gradient.len();
-    let mut free = free.to_vec();
-    let mut fixed = DVector::zeros(n);
-    for _ in 0..=n {
-        let step = partial_step(information, gradient, &free, &fixed, damping)?;
-        let leaves = |j: &usize| free[*j] && (step[*j] < room[*j].0 || step[*j] > room[*j].1);
-        let Some(j) = (0..n).find(leaves) else { return Some(step) };
-        free[j] = false;
-        fixed[j] = step[j].clamp(room[j].0, room[j].1);
-    }
-    None
-}
-
-/// The step of the free numbers beside given steps of the others.
-fn partial_step(
-    information: &DMatrix<f64>,
-    gradient: &DVector<f64>,
-    free: &[bool],
-    fixed: &DVector<f64>,
-    damping: f64,
-) -> Option<DVector<f64>> {
-    let n = gradient.len();
-    let scale = information.diagonal().map(|x| 1.0 / x.max(f64::MIN_POSITIVE).sqrt());
-    let scaled = DMatrix::from_fn(n, n, |i, j| match (i == j, free[i] && free[j]) {
-        (true, true) => 1.0 + damping,
-        (true, false) => 1.0,
-        (false, true) => information[(i, j)] * scale[i] * scale[j],
-        (false, false) => 0.0,
-    });
-    let pull = gradient + information * fixed;
-    let downhill = DVector::from_fn(n, |j, _| if free[j] { -pull[j] * scale[j] } else { 0.0 });
-    let step = Cholesky::new(scaled)?.solve(&downhill).component_mul(&scale) + fixed;
-    step.iter().all(|x| x.is_finite()).then_some(step)
-}
-
-/// Twice what a step would lower the cost by, if it were a parabola.
-fn promise(information: &DMatrix<f64>, gradient: &DVector<f64>, step: &DVector<f64>) -> f64 {
-    -2.0 * gradient.dot(step) - step.dot(&(information * step))
 }
 
 /// Where each number of a problem means something.
@@ -295,16 +238,4 @@ fn within(
         };
         (from + step[j]).clamp(near, far).clamp(low, high)
     })
-}
-
-/// Brings a matrix to a unit diagonal: α and ln T differ by many magnitudes.
-pub(crate) fn unit_diagonal(information: &DMatrix<f64>) -> DMatrix<f64> {
-    DMatrix::from_diagonal(&information.diagonal().map(|x| 1.0 / x.max(f64::MIN_POSITIVE).sqrt()))
-}
-
-/// The covariance that an information matrix leaves; `None` if some number is not seen.
-pub(crate) fn scaled_inverse(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scale = unit_diagonal(information);
-    let inverse = (&scale * information * &scale).cholesky()?.inverse();
-    Some(&scale * inverse * &scale)
 }

@@ -43,7 +43,7 @@ impl Instrument {
 }
 
 /// The end of a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Stop {
     /// When, s.
     pub(crate) time_s: f64,

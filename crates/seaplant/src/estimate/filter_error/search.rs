@@ -5,10 +5,11 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::candidate::{Candidate, Decision, Turn};
 use super::held_out::HeldOut;
-use super::minimise::{MOST_ITERATIONS, Optimum, ROUNDING, limits, minimise, scaled_inverse};
+use super::minimise::{MOST_ITERATIONS, Optimum, ROUNDING, limits, minimise};
 use super::parameters::{Unknown, Usual, Values};
 use super::problem::{Prior, Problem, Record};
 use super::whiteness::Whiteness;
+use crate::estimate::descend::scaled_inverse;
 use crate::parallel;
 
 /// Linear drag below this part of the quadratic is none, however sharply it is seen: below

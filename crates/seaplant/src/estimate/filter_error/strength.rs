@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::minimise::scaled_inverse;
 use super::parameters::Unknown;
 use super::problem::Problem;
+use crate::estimate::descend::scaled_inverse;
 use crate::{AxisRecord, ThrustUncertainty};
 
 /// The covariance of all numbers if thrust, each way, is what its curve says only within

@@ -3,11 +3,11 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::fit::{freedom, lumped, plant_covariance, terms_of};
-use super::minimise::scaled_inverse;
 use super::parameters::Unknown;
 use super::problem::{Kind, Problem};
 use super::search::{Fitted, Search};
 use crate::estimate::PhysicalEstimates;
+use crate::estimate::descend::scaled_inverse;
 
 /// Whether steady runs ask for the drag and bias force that unsteady trials ask for.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -37,7 +37,6 @@ pub(super) fn doubts(
     all.extend(restoring(fit, vehicle));
     all.extend(scores(plant));
     all.extend(not_white(fit));
-    all.extend(lags_in_force(fit, vehicle));
     all.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
     all
 }
@@ -243,7 +242,6 @@ fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
 /// Above this the mean of Box and Pierce's statistic says that innovations are correlated.
 const WHITE: f64 = 1.8;
 
-/// Intervals of output error allow for the colour of its misfit.
 /// Above this it says that the plant lacks so much that its numbers may be another vehicle's.
 const COLOURED: f64 = 6.0;
 
@@ -258,21 +256,7 @@ pub(super) fn is_coloured(fit: &CoupledFit, dof: Dof) -> bool {
     fit.method != Method::OutputError && fit.whiteness.get(&dof).is_some_and(|x| *x > COLOURED)
 }
 
-/// A lag of thrust that is longer than this is more than a rounding of the law it follows, s.
-const SHORT_LAG_S: f64 = 0.05;
-
-/// Propellers lag in speed, and a plant of several axes lets their forces lag.
-fn lags_in_force(fit: &CoupledFit, vehicle: &Vehicle) -> Option<Caveat> {
-    let lag_s = fit.actuator.lag_s;
-    (lag_s > SHORT_LAG_S && !vehicle.thrusters.is_empty()).then(|| {
-        let message = format!(
-            "thrust lags by {} s: propellers lag in speed, and a plant of several axes lets their forces lag, which differs where thrust is small or changes its sign: masses may be off by 10 % and roll and pitch inertia by 20 %; log the measured propeller speed, which does not lag",
-            spoken(lag_s)
-        );
-        Caveat::warning(CaveatCode::LagOrDelay, message)
-    })
-}
-
+/// Intervals of output error allow for the colour of its misfit.
 fn not_white(fit: &CoupledFit) -> Option<Caveat> {
     if fit.method == Method::OutputError {
         return None;

@@ -9,7 +9,7 @@ use crate::results::{CoupledOnline, Failure};
 use crate::{CoupledRecord, Error, IdentifyOptions, Method, Vehicle};
 
 /// The plants of the methods that were asked for, with the terms that filter error found, under
-/// thrust with the lag and delay that it found, scored with its currents; and which methods could
+/// thrust as it acts by what it found, scored with its currents; and which methods could
 /// not.
 pub(super) fn plants(
     found: &CoupledFit,
@@ -60,11 +60,9 @@ fn plant(
 
 /// A record with thrust as it acts.
 fn acting(found: &CoupledFit, record: &CoupledRecord) -> Result<CoupledRecord, Error> {
-    let mut acting = record.clone();
-    for series in acting.force.iter_mut().flatten() {
-        *series = found.actuator.applied(series)?;
-    }
-    Ok(acting)
+    // As it acts it is a wrench: what the thrusters do to it is done.
+    let (force, thrusters) = (found.actuator.acting(record)?, Vec::new());
+    Ok(CoupledRecord { force, thrusters, ..record.clone() })
 }
 
 fn result(method: Method, fit: &OnlineFit) -> CoupledOnline {

@@ -268,18 +268,19 @@ impl<'a> Standing<'a> {
     /// What results hold of it; they do not keep the disturbances as they were fitted.
     fn of_result(result: &CoupledPlant) -> Self {
         let number = |name: &str| result.nuisances.get(name).map_or(0.0, |x| x.value);
-        let actuator = Actuator { lag_s: number("lag"), delay_s: number("delay") };
+        let reverse_ratio = result.nuisances.get("reverse_ratio").map_or(1.0, |x| x.value);
+        let actuator = Actuator {
+            lag_s: number("lag").max(number("force_lag")),
+            delay_s: number("delay"),
+            log_reverse_ratio: reverse_ratio.ln(),
+        };
         Self { actuator, disturbances: None }
     }
 
     /// What drives a trial, with thrust as it acts.
     fn inputs(&self, record: &CoupledRecord, current: [f64; 2]) -> Result<Inputs, Error> {
-        let mut force = record.force.clone();
-        for series in force.iter_mut().flatten() {
-            *series = self.actuator.applied(series)?;
-        }
         Ok(Inputs {
-            force,
+            force: self.actuator.acting(record)?,
             velocity: record.velocity.clone(),
             attitude: record.attitude.clone(),
             current,

@@ -209,6 +209,7 @@ mod tests {
         };
         let angle = Signal::Angle { kind: Surface::Rudder, name: "rudder".to_owned() };
         CoupledRecord {
+            thrusters: Vec::new(),
             trial: "turns".to_owned(),
             role: Role::Fit,
             force: [const { None }; 6],

@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::fit::damped_step;
 use super::{EquationError, Rows, rms};
+use crate::estimate::descend::Parabola;
 use crate::plant::{Basis, Parameterisation, Physical, Structure};
 
 /// Steps after which a descent is good enough to begin with.
@@ -132,13 +132,14 @@ impl Problem<'_> {
         (gradient, hessian, cost): (&DVector<f64>, &DMatrix<f64>, f64),
         damping: &mut f64,
     ) -> Option<(DVector<f64>, f64)> {
-        let lowest = self.physical.lowest();
-        let held = |k: usize| lowest[k].is_some_and(|low| free[k] <= low && gradient[k] > 0.0);
-        let held: Vec<bool> = (0..free.len()).map(held).collect();
+        let lowest = self.physical.lowest().into_iter();
+        let limits: Vec<(f64, f64)> =
+            lowest.map(|low| (low.unwrap_or(f64::NEG_INFINITY), f64::INFINITY)).collect();
+        let parabola = Parabola::new((gradient, hessian), (free, &limits), |_| false);
         while *damping < MOST_DAMPING {
-            if let Some((step, _)) = damped_step(gradient, hessian, *damping, &held) {
-                let limit = |k: usize| lowest[k].unwrap_or(f64::NEG_INFINITY);
-                let moved = DVector::from_fn(free.len(), |k, _| (free[k] + step[k]).max(limit(k)));
+            if let Some(step) = parabola.step(*damping) {
+                let moved =
+                    DVector::from_fn(free.len(), |k, _| (free[k] + step[k]).max(limits[k].0));
                 let there = self.cost(&moved, weights);
                 if there < cost {
                     *damping /= DAMPING_FACTOR;
