@@ -303,7 +303,6 @@ fn lift_is_found_sample_by_sample_where_only_surge_has_a_known_force() {
     let names = ["mass.sway", "mass.yaw", "rudder.lift"];
     for scheme in [Scheme::Recursive, Scheme::Ekf] {
         assert_near(&ship, scheme, &names);
-        assert_near(&remus(), scheme, &names);
     }
     let message = online(&ship, Scheme::Adaptive).expect_err("no force").to_string();
     assert!(message.contains("sway and yaw") && message.contains("lift_slope"), "{message}");
