@@ -135,6 +135,7 @@ fn six_axis_samples() -> Vec<Sample> {
             velocity: Vector6::from_fn(|i, _| sine(0.5, 0.3, time_s, i)),
             down_body: Vector3::new(0.1 * time_s.sin(), 0.0, 1.0).normalize(),
             force: Vector6::from_fn(|i, _| sine(10.0, 0.5, time_s, i)),
+            ..Sample::default()
         }
     };
     (0..2000).map(at).collect()

@@ -1,11 +1,15 @@
+use std::collections::BTreeMap;
+
 use nalgebra::Vector6;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use seaplant::Dof;
-use seaplant::estimate::online::{Online as Estimator, OnlineOptions, Sample, Scheme};
+use seaplant::estimate::online::{
+    MOST_SIGNALS, Online as Estimator, OnlineOptions, Sample, Scheme,
+};
 use seaplant::exchange::{Origin, PlantModel};
 use seaplant::motion::down_body;
-use seaplant::plant::{Basis, Structure, Symmetry};
+use seaplant::plant::{Basis, Signal, Structure, Symmetry};
 use serde::Deserialize;
 
 use crate::border::{Failure, numbers, parse};
@@ -71,19 +75,21 @@ impl Online {
         Ok(Self(made))
     }
 
-    /// Takes a sample in; velocity and force of shape (6,).
+    /// Takes a sample in; velocity and force of shape (6,), signals by name.
     fn update(
         &mut self,
         time_s: f64,
         velocity: PyReadonlyArray1<'_, f64>,
         force: PyReadonlyArray1<'_, f64>,
         attitude: (f64, f64),
+        signals: BTreeMap<String, f64>,
     ) -> PyResult<Option<Changed>> {
         let sample = Sample {
             time_s,
             velocity: six("velocity", &velocity)?,
             down_body: down_body(attitude.0, attitude.1),
             force: six("force", &force)?,
+            signals: self.signals(&signals)?,
         };
         let change = self.0.update(&sample).map_err(Failure::from)?;
         Ok(change.map(|change| (change.since_s, change.noticed_s, change.statistic)))
@@ -135,6 +141,11 @@ impl Online {
         ))
     }
 
+    /// What the plant's effects read, by the names that `update` takes.
+    fn signal_names(&self) -> Vec<String> {
+        self.0.structure().signals().iter().map(signal_name).collect()
+    }
+
     /// The names of the coefficients, in order.
     fn names(&self) -> Vec<String> {
         self.0.structure().names()
@@ -143,6 +154,37 @@ impl Online {
     /// The coefficients as they are now, in that order.
     fn coefficients<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.0.coefficients())
+    }
+}
+
+impl Online {
+    /// Signals in the order of the structure.
+    fn signals(&self, named: &BTreeMap<String, f64>) -> Result<[f64; MOST_SIGNALS], Failure> {
+        let names = self.signal_names();
+        let known = || names.join(", ");
+        if let Some(strange) = named.keys().find(|name| !names.contains(name)) {
+            let known = if names.is_empty() { "none".to_owned() } else { known() };
+            return Err(Failure::Input(format!(
+                "unknown signal `{strange}`; the plant reads {known}"
+            )));
+        }
+        let mut signals = [0.0; MOST_SIGNALS];
+        for (place, name) in signals.iter_mut().zip(&names) {
+            *place = *named.get(name).ok_or_else(|| {
+                Failure::Input(format!("the signal `{name}` is missing; give {}", known()))
+            })?;
+        }
+        Ok(signals)
+    }
+}
+
+/// `rudder.NAME.angle`, `thruster.NAME.drive`, `wind.forward`.
+fn signal_name(signal: &Signal) -> String {
+    match signal {
+        Signal::Angle { kind, name } => format!("{}.{name}.angle", kind.name()),
+        Signal::Drive(name) => format!("thruster.{name}.drive"),
+        Signal::AirForward => "wind.forward".to_owned(),
+        Signal::AirStarboard => "wind.starboard".to_owned(),
     }
 }
 

@@ -289,6 +289,7 @@ impl CampaignFile {
             equation_error: self.equation_error,
             output_error: self.output_error,
             filter_error: self.filter_error.clone(),
+            online: self.online,
             coupled: plans(path, &self.plant)?,
             steady: self.steady.options(),
             ..Default::default()
@@ -322,6 +323,7 @@ impl CampaignFile {
             ("paper", self.paper.check()),
             ("equation-error", self.equation_error.check()),
             ("output-error", self.output_error.check()),
+            ("online", self.online.check()),
             ("steady", steady),
         ];
         for (table, checked) in checked {
@@ -364,7 +366,7 @@ fn check_names<'a>(path: &Path, names: impl Iterator<Item = &'a str>) -> Result<
     let mut known = BTreeSet::new();
     for name in names {
         if !known.insert(name) {
-            let reason = "stands twice; give each trial its own name";
+            let reason = "is given twice; give each trial its own name";
             return Err(Error::value(path, format!("trial `{name}`"), reason));
         }
         if name.chars().any(char::is_control) {

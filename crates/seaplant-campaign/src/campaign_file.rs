@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
+use seaplant::estimate::online::OnlineOptions;
 use seaplant::estimate::steady::SteadyOptions;
 use seaplant::estimate::{
     EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, PaperOptions,
@@ -57,6 +58,9 @@ pub struct CampaignFile {
     /// Settings of filter error.
     #[serde(default, skip_serializing_if = "is_default")]
     pub filter_error: FilterErrorOptions,
+    /// Settings of the methods that work sample by sample.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub online: OnlineOptions,
     /// What counts as steady.
     #[serde(default, skip_serializing_if = "is_default")]
     pub steady: SteadyEntry,

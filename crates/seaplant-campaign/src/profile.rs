@@ -396,7 +396,7 @@ fn wind_of(path: &Path, columns: &BTreeMap<Quantity, Timed>) -> Result<Option<Wi
                     [WindPart::Direction, WindPart::Speed]
                 };
                 let lacks = Quantity::Wind(frame, lacks);
-                let reason = format!("stands without `{lacks}`; add that column");
+                let reason = format!("needs `{lacks}` beside it; add that column");
                 return Err(Error::value(path, Quantity::Wind(frame, has).to_string(), reason));
             }
         }

@@ -270,9 +270,11 @@ fn read_options(
     let time = campaign.time.as_ref();
     for name in entry.offset_s.keys() {
         let reason = match files.iter().filter(|file| is_named(entry, file, name)).count() {
-            0 => "is not among the trial's log = [...]; write the file as it stands there",
+            0 => "is not among the trial's log = [...]; write the file as it is written there",
             1 => continue,
-            _ => "is the end of several paths in log = [...]; write the file as it stands there",
+            _ => {
+                "is the end of several paths in log = [...]; write the file as it is written there"
+            }
         };
         let key = format!("trial `{}`, offset_s.\"{name}\"", entry.name);
         return Err(Error::value(path, key, reason));

@@ -64,6 +64,7 @@ pub fn twin_files(twin: &TwinCampaign) -> Result<Vec<TextFile>, Box<dyn std::err
         output_error: Default::default(),
         filter_error: Default::default(),
         steady: Default::default(),
+        online: Default::default(),
         bollard_pull: (!twin.bollard_pull.is_empty()).then(|| BollardPullEntry {
             file: BENCH_FILE.into(),
             columns: BenchColumns::default(),

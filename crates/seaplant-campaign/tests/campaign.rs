@@ -89,7 +89,7 @@ fn a_trial_needs_a_log_and_a_name_of_its_own() {
     assert_eq!(none, "campaign.toml: trial `run 1`: names no log; add log = \"...\"");
     let again = "[[trial]]\nname = \"run 1\"\nlog = \"log.csv\"\ndof = [\"surge\"]\n[channels]";
     let twice = of_campaign("[channels]", again);
-    assert_eq!(twice, "campaign.toml: trial `run 1`: stands twice; give each trial its own name");
+    assert_eq!(twice, "campaign.toml: trial `run 1`: is given twice; give each trial its own name");
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn an_offset_belongs_to_a_file_of_the_trial() {
     assert_eq!(
         of_campaign(DOF, "dof = [\"surge\"]\noffset_s = { \"lg.csv\" = 2.0 }"),
         "campaign.toml: trial `run 1`, offset_s.\"lg.csv\": is not among the trial's log = [...]; \
-         write the file as it stands there"
+         write the file as it is written there"
     );
 }
 
@@ -165,7 +165,7 @@ fn a_thruster_stands_once_and_pushes_somewhere() {
     let twice = of_vehicle("[[thruster]]", &format!("[[thruster]]{thruster}[[thruster]]"));
     assert_eq!(
         twice,
-        "vehicle.toml: thruster `prop`: stands twice; give each thruster its own name"
+        "vehicle.toml: thruster `prop`: is given twice; give each thruster its own name"
     );
     assert_eq!(
         of_vehicle("direction = [1.0", "direction = [0.0"),

@@ -261,7 +261,7 @@ fn the_end_of_a_path_names_a_file_if_it_is_the_only_one() {
     assert_eq!(
         message,
         "campaign.toml: trial `turns`, offset_s.\"dvl.csv\": is the end of several paths in log = \
-         [...]; write the file as it stands there"
+         [...]; write the file as it is written there"
     );
 }
 

@@ -655,7 +655,7 @@ fn a_dive_of_ardusub_needs_nothing_but_its_log() {
     assert_eq!((down(4), down(5)), (1.0, -1.0));
     let found = campaign.identify("seaplant identify campaign.toml");
     let caveats = &found.results.caveats;
-    let assumed = "6 thrusters are taken to sit where the preset bluerov2 has them";
+    let assumed = "the positions of 6 thrusters are those of the preset bluerov2";
     assert!(caveats.iter().any(|caveat| caveat.message.starts_with(assumed)), "{caveats:?}");
 }
 

@@ -25,7 +25,8 @@ impl Sketches {
     pub fn see(&mut self, series: &Series, results: &Results) {
         let Series::Comparison(figure) = series else { return };
         let dof = figure.comparison.dof;
-        if results.plants.get(&dof).is_none_or(|plant| plant.method != figure.method) {
+        let recommended = results.plants.get(&dof).map(|plant| plant.method);
+        if figure.plant.is_some() || recommended != Some(figure.method) {
             return;
         }
         let known = self.0.get(&dof);

@@ -268,7 +268,7 @@ fn thruster_plugin(thruster: &Thruster, id: &str, name: &str) -> String {
 
 fn config(model: &PlantModel, name: &str) -> String {
     format!(
-        "<?xml version=\"1.0\"?>\n<model>\n  <name>{name}</name>\n  <version>1.0</version>\n  <sdf version=\"1.10\">model.sdf</sdf>\n  <description>{}: plant identified or published as told in model.sdf</description>\n</model>\n",
+        "<?xml version=\"1.0\"?>\n<model>\n  <name>{name}</name>\n  <version>1.0</version>\n  <sdf version=\"1.10\">model.sdf</sdf>\n  <description>{}: plant identified or published as stated in model.sdf</description>\n</model>\n",
         escaped(&model.name)
     )
 }

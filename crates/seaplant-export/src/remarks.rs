@@ -23,7 +23,7 @@ impl Frame {
                 "body x forward, y starboard, z down (FRD), about the vehicle's origin; world north, east, down (NED)"
             }
             Self::Flu => {
-                "body x forward, y port, z up (FLU), about the vehicle's origin; world east, north, up (ENU). The coefficients listed here stand in x forward, y starboard, z down; the file's elements are turned"
+                "body x forward, y port, z up (FLU), about the vehicle's origin; world east, north, up (ENU). The coefficients listed here are in axes x forward, y starboard, z down; the file's elements are turned"
             }
         }
     }

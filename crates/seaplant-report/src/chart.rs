@@ -9,6 +9,7 @@ mod memory;
 mod motion;
 mod spectrum;
 mod steady;
+mod together;
 mod values;
 
 use std::collections::BTreeMap;
@@ -20,12 +21,15 @@ use serde::Serialize;
 use crate::figure::{Ink, hex};
 use crate::paths::Paths;
 use motion::Motions;
+use together::Togethers;
 pub(crate) use values::Values;
 
 /// What a chart shows, and where the page puts it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Subject {
     Motion(Role),
+    /// All axes of a plant of several.
+    Together(Role),
     /// What the simulation's error remembers.
     Memory,
     Spectrum,
@@ -41,6 +45,9 @@ pub(crate) struct Chart {
     pub(crate) subject: Subject,
     #[serde(skip)]
     pub(crate) dof: Dof,
+    /// The name of the plant of several axes that it is of.
+    #[serde(skip)]
+    pub(crate) plant: Option<String>,
     /// Unlike any other on the page.
     pub(crate) id: String,
     pub(crate) title: String,
@@ -49,9 +56,10 @@ pub(crate) struct Chart {
     /// Files beside the report that have the same: what to call each, and where it is.
     #[serde(skip)]
     pub(crate) files: Vec<(String, String)>,
-    /// The figure of the same, by the name of its files, where it stands nowhere else on the page.
+    /// The figures of the same, by the names of their files, where they stand nowhere else on the
+    /// page.
     #[serde(skip)]
-    pub(crate) still: Option<String>,
+    pub(crate) stills: Vec<String>,
     pub(crate) x: Horizontal,
     pub(crate) panels: Vec<Panel>,
 }
@@ -118,6 +126,7 @@ impl Line {
 #[derive(Default)]
 pub(crate) struct Charts {
     motions: Motions,
+    together: Togethers,
     others: Vec<Chart>,
     ids: Paths,
 }
@@ -128,7 +137,10 @@ impl Charts {
     /// `stem` is the name of its files, without folder and ending.
     pub(crate) fn add(&mut self, series: &Series, results: &Results, stem: &str) {
         match series {
-            Series::Comparison(figure) => self.motions.add(figure, results, stem),
+            Series::Comparison(figure) => match &figure.plant {
+                Some(plant) => self.together.add(plant, figure, stem),
+                None => self.motions.add(figure, results, stem),
+            },
             Series::Spectrum(figure) => {
                 let id = self.ids.unique(&["spectrum", figure.dof.name(), &figure.trial]);
                 self.others.push(spectrum::chart(figure, results, id, stem));
@@ -142,8 +154,9 @@ impl Charts {
 
     /// All charts, those of the parameters among them.
     pub(crate) fn all(self, results: &Results) -> Vec<Chart> {
-        let Self { motions, others, mut ids } = self;
+        let Self { motions, together, others, mut ids } = self;
         let mut charts = motions.charts(&mut ids);
+        charts.extend(together.charts(&mut ids));
         charts.extend(others);
         for (&dof, plant) in &results.plants {
             charts.extend(intervals::chart(dof, results, &mut ids));

@@ -43,7 +43,12 @@ pub struct Figure {
 /// What a figure shows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Subject {
-    Comparison { method: Method, role: Role },
+    /// `plant` is the name of a plant of several axes.
+    Comparison {
+        plant: Option<String>,
+        method: Method,
+        role: Role,
+    },
     Spectrum,
     Steady,
     Thrust,
@@ -100,7 +105,11 @@ impl Album {
     ) -> Result<(), Error> {
         let (subject, dof, trial, scene) = match series {
             Series::Comparison(figure) => (
-                Subject::Comparison { method: figure.method, role: figure.role },
+                Subject::Comparison {
+                    plant: figure.plant.clone(),
+                    method: figure.method,
+                    role: figure.role,
+                },
                 figure.comparison.dof,
                 &figure.comparison.trial,
                 comparison::scene(figure)?,

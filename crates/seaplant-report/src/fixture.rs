@@ -188,7 +188,15 @@ pub(crate) fn comparison(trial: &str, method: Method, role: Role) -> ComparisonF
         velocity,
         position: None,
     };
-    ComparisonFigure { method, role, comparison }
+    ComparisonFigure { plant: None, method, role, comparison }
+}
+
+/// Motion by the plant of sway and yaw.
+fn together(dof: Dof, role: Role) -> ComparisonFigure {
+    let mut figure = comparison("held & out", Method::FilterError, role);
+    figure.plant = Some("sway-yaw".to_owned());
+    figure.comparison.dof = dof;
+    figure
 }
 
 fn series() -> Vec<Series> {
@@ -200,6 +208,8 @@ fn series() -> Vec<Series> {
         Series::Comparison(comparison("held & out", Method::RECOMMENDED, Role::HoldOut)),
         Series::Comparison(comparison("held / out", Method::RECOMMENDED, Role::HoldOut)),
         Series::Comparison(comparison(HOSTILE, Method::Paper, Role::Fit)),
+        Series::Comparison(together(Dof::Sway, Role::HoldOut)),
+        Series::Comparison(together(Dof::Yaw, Role::HoldOut)),
         Series::Spectrum(SpectrumFigure {
             dof: Dof::Surge,
             trial: HOSTILE.to_owned(),
@@ -256,6 +266,24 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
             reason: HOSTILE.to_owned(),
             codes: vec![CaveatCode::NotDetermined],
         },
+        verdicts: BTreeMap::from([
+            (
+                Dof::Sway,
+                Verdict {
+                    trust: Trust::UsableWithCare,
+                    reason: "predicts held-out trials".to_owned(),
+                    codes: Vec::new(),
+                },
+            ),
+            (
+                Dof::Yaw,
+                Verdict {
+                    trust: Trust::Doubtful,
+                    reason: HOSTILE.to_owned(),
+                    codes: vec![CaveatCode::NotDetermined],
+                },
+            ),
+        ]),
         axes: vec![Dof::Sway, Dof::Yaw],
         method: Method::FilterError,
         symmetry: seaplant::plant::Symmetry::PortStarboard,

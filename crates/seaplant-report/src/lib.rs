@@ -128,7 +128,8 @@ fn stem(series: &Series, taken: &mut paths::Paths) -> String {
     match series {
         Series::Comparison(figure) => {
             let Comparison { dof, trial, .. } = &figure.comparison;
-            taken.unique(&[trial, dof.name(), figure.method.name()])
+            let of = figure.plant.as_deref().unwrap_or(figure.method.name());
+            taken.unique(&[trial, dof.name(), of])
         }
         Series::Spectrum(figure) => taken.unique(&[&figure.trial, figure.dof.name(), "spectrum"]),
         Series::Steady(figure) => taken.unique(&[&figure.trial, figure.dof.name(), "steady"]),

@@ -3,8 +3,10 @@
 mod advice;
 mod axis_section;
 mod card;
+mod coupled_card;
 mod coupled_section;
 mod doubts;
+mod headline;
 mod online_section;
 mod paper_section;
 mod provenance;
@@ -71,7 +73,7 @@ struct ChartView {
     description: String,
     files: Vec<(String, String)>,
     /// What stands in its place on paper and without script, if the page does not show it anyway.
-    still: Option<String>,
+    stills: Vec<String>,
 }
 
 /// The charts of a report, and the figures that stand still.
@@ -84,8 +86,7 @@ pub(crate) struct Pictures<'a> {
 
 impl Pictures<'_> {
     fn charts(&self, wanted: impl Fn(&Chart) -> bool) -> Vec<ChartView> {
-        let still = |chart: &Chart| {
-            let stem = chart.still.as_ref()?;
+        let of_stem = |stem: &String| {
             self.plates.iter().find(|plate| plate.stem == *stem).map(|plate| plate.inline.clone())
         };
         let view = |chart: &Chart| ChartView {
@@ -93,7 +94,7 @@ impl Pictures<'_> {
             title: chart.title.clone(),
             description: chart.description.clone(),
             files: chart.files.clone(),
-            still: still(chart),
+            stills: chart.stills.iter().filter_map(of_stem).collect(),
         };
         self.charts.iter().filter(|chart| wanted(chart)).map(view).collect()
     }
@@ -115,7 +116,7 @@ struct Page<'a> {
     script_hashes: [String; 2],
     sheet: String,
     vehicle: &'a str,
-    headline: Vec<card::Finding>,
+    headline: Vec<headline::Finding>,
     line: String,
     failures: Vec<(String, &'a str)>,
     cards: Vec<card::Card>,
@@ -143,16 +144,16 @@ impl<'a> Page<'a> {
             // Within an element, nothing but its end may begin with this.
             sheet: serde_json::to_string(&Sheet::of(pictures.charts))?.replace('<', "\\u003c"),
             vehicle: &results.vehicle,
-            headline: card::headline(results),
+            headline: headline::of(results),
             line: provenance::line(results),
             failures: failures(results),
             cards: card::all(results, pictures.thumbnails),
-            has_truth: results.truth.is_some(),
+            has_truth: results.truth.is_some() || results.coupled_truth.is_some(),
             doubts: doubts::of_campaign(results),
             coupled: results
                 .coupled
                 .iter()
-                .map(|(name, plant)| coupled_section::view(name, plant))
+                .map(|(name, plant)| coupled_section::view(name, plant, pictures))
                 .collect(),
             axes: axes
                 .map(|(&dof, plant)| axis_section::view(dof, plant, results, pictures))

@@ -340,3 +340,26 @@ fn the_thrust_figure_stands_alone() {
     let scene = thrust(&pull).expect("draws");
     assert!(scene.description.contains("deadband 25.0 ± 2.0 us"), "{}", scene.description);
 }
+
+#[test]
+fn axes_that_were_identified_together_have_cards_and_their_doubts_are_in_the_summary() {
+    let mut found = fixture::identification();
+    found.results.plants.clear();
+    found.results.methods.clear();
+    let all = artifacts(&found);
+    let html = unescaped(text(&all, "report.html"));
+    let summary = html.split("<section id=\"summary\"").nth(1).expect("a summary");
+    let summary = summary.split("</section>").next().expect("its end");
+    assert_eq!(summary.matches("<figure class=\"thumbnail\">").count(), 2, "{summary}");
+    for words in ["usable with care", "doubtful", "Added mass", "No moment acts on yaw"] {
+        assert!(summary.contains(words), "{words}: {summary}");
+    }
+    for file in ["series/held-out.sway.sway-yaw.csv", "figures/held-out.yaw.sway-yaw.svg"] {
+        assert!(all.iter().any(|artifact| artifact.path == file), "{file}");
+    }
+    // One chart of both axes, with its figures for paper.
+    let section = html.split("<section id=\"sway-yaw\"").nth(1).expect("a section");
+    let section = section.split("</section>").next().expect("its end");
+    assert_eq!(section.matches("data-chart=").count(), 1);
+    assert_eq!(section.matches("class=\"plot still\"").count(), 2);
+}

@@ -316,7 +316,7 @@ fn attenuation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
     let dof = evidence.fit.dof;
     let mass = if dof.is_rotation() { "inertia" } else { "mass" };
     let attenuates = format!(
-        "the {cutoff_hz} Hz filter passes {:.0} % of the motion at {frequency_hz:.3} Hz, where trial `{trial}` is driven, and all of the thrust: expect the {dof} {mass} to come out {factor:.2} times too large; use equation-error, which filters both alike",
+        "the {cutoff_hz} Hz filter passes {:.0} % of the motion at {frequency_hz:.3} Hz, where trial `{trial}` is driven, and all of the thrust: expect the {dof} {mass} to be {factor:.2} times too large; use equation-error, which filters both alike",
         100.0 * gain
     );
     let unequal = format!(

@@ -202,7 +202,7 @@ impl ThrustCurve {
             return Err(refuse("is missing"));
         }
         if tables.len() > 1 && tables.iter().any(|table| table.voltage.is_none()) {
-            return Err(refuse("stands beside others and needs its supply voltage"));
+            return Err(refuse("is one of several and needs its supply voltage"));
         }
         tables.sort_by(|a, b| a.voltage.unwrap_or(0.0).total_cmp(&b.voltage.unwrap_or(0.0)));
         if tables.windows(2).any(|pair| pair[0].voltage == pair[1].voltage) {

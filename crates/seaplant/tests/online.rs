@@ -4,10 +4,10 @@ use nalgebra::Vector6;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use seaplant::estimate::online::{Online, OnlineOptions, Sample, Scheme};
+use seaplant::estimate::online::{MOST_SIGNALS, Online, OnlineOptions, Sample, Scheme};
 use seaplant::motion::{Inputs, down_body, simulate};
-use seaplant::plant::{Basis, Plant, Structure, Symmetry};
-use seaplant::{CoupledPlan, Dof, Fin, Surface, Timed, Vehicle};
+use seaplant::plant::{Basis, Effect, EffectForce, Foil, Plant, Structure, Symmetry};
+use seaplant::{Dof, Surface, Timed};
 
 const SCHEMES: [Scheme; 3] = [Scheme::Adaptive, Scheme::Recursive, Scheme::Ekf];
 
@@ -98,6 +98,7 @@ fn drive(plant: &Plant, sizes: [f64; 6], how: &Driven) -> Vec<Sample> {
             velocity: moved.velocity[k] + noise.component_mul(&own),
             down_body: down_body(roll, pitch),
             force: logged[k],
+            ..Sample::default()
         }
     };
     (0..n).map(&mut sample).collect()
@@ -284,9 +285,7 @@ fn bad_samples_are_refused_and_change_nothing() {
     let structure = Structure::of(&[Dof::Surge], Symmetry::None).expect("surge");
     let mut online =
         Online::new(structure, Scheme::Adaptive, OnlineOptions::default(), None).expect("sound");
-    let down_body = nalgebra::Vector3::z();
-    let sample =
-        Sample { time_s: 1.0, velocity: Vector6::zeros(), down_body, force: Vector6::zeros() };
+    let sample = Sample { time_s: 1.0, ..Sample::default() };
     online.update(&sample).expect("the first");
     let error = online.estimate().expect_err("nothing yet").to_string();
     assert!(error.contains("not known yet"), "{error}");
@@ -301,25 +300,48 @@ fn bad_samples_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn what_samples_do_not_hold_is_refused_with_what_would_do() {
-    let rudder = Fin::new(Surface::Rudder, "rudder", [-1.5, 0.0, 0.0], [0.0, 0.0, -1.0]);
-    let vehicle = Vehicle { fins: vec![rudder.expect("a rudder")], ..Vehicle::default() };
-    let plan = CoupledPlan {
-        axes: vec![Dof::Surge, Dof::Sway, Dof::Yaw],
-        symmetry: Symmetry::PortStarboard,
-        model: None,
-        terms: Vec::new(),
-        effects: Vec::new(),
-        hold: Default::default(),
-        search: false,
-    };
-    let steered = plan.structure(&vehicle, |_| true).expect("a ship");
+fn a_structure_without_a_free_coefficient_or_with_too_many_signals_is_refused() {
     let surge = Structure::of(&[Dof::Surge], Symmetry::None).expect("surge");
-    let held = surge.holding(Basis::Mass(Dof::Surge, Dof::Surge), 100.0).expect("held");
-    for (structure, names) in [(steered, "`rudder.lift`"), (held, "`mass.surge`")] {
+    let terms = surge.terms().to_vec();
+    let held = terms.iter().try_fold(surge, |held, term| held.holding(*term, 100.0));
+    let foil = |k: usize| Foil {
+        kind: Surface::Rudder,
+        name: format!("rudder {k}"),
+        position_m: [-1.5, 0.0, 0.0],
+        axis: [0.0, 0.0, -1.0],
+        stall_rad: None,
+    };
+    let sway = Structure::of(&[Dof::Sway], Symmetry::None).expect("sway");
+    let many = (0..=MOST_SIGNALS).try_fold(sway, |structure, k| {
+        let force = EffectForce::Lift { foil: foil(k) };
+        structure.with_effect(Effect { name: format!("rudder {k}.lift"), force }, true)
+    });
+    let refused = [(held, "holds every coefficient"), (many, "17 signals")];
+    for (structure, words) in refused {
+        let structure = structure.expect("a structure");
         let options = OnlineOptions::default();
         let error = Online::new(structure, Scheme::Recursive, options, None).err().expect("no");
-        let message = error.to_string();
-        assert!(message.contains(names) && message.contains("filter-error"), "{message}");
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}
+
+#[test]
+fn a_coefficient_that_is_held_stays_and_the_others_are_found() {
+    let truth =
+        Plant::new(three_axes(), vec![20.0, 25.0, 0.6, 0.5, 5.0, 30.0, 8.0, 60.0, 0.1, 1.2]);
+    let truth = truth.expect("possible");
+    let how = Driven { h: 0.1, duration_s: 400.0, noise: 0.002, tether: 0.0, seed: 3 };
+    let samples = drive(&truth, [40.0, 50.0, 0.0, 0.0, 0.0, 1.0], &how);
+    let sway = Basis::Mass(Dof::Sway, Dof::Sway);
+    let structure = three_axes().holding(sway, 25.0).expect("held");
+    for scheme in SCHEMES {
+        let options = OnlineOptions::default();
+        let mut online = Online::new(structure.clone(), scheme, options, None).expect("sound");
+        fed(&mut online, &samples);
+        let found = online.estimate().expect("learnt");
+        let k = structure.index_of(&sway).expect("there");
+        assert_eq!((found.plant.coefficients()[k], found.std[k]), (25.0, 0.0), "{scheme:?}");
+        let (off, name) = errors(&found.plant, &truth).remove(0);
+        assert!(off < 0.05 && found.excitation > 0.0, "{scheme:?} {name}");
     }
 }

@@ -6,13 +6,15 @@ use nalgebra::Vector6;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
+use seaplant::estimate::online::{OnlineFit, OnlineOptions, Scheme, fit_online_coupled};
 use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::{Plant, Signal, Symmetry};
 use seaplant::quantity::{Attitude, Axis, WindFrame, WindPart};
 use seaplant::results::{CoupledPlant, Results, ToldBy};
 use seaplant::{
-    CaveatCode, CoupledPlan, Dof, Fin, IdentifyOptions, QuadraticThrust, Quantity, Recording, Role,
-    Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle, identify,
+    CaveatCode, CoupledPlan, CoupledRecord, Dof, Fin, IdentifyOptions, QuadraticThrust, Quantity,
+    Recording, Role, Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup,
+    Vehicle, identify,
 };
 
 const AXES: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
@@ -257,6 +259,53 @@ fn a_torpedo_comes_back_from_its_thrust_and_its_rudder() {
     let results = identified(&case, false);
     assert!(results.failures.is_empty(), "{:?}", results.failures);
     check(&results.coupled["surge-sway-yaw"], &case);
+}
+
+const SCHEMES: [Scheme; 3] = [Scheme::Adaptive, Scheme::Recursive, Scheme::Ekf];
+
+/// Fed sample by sample, ten minutes give masses, thrust and lift to this part; the joint filter,
+/// whose coefficients move with its linearisation, to the other.
+const NEAR: f64 = 0.12;
+const NEAR_FILTER: f64 = 0.25;
+
+/// A plant with some coefficients held, taken in sample by sample.
+fn online(case: &Case, scheme: Scheme) -> Result<OnlineFit, seaplant::Error> {
+    let trials = [("a", Role::Fit, 1), ("b", Role::Fit, 2)];
+    let trials = trials.map(|(name, role, seed)| trial(name, role, seed, case, true));
+    let structure = case.plan.structure(&case.vehicle, |_| true)?;
+    let records: Vec<&CoupledRecord> =
+        trials.iter().map(|trial| trial.coupled(&AXES)).collect::<Result<_, _>>()?;
+    fit_online_coupled(&structure, scheme, &records, None, &OnlineOptions::default())
+}
+
+fn assert_near(case: &Case, scheme: Scheme, names: &[&str]) {
+    let found = online(case, scheme).expect("determined").estimate.plant;
+    let near = if scheme == Scheme::Ekf { NEAR_FILTER } else { NEAR };
+    for name in names {
+        let k = found.structure().names().iter().position(|known| known == name).expect("there");
+        let (_, truth) = case.truth.iter().find(|(known, _)| known == name).expect("true");
+        let value = found.coefficients()[k];
+        assert!((value / truth - 1.0).abs() < near, "{name}: {value} of {truth}, {scheme:?}");
+    }
+}
+
+#[test]
+fn a_ship_whose_lift_is_known_comes_back_sample_by_sample() {
+    let case = case(false, &[("mass.surge", 260.0), ("rudder.lift", 60.0)], &[]);
+    for scheme in SCHEMES {
+        assert_near(&case, scheme, &["mass.surge", "mass.sway", "mass.yaw", "propeller.thrust"]);
+    }
+}
+
+#[test]
+fn lift_is_found_sample_by_sample_where_only_surge_has_a_known_force() {
+    let ship = case(false, &[("mass.surge", 260.0)], &[]);
+    let names = ["mass.sway", "mass.yaw", "rudder.lift"];
+    for scheme in [Scheme::Recursive, Scheme::Ekf] {
+        assert_near(&ship, scheme, &names);
+    }
+    let message = online(&ship, Scheme::Adaptive).expect_err("no force").to_string();
+    assert!(message.contains("sway and yaw") && message.contains("lift_slope"), "{message}");
 }
 
 #[test]

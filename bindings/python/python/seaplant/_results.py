@@ -779,6 +779,9 @@ class CoupledPlant(Record):
     verdict: Verdict
     """What to make of it."""
 
+    verdicts: dict[str, Verdict]
+    """What to make of each of its axes: a plant is doubtful if one of them is."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CoupledScore(Record):

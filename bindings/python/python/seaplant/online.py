@@ -150,6 +150,7 @@ class Online:
         *,
         roll: float = 0.0,
         pitch: float = 0.0,
+        signals: Mapping[str, float] | None = None,
     ) -> PlantChange | None:
         """Takes a sample in.
 
@@ -170,6 +171,9 @@ class Online:
             Rad.
         pitch
             Rad.
+        signals
+            What the plant's rudders, fins, propellers of unknown strength and wind read, each of
+            `signal_names`.
 
         Returns
         -------
@@ -179,11 +183,13 @@ class Online:
         Raises
         ------
         InputError
-            If a number is not finite or time does not go on; the estimator is then as it was.
+            If a number is not finite, a signal is missing or time does not go on; the estimator
+            is then as it was.
         """
         v = by_name("velocity", velocity, STATES[6:])
         tau = by_name("force", force, INPUTS)
-        change = self._native.update(float(time_s), v, tau, (float(roll), float(pitch)))
+        read = {name: float(value) for name, value in (signals or {}).items()}
+        change = self._native.update(float(time_s), v, tau, (float(roll), float(pitch)), read)
         return None if change is None else PlantChange(*change)
 
     def predict(self, duration_s: float) -> Floats | None:
@@ -224,6 +230,14 @@ class Online:
             dict(zip(self._names, all_.tolist(), strict=True)) for all_ in (std, inflation)
         ]
         return OnlineEstimate(Plant(plant), named[0], named[1], excitation, residual, elapsed_s)
+
+    @property
+    def signal_names(self) -> tuple[str, ...]:
+        """What `update` needs beside motion and force: angles of rudders and fins
+        (``rudder.NAME.angle``, rad), drives of propellers (``thruster.NAME.drive``, N, rad/s or a
+        ratio) and the velocity of the air over ground in body axes (``wind.forward``,
+        ``wind.starboard``, m/s)."""
+        return tuple(self._native.signal_names())
 
     @property
     def coefficients(self) -> dict[str, float]:

@@ -102,7 +102,7 @@ const NEAR: f64 = 0.5;
 
 fn dof_question(trial: &ProposedTrial) -> String {
     let [best, others @ ..] = &trial.scores[..] else {
-        return "no motion is recognised in it, so its dof is not known; surge stands in"
+        return "no motion is recognised in it, so its dof is not known; surge is a placeholder"
             .to_owned();
     };
     let near = others.iter().filter(|other| other.1 > NEAR * best.1);

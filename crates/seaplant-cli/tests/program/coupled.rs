@@ -139,6 +139,12 @@ fn a_boat_that_turns_while_it_advances_comes_out_whole() {
     }
     let report = std::fs::read_to_string(workshop.join("results/report.html")).expect("there");
     assert!(report.contains("Mass matrix M"), "no section of the plant");
+    assert_eq!(report.matches("<figure class=\"thumbnail\">").count(), 3, "a picture of each axis");
+    for axis in ["surge", "sway", "yaw"] {
+        assert!(plant["verdicts"][axis]["trust"].is_string(), "{axis} is judged by itself");
+        let series = format!("results/series/two.{axis}.surge-sway-yaw.csv");
+        assert!(workshop.join(&series).is_file(), "{series}");
+    }
 }
 
 #[test]

@@ -128,7 +128,7 @@ fn the_papers_attenuation_is_told_with_its_factor() {
     for (dof, frequency_hz) in [("surge", 0.125), ("yaw", 1.0 / 6.0)] {
         let message = caveat(plant(dof, "paper"), "filter-attenuates-excitation");
         let factor = message
-            .split_once("come out ")
+            .split_once("to be ")
             .and_then(|(_, rest)| rest.split_once(" times too large"))
             .and_then(|(factor, _)| factor.parse::<f64>().ok());
         let factor = factor.unwrap_or_else(|| panic!("no factor in: {message}"));

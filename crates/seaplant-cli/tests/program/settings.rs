@@ -97,6 +97,20 @@ fn a_loss_that_turns_nowhere_is_refused_in_its_line() {
 }
 
 #[test]
+fn a_gain_that_never_learns_is_refused_in_its_line() {
+    assert_refused_settings(
+        "online",
+        &[
+            ("adaptation_s = 0.0", "online.adaptation_s: is 0; it must be", "adaptation_s"),
+            ("start_s = -1.0", "online.start_s: is -1;", "start_s"),
+            ("cutoff_hz = 1e300", "online.cutoff_hz: is", "cutoff_hz"),
+            ("memory_s = 0.0", "online.memory_s: is 0;", "memory_s"),
+            ("wander_per_minute = -0.1", "zero or more", "wander_per_minute"),
+        ],
+    );
+}
+
+#[test]
 fn what_cannot_be_steady_is_refused_in_its_line() {
     assert_refused_settings(
         "steady",

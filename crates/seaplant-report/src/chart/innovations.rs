@@ -19,7 +19,8 @@ pub(super) fn chart(dof: Dof, plant: &PlantResult, ids: &mut Paths) -> Option<Ch
         title: "Whiteness of one-step prediction errors".to_owned(),
         description: description(&plant.innovations),
         files: Vec::new(),
-        still: None,
+        plant: None,
+        stills: Vec::new(),
         x: Horizontal { label: "lag".to_owned(), unit: "samples", ..Horizontal::default() },
         panels,
     })

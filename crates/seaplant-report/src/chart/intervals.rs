@@ -39,7 +39,8 @@ pub(super) fn chart(dof: Dof, results: &Results, ids: &mut Paths) -> Option<Char
             "Estimates with 95 % intervals, the recommended method first.{of_truth} Intervals that do not overlap are methods that contradict each other: at least one of them is wrong about its own doubt."
         ),
         files: vec![("CSV".to_owned(), "tables/table-5.csv".to_owned())],
-        still: None,
+        plant: None,
+        stills: Vec::new(),
         x: Horizontal { names: names.collect(), ..Horizontal::default() },
         panels: panels.collect(),
     })

@@ -88,7 +88,8 @@ pub(super) fn chart(dof: Dof, memories: Vec<&Memory>, ids: &mut Paths) -> Option
         title: "Memory of simulated − measured".to_owned(),
         description: description(&memories),
         files: Vec::new(),
-        still: None,
+        plant: None,
+        stills: Vec::new(),
         x: Horizontal::seconds("lag"),
         panels: panels.into_iter().map(|(_, panel)| panel).collect(),
     })

@@ -141,7 +141,8 @@ impl Motion {
             title: format!("{} · {} trial", self.trial, words::role(self.role)),
             description: self.description(),
             files: ["svg", "png", "csv"].map(|kind| file(kind, &self.stem)).to_vec(),
-            still: None,
+            plant: None,
+            stills: Vec::new(),
             x: Horizontal::seconds("time"),
             panels,
         }

@@ -29,7 +29,8 @@ pub(super) fn chart(figure: &SpectrumFigure, results: &Results, id: String, stem
         title: format!("{} · spectrum of force and velocity", figure.trial),
         description: view.description,
         files: ["svg", "png"].map(|kind| file(kind, stem)).to_vec(),
-        still: Some(stem.to_owned()),
+        plant: None,
+        stills: vec![stem.to_owned()],
         x: Horizontal {
             label: "frequency".to_owned(),
             unit: "Hz",

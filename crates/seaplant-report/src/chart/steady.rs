@@ -46,7 +46,8 @@ pub(super) fn chart(figure: &SteadyFigure, results: &Results, id: String, stem: 
         title: format!("{} · steady stretches", figure.trial),
         description: steady_description(figure, &segments),
         files: ["svg", "png"].map(|kind| file(kind, stem)).to_vec(),
-        still: Some(stem.to_owned()),
+        plant: None,
+        stills: vec![stem.to_owned()],
         x: Horizontal::seconds("time"),
         panels,
     }

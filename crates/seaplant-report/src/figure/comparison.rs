@@ -53,9 +53,15 @@ fn title(figure: &ComparisonFigure) -> String {
         "{} · {} · {} · {} trial",
         words::capitalised(dof.name()),
         trial,
-        words::method(figure.method),
+        method(figure),
         words::role(figure.role),
     )
+}
+
+/// How the plant was found, and whether its axes were found together.
+fn method(figure: &ComparisonFigure) -> String {
+    let together = if figure.plant.is_some() { ", axes together" } else { "" };
+    words::method(figure.method) + together
 }
 
 /// What the figure says, in words and numbers.
@@ -69,7 +75,7 @@ pub(crate) fn description(figure: &ComparisonFigure) -> String {
             seaplant::Role::HoldOut => "held out from the fit",
             seaplant::Role::Steady => "steady",
         },
-        words::method(figure.method),
+        method(figure),
         significant(velocity.mean_abs_error, 3),
         quantity.unit(*dof),
         significant(velocity.null_error, 3),

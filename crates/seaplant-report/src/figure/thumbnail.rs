@@ -17,9 +17,9 @@ const SIZE: (f64, f64, f64) = (320.0, 76.0, 30.0);
 const POINTS: usize = 400;
 
 /// The picture of each degree of freedom: the recommended plant's prediction of the first held-out
-/// trial, else of the first fitted one.
+/// trial, else of the first fitted one. Axes of a plant of several are by its name.
 #[derive(Default)]
-pub(crate) struct Thumbnails(BTreeMap<Dof, Thumbnail>);
+pub(crate) struct Thumbnails(BTreeMap<(Option<String>, Dof), Thumbnail>);
 
 /// A picture with what it shows.
 struct Thumbnail {
@@ -33,20 +33,22 @@ impl Thumbnails {
     pub(crate) fn add(&mut self, series: &Series, results: &Results) {
         let Series::Comparison(figure) = series else { return };
         let dof = figure.comparison.dof;
-        let is_recommended =
-            results.plants.get(&dof).is_some_and(|plant| plant.method == figure.method);
-        let is_better = match self.0.get(&dof) {
+        let is_recommended = figure.plant.is_some()
+            || results.plants.get(&dof).is_some_and(|plant| plant.method == figure.method);
+        let key = (figure.plant.clone(), dof);
+        let is_better = match self.0.get(&key) {
             None => true,
             Some(known) => known.role != Role::HoldOut && figure.role == Role::HoldOut,
         };
         if is_recommended && is_better {
-            self.0.insert(dof, Thumbnail::of(figure));
+            self.0.insert(key, Thumbnail::of(figure));
         }
     }
 
-    /// The drawing and its caption.
-    pub(crate) fn of(&self, dof: Dof) -> Option<(&str, &str)> {
-        self.0.get(&dof).map(|known| (known.svg.as_str(), known.caption.as_str()))
+    /// The drawing and its caption; `plant` is the name of a plant of several axes.
+    pub(crate) fn of(&self, plant: Option<&str>, dof: Dof) -> Option<(&str, &str)> {
+        let known = self.0.get(&(plant.map(str::to_owned), dof));
+        known.map(|known| (known.svg.as_str(), known.caption.as_str()))
     }
 }
 

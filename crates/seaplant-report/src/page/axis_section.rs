@@ -30,7 +30,7 @@ pub(crate) struct AxisSection {
 
 /// Trials of one role.
 #[derive(Serialize)]
-struct Motions {
+pub(super) struct Motions {
     title: &'static str,
     role: &'static str,
     charts: Vec<ChartView>,
@@ -57,7 +57,7 @@ pub(crate) fn view(
         terms: words::terms(&plant.terms),
         stability: stability(dof, &plant.stability),
         intervals: of(Subject::Intervals),
-        motions: motions(&of),
+        motions: motions(|role| of(Subject::Motion(role))),
         memory: of(Subject::Memory),
         spectra: of(Subject::Spectrum),
         tables: vec![parameters(dof, &methods, plant.method), scores(dof, &methods, plant.method)],
@@ -79,14 +79,14 @@ fn methods<'a>(
     methods
 }
 
-fn motions(of: &impl Fn(Subject) -> Vec<ChartView>) -> Vec<Motions> {
+/// The charts of each role that has some, the fitted trials first.
+pub(super) fn motions(of: impl Fn(Role) -> Vec<ChartView>) -> Vec<Motions> {
     let titles = [
         (Role::Fit, "Fitted trials", "fitted"),
         (Role::HoldOut, "Held-out trials", "held-out"),
         (Role::Steady, "Steady trials", "steady"),
     ];
-    let of_role =
-        |(role, title, class)| Motions { title, role: class, charts: of(Subject::Motion(role)) };
+    let of_role = |(role, title, class)| Motions { title, role: class, charts: of(role) };
     titles.map(of_role).into_iter().filter(|group| !group.charts.is_empty()).collect()
 }
 

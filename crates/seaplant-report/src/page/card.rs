@@ -1,50 +1,45 @@
-//! The first screen: one line for the vehicle, and a card for each degree of freedom.
+//! The first screen: a card for each degree of freedom.
 
-use seaplant::exchange::{Consequence, Judgement};
-use seaplant::results::{Parameter, PlantResult, Results, Score, TruePlant, Trust};
+use std::collections::BTreeMap;
+
+use seaplant::exchange::Consequence;
+use seaplant::results::{Parameter, PlantResult, Results, Score, TruePlant};
 use seaplant::{Dof, ScoredMotion, Stability};
 use serde::Serialize;
 
+use super::coupled_card;
 use crate::figure::Thumbnails;
 use crate::number::{ABSENT, Decimals, Rounded, or_absent, signed_percent, significant};
 use crate::words;
 
 #[derive(Serialize)]
 pub(crate) struct Card {
-    name: &'static str,
-    title: String,
-    method: String,
-    trust: &'static str,
-    trust_class: String,
-    reason: String,
-    picture: Option<Picture>,
-    velocity_unit: &'static str,
+    /// The section that says more.
+    pub(super) section: String,
+    pub(super) title: String,
+    pub(super) method: String,
+    pub(super) trust: &'static str,
+    pub(super) trust_class: String,
+    pub(super) reason: String,
+    pub(super) picture: Option<Picture>,
+    pub(super) velocity_unit: &'static str,
     /// What a model that says nothing does.
-    still: &'static str,
-    rows: Vec<ParameterRow>,
-    follows: Vec<Follows>,
-    stability: String,
-    scores: Vec<ScoreRow>,
-}
-
-/// What is made of some axes, in a clause.
-#[derive(Debug, PartialEq, Serialize)]
-pub(crate) struct Finding {
-    axes: String,
-    trust: &'static str,
-    trust_class: String,
-    /// Empty of what is usable.
-    reason: String,
+    pub(super) still: &'static str,
+    pub(super) rows: Vec<ParameterRow>,
+    pub(super) follows: Vec<Follows>,
+    /// Of a plant of one axis.
+    pub(super) stability: Option<String>,
+    pub(super) scores: Vec<ScoreRow>,
 }
 
 #[derive(Serialize)]
-struct Picture {
+pub(super) struct Picture {
     svg: String,
     caption: String,
 }
 
 #[derive(Serialize)]
-struct ParameterRow {
+pub(super) struct ParameterRow {
     label: &'static str,
     symbol: &'static str,
     value: String,
@@ -59,11 +54,13 @@ struct ParameterRow {
 
 /// A number that follows from the plant.
 #[derive(Serialize)]
-struct Follows {
+pub(super) struct Follows {
     label: String,
     value: String,
     unit: String,
     interval: String,
+    /// Whether a small card leaves it to the section.
+    is_minor: bool,
 }
 
 #[derive(Serialize)]
@@ -74,57 +71,28 @@ struct Truth {
 }
 
 #[derive(Serialize)]
-struct ScoreRow {
-    label: String,
-    e: String,
-    null: String,
-    best_null: String,
-    r_squared: String,
+pub(super) struct ScoreRow {
+    pub(super) label: String,
+    pub(super) e: String,
+    pub(super) null: String,
+    pub(super) best_null: String,
+    pub(super) r_squared: String,
 }
 
-/// What is made of the vehicle: its axes by verdict, the best first; equal verdicts without a
-/// reason stand together.
-pub(crate) fn headline(results: &Results) -> Vec<Finding> {
-    // Without a method asked for, every axis has its recommended plant.
-    let judgements = Judgement::of_results(results, None).unwrap_or_default();
-    let mut judged: Vec<(Trust, String, String)> = Vec::new();
-    for judgement in &judgements {
-        let names: Vec<&str> = judgement.axes.iter().map(|dof| dof.name()).collect();
-        let (trust, axes) = (judgement.verdict.trust, names.join("-"));
-        // Warnings stand below; what is doubtful says here why.
-        let is_plain = trust >= Trust::UsableWithCare;
-        match judged.iter_mut().find(|(other, ..)| is_plain && *other == trust) {
-            Some((_, together, _)) => *together += &format!(", {axes}"),
-            None if is_plain => judged.push((trust, axes, String::new())),
-            None => judged.push((trust, axes, spoken_reason(judgement))),
+/// A card for each axis: of plants of several axes, and beside these of each axis that was
+/// identified by itself only.
+pub(crate) fn all(results: &Results, thumbnails: &Thumbnails) -> Vec<Card> {
+    let mut cards: BTreeMap<Dof, Card> = results
+        .plants
+        .iter()
+        .map(|(&dof, plant)| (dof, of(dof, plant, results, thumbnails)))
+        .collect();
+    for (name, plant) in &results.coupled {
+        for &dof in &plant.axes {
+            cards.insert(dof, coupled_card::of(dof, name, plant, results, thumbnails));
         }
     }
-    judged.sort_by_key(|(trust, ..)| std::cmp::Reverse(*trust));
-    let finding = |(trust, axes, reason): (Trust, String, String)| Finding {
-        axes: match axes.rsplit_once(", ") {
-            Some((first, last)) => words::capitalised(&format!("{first} and {last}")),
-            None => words::capitalised(&axes),
-        },
-        trust: trust.name(),
-        trust_class: trust.name().replace(' ', "-"),
-        reason,
-    };
-    judged.into_iter().map(finding).collect()
-}
-
-/// Of a plant that is usable with care, which warnings ask for it; else the verdict's reason.
-fn spoken_reason(judgement: &Judgement) -> String {
-    let verdict = &judgement.verdict;
-    let mut warnings: Vec<String> = verdict.codes.iter().map(|code| code.words()).collect();
-    warnings.dedup();
-    match verdict.trust {
-        Trust::UsableWithCare if !warnings.is_empty() => format!("({})", warnings.join(", ")),
-        _ => format!("because {}", verdict.reason),
-    }
-}
-
-pub(crate) fn all(results: &Results, thumbnails: &Thumbnails) -> Vec<Card> {
-    results.plants.iter().map(|(&dof, plant)| of(dof, plant, results, thumbnails)).collect()
+    cards.into_values().collect()
 }
 
 fn of(dof: Dof, plant: &PlantResult, results: &Results, thumbnails: &Thumbnails) -> Card {
@@ -137,20 +105,16 @@ fn of(dof: Dof, plant: &PlantResult, results: &Results, thumbnails: &Thumbnails)
         scores.push(score_row("Trials left out in turn", left_out));
     }
     scores.push(score_row("Fitted trials", &plant.fit));
-    let picture = thumbnails
-        .of(dof)
-        .map(|(svg, caption)| Picture { svg: svg.to_owned(), caption: caption.to_owned() });
     let mut follows: Vec<Follows> = added_mass(dof, plant, results).into_iter().collect();
-    let of_axis = results.consequences.iter().filter(|follows| follows.axis == dof);
-    follows.extend(of_axis.map(consequence));
+    follows.extend(consequences(dof, results));
     Card {
-        name: dof.name(),
+        section: dof.name().to_owned(),
         title: words::capitalised(dof.name()),
         method: words::method(plant.method),
         trust: judged.trust.name(),
         trust_class: judged.trust.name().replace(' ', "-"),
         reason: words::capitalised(&judged.reason),
-        picture,
+        picture: Picture::of(thumbnails.of(None, dof)),
         velocity_unit: plant.fit.quantity.unit(dof),
         still: match plant.fit.quantity {
             ScoredMotion::Velocity => "Never moving",
@@ -158,9 +122,20 @@ fn of(dof: Dof, plant: &PlantResult, results: &Results, thumbnails: &Thumbnails)
         },
         rows: rows(dof, plant, results.truth.as_ref().and_then(|truth| truth.get(&dof))),
         follows,
-        stability: stability(dof, &plant.stability),
+        stability: Some(stability(dof, &plant.stability)),
         scores,
     }
+}
+
+impl Picture {
+    pub(super) fn of(thumbnail: Option<(&str, &str)>) -> Option<Self> {
+        thumbnail.map(|(svg, caption)| Self { svg: svg.to_owned(), caption: caption.to_owned() })
+    }
+}
+
+/// What follows from the plant of an axis.
+pub(super) fn consequences(dof: Dof, results: &Results) -> impl Iterator<Item = Follows> + '_ {
+    results.consequences.iter().filter(move |follows| follows.axis == dof).map(consequence)
 }
 
 fn consequence(of: &Consequence) -> Follows {
@@ -172,6 +147,7 @@ fn consequence(of: &Consequence) -> Follows {
         value: significant(of.value, 3),
         unit: of.unit.clone(),
         interval,
+        is_minor: ["stopping", "speed without"].iter().any(|start| of.name.starts_with(start)),
     }
 }
 
@@ -180,16 +156,22 @@ fn added_mass(dof: Dof, plant: &PlantResult, results: &Results) -> Option<Follow
     let body = results.rigid_body.as_ref().and_then(|body| body.body().ok());
     let of_body = body.map(|body| body.mass_matrix()[(dof.index(), dof.index())]);
     let dry = of_body.or(results.dry_mass_kg.filter(|_| !dof.is_rotation()))?;
-    let Parameter { value, std, low95, high95, unit } = plant.parameters.mass.clone();
+    Some(added_to(dof, dry, &plant.parameters.mass))
+}
+
+/// A mass or inertia less that of the dry vehicle.
+pub(super) fn added_to(dof: Dof, dry: f64, mass: &Parameter) -> Follows {
+    let Parameter { value, std, low95, high95, unit } = mass.clone();
     let added =
         Parameter { value: value - dry, std, low95: low95 - dry, high95: high95 - dry, unit };
     let Rounded { value, std, low95, high95 } = Rounded::of(&added);
-    Some(Follows {
+    Follows {
         label: if dof.is_rotation() { "Added inertia" } else { "Added mass" }.to_owned(),
         value: format!("{value} ± {std}"),
         unit: added.unit,
         interval: format!("{low95} … {high95}"),
-    })
+        is_minor: false,
+    }
 }
 
 /// What the sign of a force that acts without thrust means; `b` stands on the left.
@@ -222,7 +204,7 @@ fn rows(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Vec<Paramet
     rows
 }
 
-fn parameter_row(
+pub(super) fn parameter_row(
     (label, symbol): (&'static str, &'static str),
     parameter: &Parameter,
     truth: Option<f64>,
@@ -272,15 +254,6 @@ pub(crate) fn stability(dof: Dof, stability: &Stability) -> String {
 mod tests {
     use super::*;
     use crate::fixture;
-
-    #[test]
-    fn the_headline_names_each_axis_with_its_verdict() {
-        let headline = headline(&fixture::identification().results);
-        assert!(!headline.is_empty());
-        let worst = headline.last().expect("one");
-        assert_eq!((worst.trust, worst.trust_class.as_str()), ("do not use", "do-not-use"));
-        assert!(!worst.reason.is_empty());
-    }
 
     #[test]
     fn the_sign_of_buoyancy_is_said_in_words() {

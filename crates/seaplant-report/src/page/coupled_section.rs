@@ -8,8 +8,10 @@ use seaplant::results::{
 };
 use serde::Serialize;
 
-use super::doubts::{Doubts, collected};
+use super::Pictures;
+use super::axis_section::{Motions, motions};
 use super::table::{Row, Table};
+use crate::chart::Subject;
 use crate::number::{ABSENT, Rounded, or_absent, significant};
 use crate::words;
 
@@ -21,12 +23,12 @@ pub(crate) struct CoupledSection {
     trust_class: String,
     reason: String,
     lead: String,
+    motions: Vec<Motions>,
     tables: Vec<Table>,
     details: Vec<Table>,
-    doubts: Doubts,
 }
 
-pub(crate) fn view(name: &str, plant: &CoupledPlant) -> CoupledSection {
+pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> CoupledSection {
     let mut tables = vec![scores(plant)];
     tables.push(matrix("Mass matrix M, rigid body plus added", plant, &plant.mass_matrix).noted(
         "Rows are forces and moments, columns accelerations; kg, kg m and kg m². The matrix is symmetric, and the Coriolis forces follow from it.",
@@ -43,21 +45,25 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant) -> CoupledSection {
     let mut details = vec![coefficients(plant), nuisances(&plant.nuisances)];
     details.extend(structure(plant));
     details.push(correlation(plant));
-    let place = words::capitalised(&axes(plant));
     CoupledSection {
         name: name.to_owned(),
-        title: place.clone(),
+        title: words::capitalised(&axes(plant)),
         trust: plant.verdict.trust.name(),
         trust_class: plant.verdict.trust.name().replace(' ', "-"),
         reason: plant.verdict.reason.clone(),
         lead: lead(plant),
+        motions: motions(|role| {
+            pictures.charts(|chart| {
+                chart.plant.as_deref() == Some(name) && chart.subject == Subject::Together(role)
+            })
+        }),
         tables,
         details,
-        doubts: collected(plant.caveats.iter().map(|caveat| (place.clone(), caveat)).collect()),
     }
 }
 
-fn axes(plant: &CoupledPlant) -> String {
+/// `surge, sway, yaw`.
+pub(super) fn axes(plant: &CoupledPlant) -> String {
     let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
     names.join(", ")
 }
@@ -196,7 +202,7 @@ fn prime(plant: &CoupledPlant) -> Option<Table> {
         Row::new([x.symbol.clone(), rounded.value, rounded.std, interval, name.clone()])
     };
     let note = format!(
-        "Forces are divided by ½ρLTU², moments by ½ρL²TU², masses by ½ρL²T, rates by U/L: L = {} m, T = {} m{}, ρ = {} kg/m³, U = {} m/s, the mean speed of the fitted trials, on which coefficients of second degree do not depend. Derivatives have the sign of forces on the vehicle. The Coriolis forces of the whole mass matrix stand apart: tables that have none in yaw hold Munk’s moment in N'_v.",
+        "Forces are divided by ½ρLTU², moments by ½ρL²TU², masses by ½ρL²T, rates by U/L: L = {} m, T = {} m{}, ρ = {} kg/m³, U = {} m/s, the mean speed of the fitted trials, on which coefficients of second degree do not depend. Derivatives have the sign of forces on the vehicle. The Coriolis forces of the whole mass matrix come on top of these: tables without Coriolis forces in yaw have Munk’s moment in N'_v.",
         significant(system.length_m, 4),
         significant(system.depth_m, 4),
         if system.depth_m == system.length_m { " (no draught is stated)" } else { "" },

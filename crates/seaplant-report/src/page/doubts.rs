@@ -29,6 +29,10 @@ pub(crate) fn of_campaign(results: &Results) -> Doubts {
     for (dof, plant) in &results.plants {
         found.extend(plant.caveats.iter().map(|caveat| (words::capitalised(dof.name()), caveat)));
     }
+    for plant in results.coupled.values() {
+        let place = words::capitalised(&super::coupled_section::axes(plant));
+        found.extend(plant.caveats.iter().map(|caveat| (place.clone(), caveat)));
+    }
     for (dof, steady) in &results.steady {
         let place = format!("{}, steady", words::capitalised(dof.name()));
         found.extend(steady.caveats.iter().map(|caveat| (place.clone(), caveat)));

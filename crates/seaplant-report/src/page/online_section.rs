@@ -55,7 +55,7 @@ fn view(name: &str, method: Method, history: &OnlineHistory) -> OnlinePlant {
         Row::new([name.clone(), or_absent(values.last().copied(), 4), settled])
     });
     let note = format!(
-        "Settled: the motion after which it stayed within 5 % of its last value. The least told combination has {} of the information that its parameters have by themselves.",
+        "Settled: the motion after which it stayed within 5 % of its last value. The combination of parameters that the motion determines least has {} of the information that these have one by one.",
         or_absent(Some(history.excitation), 2)
     );
     OnlinePlant {

@@ -41,7 +41,7 @@ pub(crate) fn view(results: &Results, pictures: Pictures<'_>) -> PaperSection {
 fn comparisons(results: &Results, plates: &[Plate]) -> Vec<Vec<FigureView>> {
     let mut pairs: Vec<Vec<&Plate>> = Vec::new();
     for plate in plates {
-        let Subject::Comparison { method, .. } = plate.subject else { continue };
+        let Subject::Comparison { plant: None, method, .. } = plate.subject else { continue };
         let recommended = plate.dof.and_then(|dof| results.plants.get(&dof));
         let is_paper = method == Method::Paper;
         if !is_paper && recommended.is_none_or(|plant| plant.method != method) {

@@ -7,128 +7,37 @@
 //! allocates nothing.
 //!
 //! The water is taken as still, or its velocity as taken off before; thrust acts as it is given.
+//! Rudders, fins, propellers of unknown strength and wind are terms like any other, which read the
+//! signals of a sample; a coefficient that the structure holds stays as it is.
 
 mod adaptive;
 mod change;
 mod factor;
 mod joint;
 pub(crate) mod logs;
+mod options;
 mod possible;
 mod recursive;
+mod sample;
 mod step;
 
-use nalgebra::{DMatrix, Vector3, Vector6};
+use nalgebra::{DMatrix, Vector6};
 
 pub use change::Change;
 pub use logs::{OnlineFit, OnlineHistory, fit_online, fit_online_coupled};
+pub use options::{OnlineOptions, Scheme};
 pub use possible::Possible;
+pub use sample::{MOST_SIGNALS, Sample};
 
 use crate::Error;
+use crate::motion::Whole;
 use crate::plant::{Basis, Plant, RigidBody, Structure};
 use adaptive::Adaptive;
 use change::Changes;
 use factor::Factor;
 use joint::{Joint, JointNoise};
 use recursive::Recursive;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use step::Step;
-
-/// What is known at an instant; body frame, SI.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// When, s.
-    pub time_s: f64,
-    /// ν_r on all six axes, m/s and rad/s; of axes that the plant does not have, too.
-    pub velocity: Vector6<f64>,
-    /// k = Rᵀ e₃, see [`crate::motion::down_body`].
-    pub down_body: Vector3<f64>,
-    /// τ from this instant to the next, N and N m.
-    pub force: Vector6<f64>,
-}
-
-/// How to identify online.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scheme {
-    /// The adaptive observer.
-    #[default]
-    Adaptive,
-    /// Recursive least squares.
-    Recursive,
-    /// The joint extended Kalman filter.
-    Ekf,
-}
-
-/// The choices of online identification, in units that a person can choose by.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct OnlineOptions {
-    /// Least squares of so many seconds make the start, s.
-    pub start_s: f64,
-    /// How fast the observer follows measured velocity at most, 1/s; slower where that is noisy.
-    pub observer_rate: f64,
-    /// In what time the adaptive coefficients follow, s.
-    pub adaptation_s: f64,
-    /// Corner of the filter on every term of recursive least squares, Hz.
-    pub cutoff_hz: f64,
-    /// How long recursive least squares remembers, s; infinite for a plant that does not change.
-    pub memory_s: Option<f64>,
-    /// How far coefficients of the filter may wander in a minute, as a part of each.
-    pub wander_per_minute: f64,
-    /// The threshold of the sum that tells a change of the plant; higher is rarer.
-    pub change_threshold: f64,
-    /// A longer step is a gap, s.
-    pub longest_step_s: f64,
-}
-
-impl Default for OnlineOptions {
-    fn default() -> Self {
-        Self {
-            start_s: 20.0,
-            observer_rate: 8.0,
-            adaptation_s: 40.0,
-            cutoff_hz: 0.5,
-            memory_s: None,
-            wander_per_minute: 0.002,
-            change_threshold: 9.0,
-            longest_step_s: 1.0,
-        }
-    }
-}
-
-impl OnlineOptions {
-    /// Checks the settings.
-    ///
-    /// # Errors
-    /// [`Error::Setting`] for a time, rate or threshold that is not above zero.
-    pub fn check(&self) -> Result<(), Error> {
-        let all = [
-            ("start_s", self.start_s),
-            ("observer_rate", self.observer_rate),
-            ("adaptation_s", self.adaptation_s),
-            ("cutoff_hz", self.cutoff_hz),
-            ("memory_s", self.memory_s.unwrap_or(1.0)),
-            ("change_threshold", self.change_threshold),
-            ("longest_step_s", self.longest_step_s),
-        ];
-        let wrong = all.into_iter().find(|(_, x)| !(*x > 0.0 && x.is_finite()));
-        let (name, found) = match wrong {
-            Some(wrong) => wrong,
-            None if self.wander_per_minute >= 0.0 && self.wander_per_minute.is_finite() => {
-                return Ok(());
-            }
-            None => ("wander_per_minute", self.wander_per_minute),
-        };
-        Err(Error::Setting {
-            name: name.to_owned(),
-            found: found.to_string(),
-            expected: "a finite number above zero".to_owned(),
-        })
-    }
-}
 
 /// What is estimated at an instant.
 #[derive(Clone, Debug, PartialEq)]
@@ -164,7 +73,7 @@ enum Engine {
 ///
 /// # Example
 /// ```
-/// use nalgebra::{Vector3, Vector6};
+/// use nalgebra::Vector6;
 /// use seaplant::Dof;
 /// use seaplant::estimate::online::{Online, OnlineOptions, Sample, Scheme};
 /// use seaplant::plant::{Structure, Symmetry};
@@ -176,7 +85,7 @@ enum Engine {
 ///     let time_s = h * f64::from(k);
 ///     let force = Vector6::x() * (40.0 * (0.7 * time_s).sin() + 25.0 * (0.2 * time_s).sin());
 ///     let velocity = Vector6::x() * v;
-///     online.update(&Sample { time_s, velocity, down_body: Vector3::z(), force })?;
+///     online.update(&Sample { time_s, velocity, force, ..Sample::default() })?;
 ///     for _ in 0..10 {
 ///         v += 0.1 * h * (force[0] - 5.0 * v - 20.0 * v * v.abs()) / 100.0;
 ///     }
@@ -214,6 +123,12 @@ const QUIET_RATE: f64 = 0.002;
 /// … but no less than this, 1/s.
 const LEAST_RATE: f64 = 0.5;
 
+/// No start before the standard deviation of every own mass is below this part of it …
+const KNOWN_PART: f64 = 0.03;
+
+/// … but no later than after so many times the usual start.
+const LONGEST_START: f64 = 10.0;
+
 /// The variances that a filter starts from are those of least squares times this.
 const START_VARIANCE: f64 = 4.0;
 
@@ -223,12 +138,15 @@ const LEAST_MASS: f64 = 0.05;
 /// What a change of the plant leaves of what was learnt.
 const KEPT: f64 = 0.05;
 
+/// The standard deviation that a change of the plant adds to a coefficient, as a part of it.
+const REOPENED: f64 = 0.3;
+
 impl Online {
     /// An estimator of a structure; M ⪰ M_RB where the dry vehicle is known, else M ≻ 0.
     ///
     /// # Errors
-    /// [`Error::Setting`] for settings that cannot be; [`Error::Plant`] for a structure with
-    /// rudders, propellers or wind, or with coefficients that are held.
+    /// [`Error::Setting`] for settings that cannot be; [`Error::Plant`] for a structure whose
+    /// effects read more than [`MOST_SIGNALS`], or one without a free coefficient.
     pub fn new(
         structure: Structure,
         scheme: Scheme,
@@ -238,11 +156,18 @@ impl Online {
         options.check()?;
         check_terms(&structure)?;
         let step = Step::of(&structure);
+        let held: Vec<Option<f64>> =
+            structure.terms().iter().map(|term| structure.held(term)).collect();
         let p = step.count();
         let memory_s = options.memory_s.unwrap_or(f64::INFINITY);
         Ok(Self {
             possible: Possible::of(&structure, rigid_body.map(RigidBody::mass_matrix)),
-            recursive: Recursive::new(&step, &touched(&structure), options.cutoff_hz, memory_s),
+            recursive: Recursive::new(
+                &step,
+                &touched(&structure),
+                held,
+                (options.cutoff_hz, memory_s),
+            ),
             engine: match scheme {
                 Scheme::Recursive => Engine::Recursive,
                 Scheme::Adaptive => {
@@ -338,6 +263,7 @@ impl Online {
 
     fn check(&self, sample: &Sample) -> Result<(), Error> {
         let numbers = sample.velocity.iter().chain(sample.force.iter()).chain(&sample.down_body);
+        let numbers = numbers.chain(&sample.signals);
         if !(sample.time_s.is_finite() && numbers.into_iter().all(|x| x.is_finite())) {
             return Err(Error::NotFinite {
                 name: "the sample".to_owned(),
@@ -379,7 +305,7 @@ impl Online {
 
     /// Lets the estimator itself follow.
     fn follow(&mut self) {
-        if !self.is_started && self.elapsed_s >= self.options.start_s {
+        if !self.is_started && self.may_start() {
             self.start();
         }
         match &mut self.engine {
@@ -405,6 +331,23 @@ impl Online {
         least.max(LEAST_RATE).min(self.options.observer_rate)
     }
 
+    /// Whether least squares know every own mass well enough to go on from, or have had long
+    /// enough to.
+    fn may_start(&mut self) -> bool {
+        let (elapsed_s, start_s) = (self.elapsed_s, self.options.start_s);
+        if elapsed_s < start_s || elapsed_s >= LONGEST_START * start_s {
+            return elapsed_s >= start_s;
+        }
+        let Self { structure, recursive, projected, .. } = self;
+        let mut own = structure.terms().iter().enumerate();
+        own.all(|(k, term)| match term {
+            Basis::Mass(i, j) if i == j => {
+                recursive.white_std(k, projected) < KNOWN_PART * recursive.theta()[k]
+            }
+            _ => true,
+        })
+    }
+
     fn start(&mut self) {
         let rate = self.quiet_rate();
         for dof in self.structure.axes() {
@@ -425,13 +368,10 @@ impl Online {
             }
             Engine::Ekf(joint) => {
                 let plant = Plant::new(self.structure.clone(), self.projected.clone());
-                let covariance = covariance(&self.recursive.information(), self.projected.len());
+                let covariance = covariance(&self.recursive);
+                let most = |k: usize| 4.0 * self.projected[k].powi(2).max(f64::EPSILON);
                 let variances: Vec<f64> = (0..self.projected.len())
-                    .map(|k| {
-                        START_VARIANCE
-                            * covariance[(k, k)]
-                                .min(self.projected[k].powi(2).max(f64::EPSILON) * 4.0)
-                    })
+                    .map(|k| START_VARIANCE * covariance[(k, k)].min(most(k)))
                     .collect();
                 let wander = self.options.wander_per_minute / 60.0_f64.sqrt();
                 let axes: Vec<usize> =
@@ -452,11 +392,7 @@ impl Online {
     /// What was learnt no longer holds.
     fn reopen(&mut self) {
         if let Engine::Ekf(Some(joint)) = &mut self.engine {
-            let theta = joint.theta();
-            for (variance, theta) in self.projected.iter_mut().zip(theta) {
-                *variance = (0.3 * theta).powi(2);
-            }
-            joint.reopen(&self.projected);
+            joint.reopen(REOPENED);
         }
     }
 
@@ -470,21 +406,23 @@ impl Online {
         }
     }
 
-    /// The velocity that the plant as it is now has after so long under the last sample's force,
-    /// shape (6,); `None` before the first sample.
+    /// The velocity that the plant as it is now has after so long under the last sample's force
+    /// and signals, shape (6,); `None` before the first sample.
     ///
     /// # Errors
     /// [`Error::Plant`] if the coefficients make no plant yet.
     pub fn predict(&self, duration_s: f64) -> Result<Option<Vector6<f64>>, Error> {
         let Some(last) = self.recent[0] else { return Ok(None) };
-        let plant = self.plant()?;
+        let whole = Whole::new(&self.plant()?)?;
         let steps = (duration_s / 0.02).ceil().max(1.0);
         let h = duration_s / steps;
+        let rate = |velocity: &Vector6<f64>| {
+            whole.rate(velocity, &last.down_body, &last.force, &last.signals)
+        };
         let mut velocity = last.velocity;
         for _ in 0..steps as usize {
-            let middle =
-                velocity + plant.acceleration(&last.force, &velocity, &last.down_body)? * (0.5 * h);
-            velocity += plant.acceleration(&last.force, &middle, &last.down_body)? * h;
+            let middle = velocity + rate(&velocity) * (0.5 * h);
+            velocity += rate(&middle) * h;
         }
         Ok(Some(velocity))
     }
@@ -517,8 +455,10 @@ impl Online {
     pub fn estimate(&self) -> Result<OnlineEstimate, Error> {
         let p = self.projected.len();
         let information = self.recursive.information();
-        let mut covariance = covariance(&information, p);
-        let scaled = DMatrix::from_fn(p, p, |i, j| {
+        let mut covariance = covariance(&self.recursive);
+        let free: Vec<usize> = (0..p).filter(|k| self.recursive.held()[*k].is_none()).collect();
+        let scaled = DMatrix::from_fn(free.len(), free.len(), |a, b| {
+            let (i, j) = (free[a], free[b]);
             let (own, other) = (information[i * (p + 1)], information[j * (p + 1)]);
             if own > 0.0 && other > 0.0 {
                 information[i * p + j] / (own * other).sqrt()
@@ -527,7 +467,11 @@ impl Online {
             }
         });
         let excitation = scaled.symmetric_eigenvalues().min().max(0.0);
-        let inflation = (0..p).map(|k| covariance[(k, k)] * information[k * (p + 1)]).collect();
+        let inflation = (0..p).map(|k| match self.recursive.held()[k] {
+            Some(_) => 1.0,
+            None => covariance[(k, k)] * information[k * (p + 1)],
+        });
+        let inflation = inflation.collect();
         if let Engine::Ekf(Some(joint)) = &self.engine {
             for k in 0..p {
                 let factor = (joint.variance(k) / covariance[(k, k)]).max(1.0).sqrt();
@@ -548,22 +492,19 @@ impl Online {
     }
 }
 
-/// Samples hold motion and force only, and every coefficient is free.
+/// A sample holds so many signals, and something is to be found.
 fn check_terms(structure: &Structure) -> Result<(), Error> {
     let refuse = |reason: String| Err(Error::Plant { axes: structure.name(), reason });
-    if let Some(effect) = structure.effects().first() {
+    let signals = structure.signals().len();
+    if signals > MOST_SIGNALS {
         return refuse(format!(
-            "has `{}`, and the methods that work sample by sample read motion and force only; use filter-error, which reads rudders, propellers and wind",
-            effect.name
+            "reads {signals} signals of rudders, fins, propellers and wind, and a sample holds {MOST_SIGNALS}; leave some out"
         ));
     }
-    let held = structure.terms().iter().find(|term| structure.held(term).is_some());
-    held.map_or(Ok(()), |term| {
-        refuse(format!(
-            "holds `{}`, and the methods that work sample by sample estimate every coefficient; use filter-error, or hold none",
-            structure.name_of(term)
-        ))
-    })
+    if structure.terms().iter().all(|term| structure.held(term).is_some()) {
+        return refuse("holds every coefficient, so that nothing is left to identify".to_owned());
+    }
+    Ok(())
 }
 
 /// Root mean square of the residual of each axis.
@@ -575,12 +516,14 @@ fn residual(recursive: &Recursive) -> Vector6<f64> {
     residual
 }
 
-/// The inverse of information.
-fn covariance(information: &[f64], p: usize) -> DMatrix<f64> {
+/// The inverse of information; zero of coefficients that are held.
+fn covariance(recursive: &Recursive) -> DMatrix<f64> {
+    let (information, held) = (recursive.information(), recursive.held());
+    let p = held.len();
     let mut factor = Factor::of(p);
-    factor.set(information, 1e-9);
+    factor.set(&information, 1e-9);
     let mut covariance = DMatrix::zeros(p, p);
-    for k in 0..p {
+    for k in (0..p).filter(|k| held[*k].is_none()) {
         if information[k * (p + 1)] <= 0.0 {
             covariance[(k, k)] = f64::INFINITY;
             continue;
@@ -599,7 +542,7 @@ fn touched(structure: &Structure) -> [Vec<usize>; 6] {
         let acts = |term: &Basis| match term {
             // C(M) acts on every axis of a plant that turns.
             Basis::Mass(..) => true,
-            _ => term.axes().iter().any(|dof| dof.index() == axis),
+            _ => structure.axes_of(term).iter().any(|dof| dof.index() == axis),
         };
         let terms = structure.terms().iter().enumerate();
         terms.filter(|(_, term)| acts(term)).map(|(k, _)| k).collect()

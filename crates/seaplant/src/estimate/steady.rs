@@ -461,7 +461,7 @@ fn contradiction(segments: &[SteadySegment], pairs: &[SteadyPair]) -> Option<Str
     let greatest = segments.iter().fold(0.0_f64, |greatest, s| greatest.max(s.tau.abs()));
     (apart > limit.max(SLIGHT_PART * greatest) && pairs.len() > 1).then(|| {
         format!(
-            "the up/down pairs contradict each other: at {} of thrust they ask for a bias force of {}, at {} for {}; no single ballast explains both, so look for thrust that differs up and down, or a change of trim between runs",
+            "the up/down pairs contradict each other: at {} of thrust they imply a bias force of {}, at {} for {}; no single ballast explains both, so look for thrust that differs up and down, or a change of trim between runs",
             spoken(thrust(least)),
             spoken(least.bias_force.value),
             spoken(thrust(most)),

@@ -267,7 +267,8 @@ impl PlantFile {
             ("terms", !self.terms.is_empty()),
         ];
         if let Some((key, _)) = others.iter().find(|(_, is_there)| *is_there) {
-            let reason = "stands beside coefficients, which hold every number; keep one of the two";
+            let reason =
+                "is given beside coefficients, which hold every number; keep one of the two";
             return Err(refuse(key, reason.to_owned()));
         }
         let named = self.coefficients.iter();
@@ -324,7 +325,7 @@ impl PlantFile {
         match (&self.mass_matrix, &self.added_mass, &self.rigid_body) {
             (Some(_), Some(_), _) => Err(refuse(
                 "added_mass",
-                "stands beside mass_matrix, which holds it; keep one".into(),
+                "is given beside mass_matrix, which holds it; keep one".into(),
             )),
             (Some(mass), None, _) => self.matrix("mass_matrix", mass),
             (None, Some(added), Some(body)) => {

@@ -112,7 +112,7 @@ impl Judgement {
 }
 
 const ALONE: &str = "every axis was identified by itself: no coupling in mass or damping is known; \
-                     Coriolis forces follow from the masses, and the trials neither told nor tested them";
+                     Coriolis forces follow from the masses, and the trials neither determined nor tested them";
 
 fn thrusters(results: &Results, notes: &mut Vec<String>) -> Result<Vec<Thruster>, Error> {
     let mut thrusters = Vec::new();

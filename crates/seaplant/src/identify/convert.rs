@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::IdentifyOptions;
 use crate::diagnose::force_spectrum;
+use crate::estimate::online::OnlineOptions;
 use crate::estimate::steady::SteadyFit;
 use crate::estimate::{
     EquationErrorOptions, Fit, Intervals, Loss, Method, Nuisances, OutputErrorIntervals,
@@ -364,10 +365,28 @@ fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
             ),
         ),
     ]);
+    if options.methods.iter().any(|method| method.scheme().is_some()) {
+        settings.insert("online".to_owned(), online(&options.online));
+    }
     for (dof, terms) in &options.terms_of {
         settings.insert(format!("terms: {dof}"), terms.to_string());
     }
     settings
+}
+
+/// The settings of methods that work sample by sample, in a sentence.
+fn online(options: &OnlineOptions) -> String {
+    let memory = options.memory_s.map_or("unlimited".to_owned(), |s| format!("{s} s"));
+    format!(
+        "start {} s, observer rate {} 1/s, adaptation in {} s, cutoff {} Hz, memory {memory}, wander {} per minute, change threshold {}, longest step {} s",
+        options.start_s,
+        options.observer_rate,
+        options.adaptation_s,
+        options.cutoff_hz,
+        options.wander_per_minute,
+        options.change_threshold,
+        options.longest_step_s
+    )
 }
 
 fn thruster_result(thruster: &Thruster) -> ThrusterResult {

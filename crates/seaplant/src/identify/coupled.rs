@@ -10,6 +10,7 @@ mod steady;
 mod under_way;
 mod verdict;
 
+pub(crate) use score::compare_coupled;
 pub use score::score_coupled;
 
 use std::collections::BTreeMap;
@@ -230,11 +231,13 @@ fn plant(
     plant.nondimensional = prime::prime(&fit, &records.fit, vehicle);
     plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
-    plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle);
+    let of_axes = known::doubts(&fit, &plant, &records.fit, vehicle);
+    plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
     plant.caveats.splice(0..0, disputed);
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
     plant.verdict = verdict::verdict(&plant, &fit);
+    plant.verdicts = verdict::by_axis(&plant, &fit, &of_axes);
     Ok((structure.name(), plant, online))
 }
 
@@ -471,6 +474,7 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
         hold_out: None,
         single_axes: BTreeMap::new(),
         verdict: Verdict::default(),
+        verdicts: BTreeMap::new(),
         driven: BTreeMap::new(),
         caveats: Vec::new(),
         parameters,

@@ -1,19 +1,20 @@
 //! The series behind figures, made when they are drawn: of long logs, too many to keep.
 
 use super::TrialsOf;
+use super::coupled::compare_coupled;
 use crate::diagnose::force_spectrum;
 use crate::results::{
     ComparisonFigure, FittedModel, Identification, Series, SpectrumFigure, SteadyFigure,
 };
 use crate::signal::{Spectrum, amplitude_spectrum};
-use crate::{Dof, Error, Trial, VelocitySource, evaluate};
+use crate::{Dof, Error, Role, Trial, VelocitySource, evaluate};
 
 impl Identification {
     /// The series behind every figure, one after the other; `trials` are those that were
     /// identified.
     ///
     /// First simulated beside measured motion, by method and trial, where the simulation
-    /// does not run away; then spectra of the fitted trials, then the motion of the steady
+    /// does not run away; then the same of plants of several axes, axis by axis; then spectra of the fitted trials, then the motion of the steady
     /// ones.
     pub fn series<'a>(&'a self, trials: &'a [Trial]) -> impl Iterator<Item = Series> + 'a {
         let comparisons = self.models.iter().flat_map(|fitted| comparisons(fitted, trials));
@@ -24,7 +25,24 @@ impl Identification {
         let steady = Dof::ALL.into_iter().flat_map(move |dof| {
             of(dof).steady.into_iter().filter_map(move |trial| steady_figure(dof, trial).ok())
         });
-        comparisons.chain(fitted).chain(steady)
+        comparisons.chain(self.coupled(trials)).chain(fitted).chain(steady)
+    }
+
+    /// Motion by plants of several axes.
+    fn coupled<'a>(&'a self, trials: &'a [Trial]) -> impl Iterator<Item = Series> + 'a {
+        self.results.coupled.iter().flat_map(move |(name, plant)| {
+            let unsteady = trials.iter().filter(|trial| trial.role() != Role::Steady);
+            unsteady.flat_map(move |trial| {
+                let figure = |comparison| {
+                    let (plant, method) = (Some(name.clone()), plant.method);
+                    let figure = ComparisonFigure { plant, method, role: trial.role(), comparison };
+                    Series::Comparison(figure)
+                };
+                // A trial that was left out of the fit has no figure.
+                let comparisons = compare_coupled(plant, trial).unwrap_or_default();
+                comparisons.into_iter().map(figure).collect::<Vec<_>>()
+            })
+        })
     }
 }
 
@@ -36,7 +54,7 @@ fn comparisons<'a>(
     fit.into_iter().chain(hold_out).filter_map(|trial| {
         let comparison = evaluate(*dof, model, trial).ok()?;
         let (method, role) = (*method, trial.role());
-        Some(Series::Comparison(ComparisonFigure { method, role, comparison }))
+        Some(Series::Comparison(ComparisonFigure { plant: None, method, role, comparison }))
     })
 }
 

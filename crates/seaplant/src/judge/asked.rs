@@ -245,7 +245,7 @@ pub(crate) fn another_plant(
             format!("{:+.0} ± {} %", 100.0 * e.value, spoken(100.0 * half))
         };
         let message = format!(
-            "simulated {which} {dof} trials ask for another plant: mass {}, drag {} (95 %); the model lacks something, or the trials are not of one vehicle, trim or thrust",
+            "the errors of the simulated {which} {dof} trials are smaller with another plant: mass {}, drag {} (95 %); the model lacks something, or the trials are not of one vehicle, trim or thrust",
             percent(change.mass),
             percent(change.drag)
         );
@@ -314,7 +314,7 @@ impl Drift {
         let part = |(x, std): &(f64, f64)| format!("{:+.1} ± {:.1} %", 100.0 * x, 100.0 * std);
         let parts: Vec<String> = of.parts.iter().map(part).collect();
         let message = format!(
-            "the {dof} plant is not one through the record: in the thirds of it, or of each trial, {name} is off the fit by {}; a battery that sags, another trim or payload, or something that the model lacks; fit the parts by themselves",
+            "the {dof} plant changes during the record: in the first, second and last third of it, or of each trial, {name} differs from the fit by {}; the cause may be a battery that sags, another trim or payload, or something that the model lacks; fit the parts separately",
             parts.join(", ")
         );
         Some(Caveat::warning(CaveatCode::PlantDrifts, message))

@@ -106,7 +106,7 @@ pub(crate) fn intervals(fit: &Fit, speed: f64) -> Vec<Caveat> {
         && fit.terms.has(Term::Linear)
     {
         let what = format!(
-            "{at} is known to ± {:.0} %, but quadratic drag by itself to ± {:.0} % only, for linear drag can stand in for it",
+            "{at} is known to ± {:.0} %, but quadratic drag by itself to ± {:.0} % only, because linear drag can replace it",
             100.0 * part(drag),
             100.0 * part(quadratic)
         );
@@ -179,7 +179,7 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
         return of(Trust::Doubtful, reason.to_owned());
     }
     if is_wide && warns(CaveatCode::AnotherPlantFits) {
-        let reason = "its interval is wide, and trials ask for another plant yet".to_owned();
+        let reason = "its interval is wide, and the trials contradict it nevertheless".to_owned();
         return of(Trust::Doubtful, reason);
     }
     if is_wide && warns(CaveatCode::ResidualsNotWhite) {

@@ -66,7 +66,7 @@ impl Gravity {
                 trial: trial.to_owned(),
                 what: angle.to_owned(),
                 advice: format!(
-                    "without it gravity cannot be told from acceleration in {dof}; map it, or log acceleration without gravity"
+                    "without it gravity cannot be separated from acceleration in {dof}; map it, or log acceleration without gravity"
                 ),
             });
         }

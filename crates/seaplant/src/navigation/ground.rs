@@ -58,7 +58,7 @@ pub(super) fn velocities(
         return Ok(());
     };
     if attitude.heading.is_none() {
-        let message = "velocity over ground is logged without heading, so that its part ahead cannot be told from that to the side; map attitude.heading";
+        let message = "velocity over ground is logged without heading, so that it cannot be split into forward and sideways velocity; map attitude.heading";
         nav.caveats.push(Caveat::warning(CaveatCode::Navigation, message));
         return Ok(());
     }

@@ -47,7 +47,7 @@ impl RigidBody {
         let scale = inertia.amax();
         if (inertia - inertia.transpose()).amax() > SYMMETRY_PART * scale {
             return Err(refuse(
-                "has an inertia that is not symmetric; products of inertia stand twice, alike"
+                "has an inertia that is not symmetric; write each product of inertia in both places"
                     .to_owned(),
             ));
         }

@@ -66,6 +66,9 @@ pub struct CoupledPlant {
     /// What to make of it.
     #[serde(default)]
     pub verdict: Verdict,
+    /// What to make of each of its axes: a plant is doubtful if one of them is.
+    #[serde(default)]
+    pub verdicts: BTreeMap<Dof, Verdict>,
     /// How far each axis was driven in its trials.
     #[serde(default)]
     pub driven: BTreeMap<Dof, Driven>,

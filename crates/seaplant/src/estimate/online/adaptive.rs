@@ -107,6 +107,9 @@ impl Adaptive {
         self.delta = after;
         for (k, column) in self.columns.iter_mut().enumerate() {
             *column = step.column(k, &rate);
+            if possible.is_held(k) {
+                *column = Vector6::zeros();
+            }
             self.slope[k] = column.dot(&mean);
         }
         self.measure_power(h);
@@ -115,6 +118,7 @@ impl Adaptive {
         }
         self.gain.solve(&mut self.slope);
         let part = h * a / self.adaptation_s;
+        let part = part / (1.0 + part * self.loop_gain(&mean) * (1.0 - fade) / a);
         for (theta, slope) in self.theta.iter_mut().zip(&self.slope) {
             *theta += part * slope;
         }
@@ -122,6 +126,16 @@ impl Adaptive {
             self.lift(k);
         }
         self.set_mass(possible);
+    }
+
+    /// How much the rate of ν̂ changes with the change of the coefficients, over the Δ that it comes
+    /// of, by the norm of M: a step is shortened where one of its length would overshoot.
+    fn loop_gain(&self, mean: &Vector6<f64>) -> f64 {
+        let columns = self.columns.iter().zip(&self.slope);
+        let push: Vector6<f64> = columns.map(|(column, slope)| column * *slope).sum();
+        let kick = push.dot(&(self.inverse * push)).max(0.0);
+        let error = mean.dot(&(self.mass * mean));
+        if error > 0.0 { (kick / error).sqrt() } else { 0.0 }
     }
 
     /// Moves a coefficient from below zero to zero, by the way that is shortest by Γ⁻¹: V does
@@ -177,8 +191,6 @@ impl Adaptive {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
-
     use super::super::Sample;
     use super::*;
     use crate::Dof;
@@ -208,10 +220,10 @@ mod tests {
         let at = |k: usize| Sample {
             time_s: times[k],
             velocity: moved.velocity[k],
-            down_body: Vector3::z(),
             force: Vector6::from_fn(|i, _| {
                 inputs.force[i].as_ref().map_or(0.0, |force| force.held_at(times[k]))
             }),
+            ..Sample::default()
         };
         (0..=n).map(at).collect()
     }

@@ -41,6 +41,8 @@ pub(super) struct Joint {
     top: Vec<f64>,
     gain: Vec<f64>,
     noise: JointNoise,
+    /// Which coefficients are to be found.
+    is_free: Vec<bool>,
     is_moving: bool,
 }
 
@@ -56,7 +58,8 @@ pub(super) struct JointNoise {
 }
 
 impl Joint {
-    /// A filter from a plant and the variances of its coefficients.
+    /// A filter from a plant and the variances of its coefficients; those without stay as they
+    /// are.
     ///
     /// # Errors
     /// [`Error::Plant`] if M cannot be inverted.
@@ -70,7 +73,7 @@ impl Joint {
         Ok(Self {
             plant: Prepared::new(plant)?,
             flow: Flow::of_plant(p),
-            slices: Vec::with_capacity(MOST_SLICES),
+            slices: vec![slice_for(plant.structure().signals().len()); MOST_SLICES],
             pushes: Vec::with_capacity(MOST_SLICES),
             theta: plant.coefficients().to_vec(),
             velocity: SVector::zeros(),
@@ -79,6 +82,7 @@ impl Joint {
             top: vec![0.0; 6 * n],
             gain: vec![0.0; n],
             noise,
+            is_free: variances.iter().map(|variance| *variance > 0.0).collect(),
             is_moving: false,
         })
     }
@@ -98,11 +102,11 @@ impl Joint {
         self.is_moving = false;
     }
 
-    /// Lets coefficients wander further: their variances are multiplied.
-    pub(super) fn reopen(&mut self, variances: &[f64]) {
+    /// Lets coefficients wander further: by so large a part of each.
+    pub(super) fn reopen(&mut self, part: f64) {
         let n = self.gain.len();
-        for (k, variance) in variances.iter().enumerate() {
-            self.covariance[(12 + k) * (n + 1)] += variance;
+        for k in (0..self.theta.len()).filter(|k| self.is_free[*k]) {
+            self.covariance[(12 + k) * (n + 1)] += (part * self.theta[k]).powi(2);
         }
     }
 
@@ -137,7 +141,8 @@ impl Joint {
         self.is_moving = true;
     }
 
-    fn slice(&mut self, step: &Step) {
+    /// Cuts a step into slices; tells how many.
+    fn slice(&mut self, step: &Step) -> usize {
         let count = (step.length_s / SLICE_S).ceil().clamp(1.0, MOST_SLICES as f64) as usize;
         let part = 1.0 / count as f64;
         // Within a step, motion that is not the plant's and attitude change linearly.
@@ -145,28 +150,31 @@ impl Joint {
             let down = step.down_body[0] * (1.0 - x) + step.down_body[2] * x;
             (step.velocity[0] * (1.0 - x) + step.velocity[2] * x, down.normalize())
         };
-        self.slices.clear();
-        self.slices.extend((0..count).map(|k| {
-            let nodes = [0.0, 0.5, 1.0].map(|x| at(part * (k as f64 + x)));
-            Slice {
-                from_s: step.length_s * part * k as f64,
-                length_s: step.length_s * part,
-                down_body: nodes.map(|(_, down)| down),
-                others: nodes.map(|(velocity, _)| velocity),
-                signals: [const { Vec::new() }; 3],
+        for (k, slice) in self.slices[..count].iter_mut().enumerate() {
+            let places = [0.0, 0.5, 1.0].map(|x| part * (k as f64 + x));
+            let nodes = places.map(at);
+            slice.from_s = step.length_s * part * k as f64;
+            slice.length_s = step.length_s * part;
+            slice.down_body = nodes.map(|(_, down)| down);
+            slice.others = nodes.map(|(velocity, _)| velocity);
+            for (signals, x) in slice.signals.iter_mut().zip(places) {
+                for (i, signal) in signals.iter_mut().enumerate() {
+                    *signal = step.signals[0][i] * (1.0 - x) + step.signals[2][i] * x;
+                }
             }
-        }));
+        }
+        count
     }
 
     fn predict(&mut self, step: &Step) {
-        self.slice(step);
+        let count = self.slice(step);
         self.pushes.clear();
         let push = HeldForce { force: step.force, ..HeldForce::default() };
-        self.pushes.resize(self.slices.len(), push);
+        self.pushes.resize(count, push);
         let (h, n) = (step.length_s, self.gain.len());
         let decay = Decay { rate: SVector::repeat(1.0 / CORRELATION_S) };
         let Self { plant, slices, pushes, velocity, disturbance, flow, .. } = self;
-        advance(plant, (slices, pushes), velocity, disturbance, &decay, flow);
+        advance(plant, (&slices[..count], pushes), velocity, disturbance, &decay, flow);
         let fade = (-h / CORRELATION_S).exp();
         self.velocity = self.flow.velocity;
         self.disturbance *= fade;
@@ -218,8 +226,8 @@ impl Joint {
             }
             self.covariance[(6 + place) * (n + 1)] += q * h;
         }
-        for (k, theta) in self.theta.iter().enumerate() {
-            let wander = self.noise.wander * theta;
+        for k in (0..self.theta.len()).filter(|k| self.is_free[*k]) {
+            let wander = self.noise.wander * self.theta[k];
             self.covariance[(12 + k) * (n + 1)] += wander * wander * h;
         }
     }
@@ -243,6 +251,11 @@ impl Joint {
             row.iter_mut().zip(&self.gain).for_each(|(x, other)| *x -= gain * other);
         }
     }
+}
+
+/// A slice with room for so many signals.
+fn slice_for(signals: usize) -> Slice {
+    Slice { signals: std::array::from_fn(|_| vec![0.0; signals]), ..Slice::default() }
 }
 
 impl JointNoise {

@@ -1,11 +1,11 @@
 //! Online identification over logs: trials one after the other, sample by sample.
 
-use nalgebra::{DMatrix, Matrix4, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix4, Vector6};
 
 use super::{Change, Online, OnlineEstimate, OnlineOptions, Sample, Scheme};
 use crate::estimate::{Fit, Method};
 use crate::motion::{down_body, interpolated_attitude};
-use crate::plant::{Basis, Plant, Product, RigidBody, Structure, Symmetry};
+use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
 use crate::regression::LeastSquares;
 use crate::results::{OnlineHistory as HistoryResult, PlantChanged};
 use crate::terms::Term;
@@ -86,7 +86,8 @@ pub fn fit_online(
 /// Takes the samples of coupled records in.
 ///
 /// # Errors
-/// As [`fit_online`].
+/// As [`fit_online`]; [`Error::MissingChannel`] if a record lacks what the plant's effects read;
+/// [`Error::Plant`] for axes on which no known force acts, which the adaptive observer needs.
 pub fn fit_online_coupled(
     structure: &Structure,
     scheme: Scheme,
@@ -94,10 +95,38 @@ pub fn fit_online_coupled(
     rigid_body: Option<&RigidBody>,
     options: &OnlineOptions,
 ) -> Result<OnlineFit, Error> {
-    let stretches: Vec<Stretch> =
-        records.iter().map(|record| of_record(record, structure.axes())).collect();
+    if scheme == Scheme::Adaptive {
+        check_forces(structure, records)?;
+    }
     let online = Online::new(structure.clone(), scheme, *options, rigid_body)?;
+    let stretches: Vec<Stretch> =
+        records.iter().map(|record| of_record(record, structure)).collect::<Result<_, Error>>()?;
     run(online, &stretches, options)
+}
+
+/// The adaptive observer needs a force of known size on each axis that an effect of unknown size
+/// moves: else that effect and all other coefficients of the axis grow alike, unseen.
+fn check_forces(structure: &Structure, records: &[&CoupledRecord]) -> Result<(), Error> {
+    let is_driven = |dof: Dof| records.iter().any(|record| record.is_driven(dof));
+    let acts = |term: &Basis, dof: Dof| structure.axes_of(term).contains(&dof);
+    let effects = || structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
+    let is_held = |term: &&Basis| structure.held(term).is_some();
+    let is_open = |dof: Dof| {
+        let mut all = structure.terms().iter().filter(is_held);
+        effects().any(|term| acts(term, dof))
+            && !is_driven(dof)
+            && !all.any(|term| acts(term, dof) && !matches!(term, Basis::Mass(i, j) if i != j))
+    };
+    let open: Vec<&str> =
+        structure.axes().iter().filter(|dof| is_open(**dof)).map(|dof| dof.name()).collect();
+    if open.is_empty() {
+        return Ok(());
+    }
+    let reason = format!(
+        "no force of known size acts on {}, and the adaptive observer needs one there: use recursive or filter-error, or state area_m2 and lift_slope of the rudder, a thrust curve, or hold one mass of each of these axes",
+        open.join(" and ")
+    );
+    Err(Error::Plant { axes: structure.name(), reason })
 }
 
 impl Clone for Stretch {
@@ -131,8 +160,8 @@ fn of_axis(dof: Dof, axis: &AxisRecord) -> Result<Vec<Stretch>, Error> {
         let samples = grid.times().zip(v.iter().zip(&tau)).map(|(time_s, (v, tau))| Sample {
             time_s,
             velocity: unit * *v,
-            down_body: Vector3::z(),
             force: unit * *tau,
+            ..Sample::default()
         });
         Ok(Stretch { trial: axis.trial.clone(), samples: samples.collect() })
     };
@@ -147,8 +176,8 @@ fn after(grid: Grid) -> Grid {
 /// Grids are no finer and no coarser, s.
 const PERIOD_S: [f64; 2] = [0.02, 1.0];
 
-fn of_record(record: &CoupledRecord, axes: &[Dof]) -> Stretch {
-    let series = axes.iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
+fn of_record(record: &CoupledRecord, structure: &Structure) -> Result<Stretch, Error> {
+    let series = structure.axes().iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
     let period_s = series.map(Timed::period_s).fold(f64::INFINITY, f64::min);
     let (from_s, to_s) = record.window_s;
     let grid = Grid::spanning(from_s, to_s, period_s.clamp(PERIOD_S[0], PERIOD_S[1]));
@@ -157,6 +186,11 @@ fn of_record(record: &CoupledRecord, axes: &[Dof]) -> Stretch {
     };
     let velocity = columns(&|i| Some(record.velocity[i].as_ref()?.interpolate(grid)));
     let force = columns(&|i| Some(record.force[i].as_ref()?.held_means(after(grid))));
+    let signals: Vec<Vec<f64>> = structure
+        .signals()
+        .iter()
+        .map(|signal| column(record, signal, grid))
+        .collect::<Result<_, _>>()?;
     let [roll, pitch, _] = record.attitude.each_ref();
     let angle = |series: Option<&Timed>, t: f64| interpolated_attitude(series, t);
     let sample = |(k, time_s): (usize, f64)| Sample {
@@ -164,8 +198,20 @@ fn of_record(record: &CoupledRecord, axes: &[Dof]) -> Stretch {
         velocity: Vector6::from_fn(|i, _| velocity[i][k]),
         down_body: down_body(angle(roll.as_ref(), time_s), angle(pitch.as_ref(), time_s)),
         force: Vector6::from_fn(|i, _| force[i][k]),
+        signals: std::array::from_fn(|i| signals.get(i).map_or(0.0, |signal| signal[k])),
     };
-    Stretch { trial: record.trial.clone(), samples: grid.times().enumerate().map(sample).collect() }
+    let samples = grid.times().enumerate().map(sample).collect();
+    Ok(Stretch { trial: record.trial.clone(), samples })
+}
+
+/// A signal as samples hold it: a drive in its mean until the next.
+fn column(record: &CoupledRecord, signal: &Signal, grid: Grid) -> Result<Vec<f64>, Error> {
+    let series = record.signals.get(signal).ok_or_else(|| Error::MissingChannel {
+        trial: record.trial.clone(),
+        what: signal.to_string(),
+        advice: "map it, or leave the effect that reads it out".to_owned(),
+    })?;
+    Ok(if signal.is_held() { series.held_means(after(grid)) } else { series.interpolate(grid) })
 }
 
 fn run(
@@ -253,7 +299,7 @@ pub(crate) fn doubts(what: &str, names: &[String], fit: &OnlineFit) -> Vec<Cavea
     if fit.estimate.excitation < LEAST_EXCITATION {
         let worst = worst(names, &fit.estimate.inflation);
         let message = format!(
-            "the motion does not excite every combination of the {what} coefficients: the least told has {:.1e} of the information that it would have by itself, where {LEAST_EXCITATION:.0e} is the least that settles; {worst} are told least: vary speed and direction, or leave terms out",
+            "the motion does not excite every combination of the {what} coefficients: the one determined least has {:.1e} of the information that its coefficients have one by one, and {LEAST_EXCITATION:.0e} is needed; {worst} are determined least: vary speed and direction, or leave terms out",
             fit.estimate.excitation
         );
         all.push(Caveat::warning(CaveatCode::Collinear, message));
@@ -262,7 +308,7 @@ pub(crate) fn doubts(what: &str, names: &[String], fit: &OnlineFit) -> Vec<Cavea
     let late: Vec<&str> = (0..names.len()).filter(unsettled).map(|k| names[k].as_str()).collect();
     if !late.is_empty() {
         let message = format!(
-            "{} of {what} still moved by more than 5 % in the last tenth of {:.0} s of motion; a longer record would tell where they settle",
+            "{} of {what} still moved by more than 5 % in the last tenth of {:.0} s of motion; a longer record would show where they settle",
             late.join(", "),
             fit.estimate.elapsed_s
         );

@@ -8,6 +8,9 @@ use crate::plant::{Basis, Structure};
 /// Eigenvalues of M, scaled to a unit diagonal, are kept above this.
 const LEAST_PART: f64 = 0.02;
 
+/// An own mass below this part of the greatest number of M is scaled as if it were that.
+const LEAST_SCALE: f64 = 1e-9;
+
 /// Halvings of what couples damping until it takes power.
 const HALVINGS: usize = 20;
 
@@ -31,6 +34,10 @@ pub struct Possible {
     least: Vector6<f64>,
     /// Linear damping, and damping by the modulus of each axis: term, row and column of each.
     damping: Vec<Vec<(usize, usize, usize)>>,
+    /// Effects that take or give power one way only.
+    positive: Vec<usize>,
+    /// Coefficients that are known.
+    held: Vec<Option<f64>>,
 }
 
 impl Possible {
@@ -55,8 +62,23 @@ impl Possible {
             damping[group].push((k, on.index(), of.index()));
         }
         damping.retain(|group| !group.is_empty());
-        let rigid_body = rigid_body.unwrap_or_else(Matrix6::zeros);
-        Self { terms, rigid_body, least: Vector6::zeros(), damping }
+        let is_positive = |term: &Basis| match term {
+            Basis::Effect(number) => structure.effects()[*number].is_positive(),
+            _ => false,
+        };
+        Self {
+            positive: (0..terms.len()).filter(|k| is_positive(&terms[*k])).collect(),
+            held: terms.iter().map(|term| structure.held(term)).collect(),
+            rigid_body: rigid_body.unwrap_or_else(Matrix6::zeros),
+            least: Vector6::zeros(),
+            terms,
+            damping,
+        }
+    }
+
+    /// Whether a coefficient is known and stays as it is.
+    pub(super) fn is_held(&self, k: usize) -> bool {
+        self.held[k].is_some()
     }
 
     /// Sets the least own masses: a part of what the vehicle is known to have, by axis.
@@ -81,17 +103,28 @@ impl Possible {
         mass
     }
 
-    /// The coefficients that are not below zero: an axis's own damping.
+    /// The coefficients that are not below zero and are to be found: an axis's own damping, the
+    /// lift of fins and the strength of propellers.
     pub(super) fn not_negative(&self) -> impl Iterator<Item = usize> + '_ {
-        self.damping.iter().flatten().filter(|(_, i, j)| i == j).map(|(k, ..)| *k)
+        let damping = self.damping.iter().flatten().filter(|(_, i, j)| i == j).map(|(k, ..)| *k);
+        damping.chain(self.positive.iter().copied()).filter(|k| !self.is_held(*k))
     }
 
     /// Moves coefficients, shape (p,), to possible ones near them, where they are not.
     ///
     /// M's eigenvalues are lifted, an axis's own damping is not below zero, and what couples
-    /// damping is halved until every motion loses power.
+    /// damping is halved until every motion loses power. Coefficients that the structure holds
+    /// are what they are held at; where M is then none of a body, nothing couples their axes.
     pub fn project(&self, theta: &mut [f64]) {
+        self.hold(theta);
         self.project_mass(theta);
+        self.hold(theta);
+        if self.mass(theta).cholesky().is_none() {
+            self.uncouple(theta);
+        }
+        for &k in &self.positive {
+            theta[k] = theta[k].max(0.0);
+        }
         for group in &self.damping {
             for &(k, i, j) in group {
                 if i == j {
@@ -100,13 +133,35 @@ impl Possible {
             }
             shrink(group, theta);
         }
+        self.hold(theta);
+    }
+
+    fn hold(&self, theta: &mut [f64]) {
+        for (theta, held) in theta.iter_mut().zip(&self.held) {
+            *theta = held.unwrap_or(*theta);
+        }
+    }
+
+    /// Drops what couples the axes whose mass is held.
+    fn uncouple(&self, theta: &mut [f64]) {
+        let is_held = |dof: Dof| {
+            let own = self.terms.iter().position(|term| *term == Basis::Mass(dof, dof));
+            own.is_some_and(|k| self.is_held(k))
+        };
+        for (term, value) in self.terms.iter().zip(theta) {
+            if matches!(term, Basis::Mass(i, j) if i != j && (is_held(*i) || is_held(*j))) {
+                *value = 0.0;
+            }
+        }
     }
 
     fn project_mass(&self, theta: &mut [f64]) {
         let mass = self.mass(theta);
         let excess = mass - self.rigid_body;
-        let scale = Vector6::from_fn(|i, _| mass[(i, i)].max(self.least[i]).max(f64::MIN_POSITIVE))
-            .map(f64::sqrt);
+        // Numbers that say nothing yet may be anything.
+        let least = (LEAST_SCALE * mass.amax()).max(f64::MIN_POSITIVE);
+        let scale =
+            Vector6::from_fn(|i, _| mass[(i, i)].max(self.least[i]).max(least)).map(f64::sqrt);
         let floor = Matrix6::from_diagonal(&Vector6::from_fn(|i, _| {
             if self.rigid_body[(i, i)] > 0.0 { 0.0 } else { LEAST_PART * scale[i] * scale[i] }
         }));

@@ -55,6 +55,8 @@ pub(super) struct Recursive {
     sum: Vec<f64>,
     factor: Factor,
     theta: Vec<f64>,
+    /// The coefficients that are known.
+    held: Vec<Option<f64>>,
     elapsed_s: f64,
     samples: usize,
 }
@@ -63,8 +65,8 @@ impl Recursive {
     pub(super) fn new(
         step: &Step,
         touched: &[Vec<usize>; 6],
-        cutoff_hz: f64,
-        memory_s: f64,
+        held: Vec<Option<f64>>,
+        (cutoff_hz, memory_s): (f64, f64),
     ) -> Self {
         let p = step.count();
         let axes = (0..6).filter(|i| step.own()[*i]).map(|index| Axis {
@@ -88,7 +90,8 @@ impl Recursive {
             axes: axes.collect(),
             sum: vec![0.0; p * p],
             factor: Factor::of(p),
-            theta: vec![0.0; p],
+            theta: held.iter().map(|held| held.unwrap_or(0.0)).collect(),
+            held,
             elapsed_s: 0.0,
             samples: 0,
         }
@@ -140,7 +143,7 @@ impl Recursive {
         let p = self.theta.len();
         self.sum.fill(0.0);
         self.theta.fill(0.0);
-        for axis in &self.axes {
+        for axis in self.axes.iter().filter(|axis| axis.is_scaled()) {
             let weight = 1.0 / axis.floored();
             let n = axis.terms.len();
             for (a, &i) in axis.terms.iter().enumerate() {
@@ -150,8 +153,35 @@ impl Recursive {
                 }
             }
         }
+        for k in 0..p {
+            let Some(value) = self.held[k] else { continue };
+            for i in 0..p {
+                self.theta[i] -= self.sum[i * p + k] * value;
+            }
+            clear(&mut self.sum, p, k);
+        }
         self.factor.set(&self.sum, RIDGE);
         self.factor.solve(&mut self.theta);
+        for (theta, held) in self.theta.iter_mut().zip(&self.held) {
+            *theta = held.unwrap_or(*theta);
+        }
+    }
+
+    /// The standard deviation of a coefficient if residuals were white; `scratch` has shape (p,).
+    pub(super) fn white_std(&self, k: usize, scratch: &mut [f64]) -> f64 {
+        if self.held[k].is_some() {
+            return 0.0;
+        }
+        scratch.fill(0.0);
+        scratch[k] = 1.0;
+        self.factor.solve(scratch);
+        // What nothing told yet has no information to invert.
+        if scratch[k] > 0.0 { scratch[k].sqrt() } else { f64::INFINITY }
+    }
+
+    /// What each coefficient is held at, if it is.
+    pub(super) fn held(&self) -> &[Option<f64>] {
+        &self.held
     }
 
     /// Keeps so much of what was learnt only.
@@ -179,10 +209,11 @@ impl Recursive {
     }
 
     /// The information of all axes, row by row, less for the colour of residuals; shape (p, p).
+    /// Coefficients that are held have none.
     pub(super) fn information(&self) -> Vec<f64> {
         let p = self.theta.len();
         let mut sum = vec![0.0; p * p];
-        for axis in &self.axes {
+        for axis in self.axes.iter().filter(|axis| axis.is_scaled()) {
             let weight = 1.0 / (axis.floored() * axis.colour());
             let n = axis.terms.len();
             for (a, &i) in axis.terms.iter().enumerate() {
@@ -190,6 +221,9 @@ impl Recursive {
                     sum[i * p + j] += weight * axis.information[a * n + b];
                 }
             }
+        }
+        for k in (0..p).filter(|k| self.held[*k].is_some()) {
+            clear(&mut sum, p, k);
         }
         sum
     }
@@ -203,6 +237,14 @@ impl Recursive {
     /// Steps taken.
     pub(super) fn samples(&self) -> usize {
         self.samples
+    }
+}
+
+/// Leaves a row and its column of a matrix, row by row, without anything in them.
+fn clear(matrix: &mut [f64], p: usize, k: usize) {
+    for i in 0..p {
+        matrix[i * p + k] = 0.0;
+        matrix[k * p + i] = 0.0;
     }
 }
 
@@ -230,6 +272,12 @@ impl Axis {
             self.past.remove(0);
         }
         self.past.push(self.residual);
+    }
+
+    /// Whether a force is known on the axis, be it a Coriolis force of another's mass: until then
+    /// coefficients of zero fit exactly, and the axis says nothing.
+    fn is_scaled(&self) -> bool {
+        self.size > 0.0
     }
 
     fn floored(&self) -> f64 {

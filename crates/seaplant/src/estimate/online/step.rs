@@ -2,8 +2,8 @@
 
 use nalgebra::{Vector3, Vector6};
 
-use super::Sample;
-use crate::plant::{Basis, Instant, Structure};
+use super::{MOST_SIGNALS, Sample};
+use crate::plant::{Basis, Instant, Signal, Structure};
 
 /// Means over a step between two samples.
 ///
@@ -14,7 +14,9 @@ use crate::plant::{Basis, Instant, Structure};
 /// with the integral by Simpson's rule: nothing is differentiated but what M multiplies, and
 /// that is an increment.
 pub(super) struct Step {
-    terms: Vec<Basis>,
+    structure: Structure,
+    /// Which signals hold from one sample to the next.
+    holds: [bool; MOST_SIGNALS],
     own: [bool; 6],
     /// Each regressor without acceleration, on the plant's axes.
     still: Vec<Vector6<f64>>,
@@ -28,22 +30,27 @@ pub(super) struct Step {
     pub(super) velocity: [Vector6<f64>; 3],
     /// k = Rᵀ e₃ at the same instants.
     pub(super) down_body: [Vector3<f64>; 3],
+    /// What effects read at the same instants.
+    pub(super) signals: [[f64; MOST_SIGNALS]; 3],
 }
 
 impl Step {
     pub(super) fn of(structure: &Structure) -> Self {
-        let terms = structure.terms().to_vec();
+        let signals = structure.signals();
+        let holds = std::array::from_fn(|k| signals.get(k).is_some_and(Signal::is_held));
         let mut own = [false; 6];
         structure.axes().iter().for_each(|dof| own[dof.index()] = true);
         Self {
-            still: vec![Vector6::zeros(); terms.len()],
-            terms,
+            still: vec![Vector6::zeros(); structure.terms().len()],
+            structure: structure.clone(),
+            holds,
             own,
             acceleration: Vector6::zeros(),
             force: Vector6::zeros(),
             length_s: 0.0,
             velocity: [Vector6::zeros(); 3],
             down_body: [Vector3::z(); 3],
+            signals: [[0.0; MOST_SIGNALS]; 3],
         }
     }
 
@@ -63,7 +70,13 @@ impl Step {
         self.velocity = [from.velocity, middle, to.velocity];
         let across = (from.down_body + to.down_body).normalize();
         self.down_body = [from.down_body, across, to.down_body];
-        for k in 0..self.terms.len() {
+        self.signals = [0.0, 0.5, 1.0].map(|part| {
+            std::array::from_fn(|k| {
+                let part = if self.holds[k] { 0.0 } else { part };
+                from.signals[k] + part * (to.signals[k] - from.signals[k])
+            })
+        });
+        for k in 0..self.still.len() {
             let mut sum = Vector6::zeros();
             for (instant, weight) in SIMPSON.into_iter().enumerate() {
                 let at = Instant {
@@ -71,9 +84,20 @@ impl Step {
                     velocity: self.velocity[instant],
                     down_body: self.down_body[instant],
                 };
-                sum += self.terms[k].regressor(&at) * weight;
+                sum += self.regressor(k, &at, &self.signals[instant]) * weight;
             }
             self.still[k] = self.masked(sum);
+        }
+    }
+
+    /// A term's regressor, of effects `−` what a coefficient of one pushes with.
+    fn regressor(&self, k: usize, at: &Instant, signals: &[f64]) -> Vector6<f64> {
+        match self.structure.terms()[k] {
+            Basis::Effect(number) => {
+                let read = self.structure.read(number, signals);
+                -self.structure.effects()[number].wrench(&at.velocity, read).0
+            }
+            term => term.regressor(at),
         }
     }
 
@@ -83,7 +107,7 @@ impl Step {
 
     /// How many terms there are.
     pub(super) fn count(&self) -> usize {
-        self.terms.len()
+        self.still.len()
     }
 
     /// Which axes are the plant's.
@@ -93,8 +117,8 @@ impl Step {
 
     /// Ȳ_k at an acceleration of the plant's axes.
     pub(super) fn column(&self, k: usize, acceleration: &Vector6<f64>) -> Vector6<f64> {
-        match self.terms[k] {
-            Basis::Mass(..) => self.still[k] + self.masked(self.terms[k].inertial(acceleration)),
+        match self.structure.terms()[k] {
+            term @ Basis::Mass(..) => self.still[k] + self.masked(term.inertial(acceleration)),
             _ => self.still[k],
         }
     }

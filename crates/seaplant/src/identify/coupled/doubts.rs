@@ -1,6 +1,6 @@
 //! Reasons to doubt a plant of several axes.
 
-use super::{Records, known, under_way};
+use super::{Records, under_way};
 use crate::caveat::spoken;
 use crate::estimate::{CoupledFit, NEGLIGIBLE_POWER, damping_power};
 use crate::judge::PREDICTS;
@@ -20,18 +20,21 @@ const BLURRED: f64 = 0.05;
 /// R² of a plant whose error is 0.85 of that of a model that keeps its mean speed.
 const LEAST_R2: f64 = 0.28;
 
-/// All doubts, the worst first.
+/// All doubts, the worst first; `of_axes` are those that [`known::doubts`] has of single axes.
+///
+/// [`known::doubts`]: super::known::doubts
 pub(super) fn doubts(
     fit: &CoupledFit,
     plant: &CoupledPlant,
     records: &Records<'_>,
     vehicle: &Vehicle,
+    of_axes: &[(Dof, Caveat)],
 ) -> Vec<Caveat> {
     let of_vehicle = under_way::doubts(plant, records, vehicle);
     let records = records.fit.as_slice();
     let mut all: Vec<Caveat> = records.iter().flat_map(|record| record.caveats.clone()).collect();
     all.extend(untold(plant));
-    all.extend(known::doubts(fit, plant, records, vehicle));
+    all.extend(of_axes.iter().map(|(_, caveat)| caveat.clone()));
     all.extend(collinear(fit, plant));
     all.extend(not_driven(fit, plant, records));
     all.extend(turned_round(fit));
@@ -149,7 +152,7 @@ fn not_dissipative(fit: &CoupledFit, records: &[&CoupledRecord]) -> Option<Cavea
         ranges.fold((0.0_f64, 0.0_f64), |all, own| (all.0.min(own.0), all.1.max(own.1)));
     (worst < -NEGLIGIBLE_POWER * greatest).then(|| {
         let message = format!(
-            "damping gives the vehicle up to {} W at speeds that it had in the trials: no water does; drop a coupled damping term, or use trials in which its axes move apart",
+            "damping gives the vehicle up to {} W at speeds that it had in the trials, which is impossible; drop a coupled damping term, or use trials in which its axes move apart",
             spoken(-worst)
         );
         Caveat::warning(CaveatCode::NotDissipative, message)
@@ -209,9 +212,14 @@ pub(super) fn falls_short(score: &AxisScore) -> bool {
     fails(score) || explains_nothing(score)
 }
 
-/// Whether some axis falls short, and nothing but the plant can be the reason.
+/// Whether an axis falls short, and nothing but the plant can be the reason.
+pub(super) fn is_refuted(score: &AxisScore) -> bool {
+    falls_short(score) && !score.is_of_disturbance()
+}
+
+/// Whether some axis is refuted.
 pub(super) fn refutes(score: &CoupledScore) -> bool {
-    score.by_axis.values().any(|score| falls_short(score) && !score.is_of_disturbance())
+    score.by_axis.values().any(is_refuted)
 }
 
 fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
@@ -254,14 +262,15 @@ const WHITE: f64 = 1.8;
 /// Above this it says that the plant lacks so much that its numbers may be another vehicle's.
 const COLOURED: f64 = 6.0;
 
-/// The axis whose innovations are most correlated in time, if they are by that much; output error
-/// has none.
+/// The axis whose innovations are most correlated in time, if they are by that much.
 pub(super) fn coloured(fit: &CoupledFit) -> Option<Dof> {
-    if fit.method == Method::OutputError {
-        return None;
-    }
     let most = fit.whiteness.iter().max_by(|a, b| a.1.total_cmp(b.1))?;
-    (*most.1 > COLOURED).then_some(*most.0)
+    is_coloured(fit, *most.0).then_some(*most.0)
+}
+
+/// Whether the innovations of an axis are strongly correlated in time; output error has none.
+pub(super) fn is_coloured(fit: &CoupledFit, dof: Dof) -> bool {
+    fit.method != Method::OutputError && fit.whiteness.get(&dof).is_some_and(|x| *x > COLOURED)
 }
 
 /// Intervals of output error allow for the colour of its misfit.

@@ -20,13 +20,13 @@ pub(super) fn doubts(
     plant: &CoupledPlant,
     records: &[&CoupledRecord],
     vehicle: &Vehicle,
-) -> Vec<Caveat> {
+) -> Vec<(Dof, Caveat)> {
     let pushed = plant.axes.iter().filter(|dof| is_pushed(fit, records, **dof));
     let of = |&dof: &Dof| {
         let mass = parameter(plant.parameters.get(&Basis::Mass(dof, dof).to_string())?);
         let drag = unknown_drag(fit, dof, records);
         let impossible = impossible_mass(dof, &mass, vehicle);
-        Some([impossible, unknown_mass(dof, &mass), drag])
+        Some([impossible, unknown_mass(dof, &mass), drag].map(|caveat| Some((dof, caveat?))))
     };
     pushed.filter_map(of).flatten().flatten().collect()
 }

@@ -68,7 +68,7 @@ fn acting(found: &CoupledFit, record: &CoupledRecord) -> Result<CoupledRecord, E
 fn result(method: Method, fit: &OnlineFit) -> CoupledOnline {
     let plant = &fit.estimate.plant;
     let structure = plant.structure();
-    let names: Vec<String> = structure.terms().iter().map(ToString::to_string).collect();
+    let names = structure.names();
     let freedom = fit.estimate.independent_samples;
     let parameter = |(k, name): (usize, &String)| {
         // What nothing tells has no standard deviation that a file could hold.

@@ -13,7 +13,7 @@ use crate::plant::Plant;
 use crate::results::{AxisScore, CoupledPlant, CoupledScore};
 use crate::series::union;
 use crate::twin::random::gauss_markov;
-use crate::{CoupledRecord, Dof, Error, Method, Timed, Trial};
+use crate::{Agreement, Comparison, CoupledRecord, Dof, Error, Method, ScoredMotion, Timed, Trial};
 
 /// Sums that make a score.
 #[derive(Clone, Copy, Default)]
@@ -78,31 +78,67 @@ impl Sums {
 /// That of the first trial, if none was read for the plant's axes; as [`plant_of_result`].
 pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<CoupledScore, Error> {
     let plant = plant_of_result(result)?;
-    let number = |name: &str| result.nuisances.get(name).map_or(0.0, |x| x.value);
-    let ratio = |name: &str| result.nuisances.get(name).map_or(1.0, |x| x.value);
-    let actuator = Actuator {
-        lag_s: number("lag").max(number("force_lag")),
-        delay_s: number("delay"),
-        log_reverse_ratio: ratio("reverse_ratio").ln(),
-        log_lag_ratio: ratio("lag_ratio").ln(),
-        beyond_square: result.nuisances.get("thrust_exponent").map_or(0.0, |x| x.value - 2.0),
-        full_speed: ratio("full_speed"),
-    };
-    let mean = |direction: &str| {
-        let own = result.nuisances.iter().filter(|(name, _)| name.starts_with(direction));
-        let weighted = own.map(|(_, x)| (x.value, 1.0 / (x.std * x.std).max(f64::MIN_POSITIVE)));
-        let (sum, weight) = weighted.fold((0.0, 0.0), |(s, w), (x, own)| (s + own * x, w + own));
-        if weight > 0.0 { sum / weight } else { 0.0 }
-    };
-    let current = [mean("current north: "), mean("current east: ")];
     let read: Vec<_> = trials.iter().map(|trial| trial.coupled(&result.axes)).collect();
     let records: Vec<&CoupledRecord> =
         read.iter().filter_map(|x| x.as_ref().ok().copied()).collect();
     if let (true, Some(Err(error))) = (records.is_empty(), read.into_iter().next()) {
         return Err(error);
     }
-    let stands = Standing { actuator, disturbances: None };
-    score(&plant, &stands, &records, |_| current)
+    let current = mean_current(result);
+    score(&plant, &Standing::of_result(result), &records, |_| current)
+}
+
+/// Measured and simulated velocity of each axis over a trial, simulated freely from its start with
+/// the current of that trial, or of a trial that was not fitted with the mean of the others.
+///
+/// A simulation that runs away has none.
+///
+/// # Errors
+/// That of the trial, if it was not read for the plant's axes; as [`plant_of_result`].
+pub(crate) fn compare_coupled(
+    result: &CoupledPlant,
+    trial: &Trial,
+) -> Result<Vec<Comparison>, Error> {
+    let plant = plant_of_result(result)?;
+    let record = trial.coupled(&result.axes)?;
+    let own = |direction: &str| {
+        result.nuisances.get(&format!("{direction}{}", record.trial)).map(|x| x.value)
+    };
+    let own = own(CURRENT_NORTH).zip(own(CURRENT_EAST)).map(|(north, east)| [north, east]);
+    let current = own.unwrap_or_else(|| mean_current(result));
+    let motions = motions(&plant, &Standing::of_result(result), record, current)?;
+    let comparison = |motion: AxisMotion| {
+        let AxisMotion { dof, measured, simulated, .. } = motion;
+        let simulated = simulated?;
+        let force = record.force[dof.index()].as_ref();
+        let held = |t: &f64| force.map_or(0.0, |force| force.held_at(*t));
+        Some(Comparison {
+            quantity: ScoredMotion::Velocity,
+            dof,
+            trial: record.trial.clone(),
+            force: measured.time_s().iter().map(held).collect(),
+            velocity: Agreement::of(measured.values(), &simulated, 0.0),
+            time_s: measured.time_s().to_vec(),
+            measured: measured.values().to_vec(),
+            simulated,
+            position: None,
+        })
+    };
+    Ok(motions.into_iter().filter_map(comparison).collect())
+}
+
+/// How results name the current of a trial.
+const CURRENT_NORTH: &str = "current north: ";
+const CURRENT_EAST: &str = "current east: ";
+
+/// The mean of the currents that were fitted, each by its certainty, m/s north and east.
+fn mean_current(result: &CoupledPlant) -> [f64; 2] {
+    [CURRENT_NORTH, CURRENT_EAST].map(|direction| {
+        let own = result.nuisances.iter().filter(|(name, _)| name.starts_with(direction));
+        let weighted = own.map(|(_, x)| (x.value, 1.0 / (x.std * x.std).max(f64::MIN_POSITIVE)));
+        let (sum, weight) = weighted.fold((0.0, 0.0), |(s, w), (x, own)| (s + own * x, w + own));
+        if weight > 0.0 { sum / weight } else { 0.0 }
+    })
 }
 
 /// Simulates trials freely from their start, with thrust as it acts, and compares velocities.
@@ -139,6 +175,31 @@ fn of_trial(
     record: &CoupledRecord,
     current: [f64; 2],
 ) -> Result<BTreeMap<Dof, Sums>, Error> {
+    let sums = |motion: AxisMotion| {
+        let slopes = record.by_slope[motion.dof.index()].then(|| stands.noise(motion.dof));
+        (motion.dof, motion.sums(slopes))
+    };
+    Ok(motions(plant, stands, record, current)?.into_iter().map(sums).collect())
+}
+
+/// Velocity of one axis over a trial.
+struct AxisMotion {
+    dof: Dof,
+    measured: Timed,
+    /// At the instants of `measured`; `None` if the simulation runs away.
+    simulated: Option<Vec<f64>>,
+    /// The same with a draw of the disturbance; `None` also where none is known.
+    disturbed: Option<Vec<f64>>,
+}
+
+/// Simulates a trial freely from its start, with thrust as it acts, and once more with a draw of
+/// the disturbance of each axis.
+fn motions(
+    plant: &Plant,
+    stands: &Standing<'_>,
+    record: &CoupledRecord,
+    current: [f64; 2],
+) -> Result<Vec<AxisMotion>, Error> {
     let (from, to) = record.window_s;
     let velocity = |dof: Dof| record.velocity[dof.index()].as_ref();
     let measured: Vec<(Dof, Timed)> = plant
@@ -153,14 +214,7 @@ fn of_trial(
     let first = times.first().copied().unwrap_or(from);
     let start =
         Vector6::from_fn(|k, _| record.velocity[k].as_ref().map_or(0.0, |series| series.at(first)));
-    let inputs = Inputs {
-        force: stands.actuator.acting(record)?,
-        velocity: record.velocity.clone(),
-        attitude: record.attitude.clone(),
-        current,
-        signals: record.signals.clone(),
-        wind: None,
-    };
+    let inputs = stands.inputs(record, current)?;
     let followed = |inputs: &Inputs| match simulate(plant, inputs, &start, &times) {
         Ok(simulated) => Ok(Some(simulated)),
         Err(Error::Diverged { .. }) => Ok(None),
@@ -171,42 +225,33 @@ fn of_trial(
         Some(inputs) => followed(&inputs)?,
         None => None,
     };
-    let moved = Moved { times: &times, model: simulated.as_ref(), other: disturbed.as_ref() };
-    let of = |(dof, series): &(Dof, Timed)| {
-        let slopes = record.by_slope[dof.index()].then(|| stands.noise(*dof));
-        (*dof, moved.sums(*dof, series, slopes))
+    let motion = |(dof, measured): (Dof, Timed)| {
+        let at = |t: &f64| times.partition_point(|known| known < t);
+        let places: Vec<usize> = measured.time_s().iter().map(at).collect();
+        let of = |found: &Option<Simulated>| {
+            let found = found.as_ref()?;
+            Some(places.iter().map(|k| found.velocity[*k][dof.index()]).collect())
+        };
+        AxisMotion { dof, simulated: of(&simulated), disturbed: of(&disturbed), measured }
     };
-    Ok(measured.iter().map(of).collect())
+    Ok(measured.into_iter().map(motion).collect())
 }
 
-/// Free motion of a plant at some times, and the same disturbed.
-struct Moved<'a> {
-    times: &'a [f64],
-    model: Option<&'a Simulated>,
-    other: Option<&'a Simulated>,
-}
-
-impl Moved<'_> {
-    /// How far it is from an axis's samples, or from means of `slopes` of that noise over spans.
-    fn sums(&self, dof: Dof, series: &Timed, slopes: Option<f64>) -> Sums {
+impl AxisMotion {
+    /// How far the simulation is from the samples, or from means of `slopes` of that noise over
+    /// spans.
+    fn sums(&self, slopes: Option<f64>) -> Sums {
+        let series = &self.measured;
         let span = |t: f64| ((t - series.first_s()) / SPAN_OF_SLOPES_S).floor();
-        let samples: Vec<(f64, f64)> =
-            series.time_s().iter().copied().zip(series.values().iter().copied()).collect();
-        let (mut at, mut sums) = (0, Sums::default());
-        for few in samples.chunk_by(|a, b| slopes.is_some() && span(a.0) == span(b.0)) {
-            let (mut y, mut model, mut other) = (0.0, Some(0.0), Some(0.0));
+        let samples: Vec<(usize, f64)> = series.time_s().iter().copied().enumerate().collect();
+        let mut sums = Sums::default();
+        for few in samples.chunk_by(|a, b| slopes.is_some() && span(a.1) == span(b.1)) {
+            let places = few[0].0..few[0].0 + few.len();
             let part = 1.0 / few.len() as f64;
-            for (t, measured) in few {
-                while self.times[at] < *t {
-                    at += 1;
-                }
-                let add = |sum: Option<f64>, found: Option<&Simulated>| {
-                    sum.zip(found).map(|(sum, x)| sum + part * x.velocity[at][dof.index()])
-                };
-                y += part * measured;
-                (model, other) = (add(model, self.model), add(other, self.other));
-            }
-            sums.add(model, y);
+            let mean = |x: &[f64]| part * x[places.clone()].iter().sum::<f64>();
+            let of = |x: &Option<Vec<f64>>| x.as_deref().map(mean);
+            let (model, other) = (of(&self.simulated), of(&self.disturbed));
+            sums.add(model, mean(series.values()));
             // What one slope is too large by its neighbour is too small by: their sum has the noise
             // of one.
             let noise = MEAN_OF_NORMAL * part * slopes.unwrap_or(0.0);
@@ -248,6 +293,34 @@ impl<'a> Standing<'a> {
     fn noise(&self, dof: Dof) -> f64 {
         let of_axis = self.disturbances.and_then(|all| all.get(&dof));
         of_axis.map_or(0.0, |noise| noise.velocity.0)
+    }
+
+    /// What results hold of it; they do not keep the disturbances as they were fitted.
+    fn of_result(result: &CoupledPlant) -> Self {
+        let number = |name: &str| result.nuisances.get(name).map_or(0.0, |x| x.value);
+        let ratio = |name: &str| result.nuisances.get(name).map_or(1.0, |x| x.value);
+        let exponent = result.nuisances.get("thrust_exponent");
+        let actuator = Actuator {
+            lag_s: number("lag").max(number("force_lag")),
+            delay_s: number("delay"),
+            log_reverse_ratio: ratio("reverse_ratio").ln(),
+            log_lag_ratio: ratio("lag_ratio").ln(),
+            beyond_square: exponent.map_or(0.0, |exponent| exponent.value - 2.0),
+            full_speed: ratio("full_speed"),
+        };
+        Self { actuator, disturbances: None }
+    }
+
+    /// What drives a trial, with thrust as it acts.
+    fn inputs(&self, record: &CoupledRecord, current: [f64; 2]) -> Result<Inputs, Error> {
+        Ok(Inputs {
+            force: self.actuator.acting(record)?,
+            velocity: record.velocity.clone(),
+            attitude: record.attitude.clone(),
+            current,
+            signals: record.signals.clone(),
+            wind: None,
+        })
     }
 
     /// The inputs of a trial with a draw of the disturbance of each axis: a Gauss–Markov force.

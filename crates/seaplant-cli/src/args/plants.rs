@@ -1,0 +1,197 @@
+//! Commands that use a plant.
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueHint};
+use seaplant::{Dof, Method};
+use seaplant_control::Law;
+use seaplant_export::EXPORTERS;
+
+use super::method;
+
+fn dof() -> impl TypedValueParser<Value = Dof> {
+    PossibleValuesParser::new(Dof::ALL.map(Dof::name)).try_map(|name| name.parse::<Dof>())
+}
+
+/// Predict what a plant would do under inputs alone, or drive it with another log's thrust.
+///
+/// Inputs alone are --step, a profile in TOML, or a table whose columns are time, wrench.AXIS,
+/// thruster.NAME.INPUT and supply.voltage, with units. Any other log is read through its campaign, and
+/// simulated and measured velocity are compared.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant simulate results/results.json --step \"surge 200 N\" --for 60\n  seaplant simulate results/results.json profile.toml --out motion.csv\n  seaplant simulate results/results.json dive13.csv --dof heave --out heave.csv"
+)]
+pub struct Simulate {
+    /// The results.json of a fit; for inputs alone also a plant file or published:NAME.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub results: PathBuf,
+    /// A profile, a table of inputs, or the log or files that were logged side by side.
+    #[arg(value_name = "INPUTS", value_hint = ValueHint::FilePath)]
+    pub logs: Vec<PathBuf>,
+    /// A constant force from rest, as "surge 200 N" or "yaw 5 N m"; give it once for each axis.
+    #[arg(long = "step", value_name = "FORCE", conflicts_with = "logs", requires = "duration_s")]
+    pub steps: Vec<String>,
+    /// For how long, s.
+    #[arg(long = "for", value_name = "S")]
+    pub duration_s: Option<f64>,
+    /// A velocity to begin with, as "surge 0.5 m/s"; give it once for each axis.
+    #[arg(long = "from", value_name = "VELOCITY")]
+    pub start: Vec<String>,
+    /// Velocity of the water north and east, m/s, as 0.2,-0.1.
+    #[arg(
+        long,
+        value_name = "N,E",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
+    pub current: Vec<f64>,
+    /// How many draws of the coefficients make the band; 0 for none.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(0..=10_000))]
+    pub draws: u16,
+    /// Where the draws' random numbers start.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Disturb each draw as the trials were, so that the band includes that.
+    #[arg(long)]
+    pub disturbed: bool,
+    /// The campaign whose vehicle and channels the log shares; the fit's own if not given.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub campaign: Option<PathBuf>,
+    /// The degree of freedom, if the results hold several.
+    #[arg(long, value_parser = dof())]
+    pub dof: Option<Dof>,
+    /// The method whose plant to use; the recommended one's if not given.
+    #[arg(long, value_parser = method())]
+    pub method: Option<Method>,
+    /// The CSV file to write, or of inputs alone a page with charts (.html); a log's is printed if
+    /// not given.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub out: Option<PathBuf>,
+    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn formats() -> PossibleValuesParser {
+    PossibleValuesParser::new(
+        EXPORTERS.map(|exporter| PossibleValue::new(exporter.name()).help(exporter.about())),
+    )
+}
+
+/// Write a plant for a simulator or a controller.
+///
+/// Every file states its units, frames, source, settings and uncertainty. What a format cannot hold,
+/// and what of the plant is not known, is listed in the files and here.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant export results/results.json --to gazebo --out model\n  seaplant export published:bluerov2-wu-2018 --to fmu --out model"
+)]
+pub struct Export {
+    /// The results.json of a fit, a plant file (seaplant/plant in TOML or JSON), or
+    /// published:NAME.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub plant: PathBuf,
+    /// The format.
+    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    pub to: String,
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+    /// The method whose plants of single axes to use; the recommended one's if not given.
+    #[arg(long, value_parser = method())]
+    pub method: Option<Method>,
+    /// Export a plant that should not be used; the files carry the reasons.
+    #[arg(long)]
+    pub anyway: bool,
+    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn law() -> impl TypedValueParser<Value = Law> {
+    PossibleValuesParser::new(Law::ALL.map(Law::name)).try_map(|name| name.parse::<Law>())
+}
+
+/// Make a controller for a plant: gains with their margins, and what they follow.
+///
+/// Gains come from a bandwidth and a damping ratio, or from the error and the force that are worth
+/// each other. Lag, delay and limits are those of the plant's thrusters, as far as they are known;
+/// margins are taken over draws of the coefficients.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  seaplant control results/results.json --bandwidth \"surge 0.05 Hz\" --out controller\n  seaplant control published:bluerov2-heavy-von-benzon-2022 --bandwidth \"yaw 0.2 Hz\" --law pid"
+)]
+pub struct Control {
+    /// The results.json of a fit, a plant file, or published:NAME.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub plant: PathBuf,
+    /// The natural frequency of an axis's closed loop, as "surge 0.05 Hz"; give it once for each
+    /// axis.
+    #[arg(long = "bandwidth", value_name = "AXIS")]
+    pub bandwidths: Vec<String>,
+    /// The error that is worth a force, as "surge 0.1 m 400 N", in place of a bandwidth: a linear
+    /// quadratic regulator.
+    #[arg(long = "lqr", value_name = "AXIS")]
+    pub regulators: Vec<String>,
+    /// The damping ratio of axes with a bandwidth.
+    #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
+    pub damping: f64,
+    /// The integral time of PID, s; 10 over the bandwidth in rad/s if not given.
+    #[arg(long = "integral", value_name = "S")]
+    pub integral_s: Option<f64>,
+    /// The law.
+    #[arg(long, value_parser = law(), default_value = "non-exact")]
+    pub law: Law,
+    /// Let the model of the law adapt.
+    #[arg(long)]
+    pub adaptive: bool,
+    /// In what time it follows, s.
+    #[arg(long = "adaptation", value_name = "S", default_value_t = 60.0)]
+    pub adaptation_s: f64,
+    /// The greatest force on an axis, as "surge 2000 N"; of thrusters with measured tables it is
+    /// known.
+    #[arg(long = "limit", value_name = "FORCE")]
+    pub limits: Vec<String>,
+    /// The lag of an axis's thrusters, as "surge 0.3 s", in place of the plant's.
+    #[arg(long = "lag", value_name = "AXIS")]
+    pub lags: Vec<String>,
+    /// The delay of an axis's thrusters, as "surge 0.2 s", in place of the plant's.
+    #[arg(long = "delay", value_name = "AXIS")]
+    pub delays: Vec<String>,
+    /// How often the controller acts, Hz.
+    #[arg(long, value_name = "HZ", default_value_t = 10.0)]
+    pub sample_hz: f64,
+    /// Velocity of the water north and east in the second run, m/s, as 0.2,-0.1.
+    #[arg(
+        long,
+        value_name = "N,E",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true,
+        default_value = "0.2,0.1"
+    )]
+    pub current: Vec<f64>,
+    /// How many draws of the coefficients the worst case is of.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(0..=10_000))]
+    pub draws: u16,
+    /// Where random numbers start.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// The method whose plants of single axes to use; the recommended one's if not given.
+    #[arg(long, value_parser = method())]
+    pub method: Option<Method>,
+    /// Make one for a plant that should not be used, or with too small a margin; the files carry
+    /// the reasons.
+    #[arg(long)]
+    pub anyway: bool,
+    /// The folder to write control.toml, control.json, the C headers and ArduSub's parameters to;
+    /// if not given, nothing is written.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
+    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    #[arg(long)]
+    pub force: bool,
+}

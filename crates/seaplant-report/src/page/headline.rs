@@ -1,0 +1,98 @@
+//! One line for the vehicle.
+
+use seaplant::exchange::Judgement;
+use seaplant::results::{Results, Trust, Verdict};
+use serde::Serialize;
+
+use crate::words;
+
+/// What is made of some axes, in a clause.
+#[derive(Debug, PartialEq, Serialize)]
+pub(crate) struct Finding {
+    pub(super) axes: String,
+    pub(super) trust: &'static str,
+    pub(super) trust_class: String,
+    /// Empty of what is usable.
+    pub(super) reason: String,
+}
+
+/// Axes that are judged alike.
+struct Alike {
+    trust: Trust,
+    reason: String,
+    axes: Vec<String>,
+}
+
+/// What is made of the vehicle: its axes by verdict, the best first; axes of equal verdict stand
+/// together.
+pub(crate) fn of(results: &Results) -> Vec<Finding> {
+    let mut all: Vec<Alike> = Vec::new();
+    for (axes, Verdict { trust, reason, .. }) in judged(results) {
+        // What is usable has its warnings below; what is doubtful says here why.
+        let reason = match trust {
+            Trust::Usable | Trust::UsableWithCare => String::new(),
+            Trust::Doubtful | Trust::DoNotUse => format!("because {reason}"),
+        };
+        match all.iter_mut().find(|known| known.trust == trust && known.reason == reason) {
+            Some(known) => known.axes.push(axes),
+            None => all.push(Alike { trust, reason, axes: vec![axes] }),
+        }
+    }
+    all.sort_by_key(|alike| std::cmp::Reverse(alike.trust));
+    all.into_iter().map(Alike::finding).collect()
+}
+
+impl Alike {
+    fn finding(self) -> Finding {
+        let axes = match self.axes.as_slice() {
+            [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+            axes => axes.concat(),
+        };
+        Finding {
+            axes: words::capitalised(&axes),
+            trust: self.trust.name(),
+            trust_class: self.trust.name().replace(' ', "-"),
+            reason: self.reason,
+        }
+    }
+}
+
+/// Each axis with its verdict; axes of a plant that does not tell them apart, as one.
+fn judged(results: &Results) -> Vec<(String, Verdict)> {
+    // Without a method asked for, every axis has its recommended plant.
+    let judgements = Judgement::of_results(results, None).unwrap_or_default();
+    let of = |judgement: &Judgement| {
+        let plant = results.coupled.values().find(|plant| plant.axes == judgement.axes);
+        match plant.map(|plant| &plant.verdicts).filter(|verdicts| !verdicts.is_empty()) {
+            Some(verdicts) => verdicts
+                .iter()
+                .map(|(dof, verdict)| (dof.name().to_owned(), verdict.clone()))
+                .collect(),
+            None => {
+                let names: Vec<&str> = judgement.axes.iter().map(|dof| dof.name()).collect();
+                vec![(names.join("-"), judgement.verdict.clone())]
+            }
+        }
+    };
+    judgements.iter().flat_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture;
+
+    #[test]
+    fn the_headline_names_each_axis_with_its_verdict() {
+        let headline = of(&fixture::identification().results);
+        let said: Vec<(&str, &str)> =
+            headline.iter().map(|finding| (finding.axes.as_str(), finding.trust)).collect();
+        // Surge by itself; sway and yaw of one plant, of which yaw is doubtful.
+        assert_eq!(
+            said,
+            [("Sway", "usable with care"), ("Yaw", "doubtful"), ("Surge", "do not use")]
+        );
+        assert_eq!(headline[0].reason, "");
+        assert!(headline[1].reason.starts_with("because "), "{headline:?}");
+    }
+}
