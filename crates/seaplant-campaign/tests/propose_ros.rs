@@ -193,7 +193,7 @@ fn a_thruster_in_no_known_unit_is_asked_for() {
     let works = |t: f64| numbers(&[80.0 * t.sin()]);
     let (text, campaign) = proposed(&[("/thruster_1/cmd", "std_msgs/msg/Float64", &works)]);
     expect(&campaign, &[]);
-    let question = "column \"/thruster_1/cmd/data\": a thruster's input, it seems, in no unit";
+    let question = "column \"/thruster_1/cmd/data\": a thruster's input, it seems, whose unit cannot be inferred";
     assert!(text.contains(question), "{text}");
 }
 

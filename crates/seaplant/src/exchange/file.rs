@@ -556,7 +556,7 @@ mod tests {
         assert!(error("added_mass", serde_json::json!([1.0, 2.0])).contains("needs 3"));
         let skew = serde_json::json!([[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         let message = error("mass_matrix", skew);
-        assert!(message.contains("added_mass stands beside"), "{message}");
+        assert!(message.contains("added_mass is given beside mass_matrix"), "{message}");
         assert!(error("terms", serde_json::json!({ "yaw: zz": 1.0 })).contains("no velocity `z`"));
         let named = serde_json::json!({ "mass.yar": { "value": 1.0 } });
         let message = error("coefficients", named);

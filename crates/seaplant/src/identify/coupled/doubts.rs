@@ -43,8 +43,22 @@ pub(super) fn doubts(
     all.extend(restoring(fit, vehicle));
     all.extend(scores(plant));
     all.extend(not_white(fit));
+    all.extend(another_power(fit));
     all.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
     all
+}
+
+/// That thrust is no square law, so that its scale depends on where its curve is right.
+fn another_power(fit: &CoupledFit) -> Option<Caveat> {
+    let (actuator, [.., exponent_std]) = (fit.actuator, fit.actuator_std);
+    exponent_std.map(|_| {
+        let at_half = 100.0 * (actuator.beyond_square.exp2() - 1.0).abs();
+        let message = format!(
+            "thrust grows with the power {:.2} of propeller speed, while its curve says 2: the curve is taken to be right at the greatest speed of the trials; if it is right at half of that, every mass, drag and lever is {at_half:.0} % off; measure thrust at several speeds and give it as a table",
+            2.0 + actuator.beyond_square
+        );
+        Caveat::warning(CaveatCode::ThrustScale, message)
+    })
 }
 
 fn untold(plant: &CoupledPlant) -> Option<Caveat> {
@@ -260,7 +274,7 @@ fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
 const WHITE: f64 = 1.8;
 
 /// Above this it says that the plant lacks so much that its numbers may be another vehicle's.
-const COLOURED: f64 = 6.0;
+const COLOURED: f64 = 4.0;
 
 /// The axis whose innovations are most correlated in time, if they are by that much.
 pub(super) fn coloured(fit: &CoupledFit) -> Option<Dof> {
