@@ -187,7 +187,7 @@ fn figures_are_xml_and_png() {
             assert!(colours.len() > 10, "{} is blank", artifact.path);
         }
     }
-    assert_eq!((svgs, pngs), (7, 7));
+    assert_eq!((svgs, pngs), (9, 9));
 }
 
 #[test]
@@ -201,7 +201,7 @@ fn inline_figures_are_xml_too() {
         roxmltree::Document::parse(svg).expect("XML");
         count += 1;
     }
-    assert_eq!(count, 7);
+    assert_eq!(count, 9);
 }
 
 #[test]
@@ -254,10 +254,12 @@ fn other_schemas_are_refused_by_name() {
 fn series_have_a_head_and_every_sample() {
     let all = artifacts(&fixture::identification());
     let series: Vec<&File> = all.iter().filter(|a| a.path.starts_with("series/")).collect();
-    assert_eq!(series.len(), 4);
+    assert_eq!(series.len(), 6);
     for artifact in series {
         let mut reader = csv::Reader::from_reader(&artifact.bytes[..]);
-        assert_eq!(reader.headers().expect("a head")[4], *"difference [m/s]");
+        let unit = if artifact.path.contains(".yaw.") { "rad/s" } else { "m/s" };
+        let difference = format!("difference [{unit}]");
+        assert_eq!(reader.headers().expect("a head")[4], *difference, "{}", artifact.path);
         let rows: Vec<[f64; 5]> = reader.deserialize().map(|row| row.expect("numbers")).collect();
         assert_eq!(rows.len(), 3000);
         assert!(rows.iter().all(|row| (row[3] - row[2] - row[4]).abs() < 1e-12));
