@@ -44,7 +44,7 @@ def test_wrong_settings_are_refused_with_the_near_one(dive):
 
 
 def test_trials_of_one_name_are_refused(dive):
-    with pytest.raises(sp.InputError, match="`surge 1`: stands twice"):
+    with pytest.raises(sp.InputError, match="`surge 1`: is given twice"):
         sp.identify([dive.trials[0], dive.trials[0]], dive.vehicle)
 
 

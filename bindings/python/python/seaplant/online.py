@@ -172,8 +172,8 @@ class Online:
         pitch
             Rad.
         signals
-            What the plant's rudders, fins, propellers of unknown strength and wind read, each of
-            `signal_names`.
+            What the plant's rudders, fins, propellers of unknown strength and wind read, each
+            of `signal_names`.
 
         Returns
         -------
@@ -233,10 +233,12 @@ class Online:
 
     @property
     def signal_names(self) -> tuple[str, ...]:
-        """What `update` needs beside motion and force: angles of rudders and fins
-        (``rudder.NAME.angle``, rad), drives of propellers (``thruster.NAME.drive``, N, rad/s or a
-        ratio) and the velocity of the air over ground in body axes (``wind.forward``,
-        ``wind.starboard``, m/s)."""
+        """What `update` needs beside motion and force.
+
+        Angles of rudders and fins (``rudder.NAME.angle``, rad), drives of propellers
+        (``thruster.NAME.drive``, N, rad/s or a ratio) and the velocity of the air over ground
+        in body axes (``wind.forward``, ``wind.starboard``, m/s).
+        """
         return tuple(self._native.signal_names())
 
     @property
