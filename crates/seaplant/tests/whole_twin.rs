@@ -4,7 +4,8 @@ use seaplant::exchange::{PlantFile, PlantModel};
 use seaplant::results::CoupledPlant;
 use seaplant::twin::{Disturbance, Driving, TwinCampaign, WholeTwinSpec, make_whole};
 use seaplant::{
-    Dof, IdentifyOptions, Quantity, Role, Trial, TrialSetup, identify, plant_of_result,
+    Caveat, CaveatCode, Dof, IdentifyOptions, Quantity, Role, Trial, TrialSetup, identify,
+    plant_of_result,
 };
 use serde_json::{Value, json};
 
@@ -114,6 +115,22 @@ fn propellers_that_lag_and_are_weak_in_reverse_are_found_to() {
         let off = (found[name].value - expected).abs();
         assert!(off < near, "{name}: {} ± {}", found[name].value, found[name].std);
     }
+}
+
+#[test]
+fn thrust_by_another_power_of_speed_is_found_and_its_scale_doubted() {
+    let spec = short(|spec| {
+        spec.disturbances = Disturbance::parse_list("thrust-exponent").expect("known");
+    });
+    let twin = make_whole(&spec, &boat()).expect("can be made");
+    let options = IdentifyOptions { coupled: twin.coupled.clone(), ..IdentifyOptions::default() };
+    let found = identify(&twin.vehicle, &trials(&twin), &options).results;
+    let found = &found.coupled["surge-sway-yaw"];
+    let exponent = &found.nuisances["thrust_exponent"];
+    let off = (exponent.value - spec.strength.thrust_exponent).abs();
+    assert!(off < 0.01, "{} ± {}", exponent.value, exponent.std);
+    let is_doubted = |caveat: &Caveat| caveat.code == CaveatCode::ThrustScale;
+    assert!(found.caveats.iter().any(is_doubted), "{:?}", found.caveats);
 }
 
 #[test]
