@@ -223,17 +223,15 @@ impl Trial {
         found.as_ref().map_err(Clone::clone)
     }
 
+    /// The caveats that every fit to this trial inherits: of units, outliers and how thrust was logged.
+    pub(crate) fn caveats_of_log(&self) -> &[Caveat] {
+        &self.caveats
+    }
+
     /// The caveats that every fit of a degree of freedom of this trial inherits.
     pub fn caveats(&self, dof: Dof) -> Vec<Caveat> {
         let mut caveats = self.caveats.clone();
-        for Saturation { thruster, part } in &self.saturated {
-            let message = format!(
-                "trial `{}`: thruster `{thruster}` is driven beyond its measured curve for {:.0} % of the log, where its thrust is taken as the curve's last; measure the curve further out or leave those stretches out",
-                self.setup.name,
-                100.0 * part
-            );
-            caveats.push(Caveat::warning(CaveatCode::ThrusterSaturated, message));
-        }
+        caveats.extend(saturations(&self.setup.name, &self.saturated));
         let axis = self.axis(dof, VelocitySource::Measured);
         caveats.extend(axis.iter().filter_map(AxisRecord::contradiction));
         let ready = axis.as_ref().map(|axis| axis.ready(LEAST_SAMPLES));
@@ -253,6 +251,17 @@ impl Trial {
         caveats.extend(axis.iter().filter_map(AxisRecord::lost_turns));
         caveats
     }
+}
+
+/// That thrusters are driven beyond their curves.
+fn saturations(trial: &str, saturated: &[Saturation]) -> impl Iterator<Item = Caveat> {
+    saturated.iter().map(move |Saturation { thruster, part }| {
+        let message = format!(
+            "trial `{trial}`: thruster `{thruster}` is driven beyond its measured curve for {:.0} % of the log, where its thrust is taken as the curve's last; measure the curve further out or leave those stretches out",
+            100.0 * part
+        );
+        Caveat::warning(CaveatCode::ThrusterSaturated, message)
+    })
 }
 
 /// The direction of the mean of unit vectors, which whole turns leave alone.

@@ -172,6 +172,8 @@ fn names(axes: &[Dof]) -> String {
 pub(super) struct Records<'a> {
     pub(super) fit: Vec<&'a CoupledRecord>,
     pub(super) hold_out: Vec<&'a CoupledRecord>,
+    /// What the logs of the trials to fit give reason to doubt.
+    of_logs: Vec<Caveat>,
     /// Trials that do not say enough.
     left_out: Vec<Caveat>,
 }
@@ -185,7 +187,10 @@ impl<'a> Records<'a> {
         let mut refused = None;
         for trial in trials.iter().filter(|trial| trial.role() != Role::Steady) {
             match (trial.coupled(axes), trial.role()) {
-                (Ok(record), Role::Fit) => records.fit.push(record),
+                (Ok(record), Role::Fit) => {
+                    records.fit.push(record);
+                    records.of_logs.extend_from_slice(trial.caveats_of_log());
+                }
                 (Ok(record), _) => records.hold_out.push(record),
                 (Err(error), role) => {
                     let message = format!("trial `{}` is left out: {error}", trial.name());

@@ -205,10 +205,7 @@ mod tests {
     fn push(lag: f64) -> HeldForce {
         let by = Vector6::new(-30.0, 0.0, 0.0, 0.0, 2.0, 0.0);
         let force = Vector6::new(20.0, 0.0, 0.0, 0.0, 0.3, 0.0) + lag * by;
-        HeldForce {
-            force,
-            by: [by, Vector6::zeros(), Vector6::zeros(), Vector6::zeros(), Vector6::zeros()],
-        }
+        HeldForce { force, by: std::array::from_fn(|k| if k == 0 { by } else { Vector6::zeros() }) }
     }
 
     #[test]

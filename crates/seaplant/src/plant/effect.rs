@@ -382,7 +382,9 @@ impl Effect {
             EffectForce::Race { squared: false, .. } => "√N/(m/s)",
             EffectForce::Race { .. } => "N/((m/s)(rad/s))",
             EffectForce::Thrust { .. } | EffectForce::Astern { .. } => "N/(rad/s)²",
-            EffectForce::Advance { .. } | EffectForce::Inflow { .. } => "N/((m/s)(rad/s))",
+            EffectForce::Advance { .. } => "N/((m/s)(rad/s))",
+            // n as the curve of the thruster reads it.
+            EffectForce::Inflow { .. } => "N/((m/s) n)",
             EffectForce::Wind { scale, on } if *scale == 1.0 && *on == Dof::Yaw => "N m/(m/s)²",
             EffectForce::WindAcross { scale } if *scale == 1.0 => "N m/(m/s)²",
             EffectForce::Wind { scale, .. } if *scale == 1.0 => "N/(m/s)²",
@@ -518,8 +520,25 @@ mod tests {
         for k in 0..50 {
             let x = |j: f64| (1.7 * f64::from(k) + j).sin();
             let velocity = Vector6::new(x(0.0), x(1.0), x(2.0), x(3.0), x(4.0), x(5.0));
-            assert!(lift.wrench(&velocity, [x(6.0), 0.0]).0.dot(&velocity) <= 1e-15);
+            assert!(lift.wrench(&velocity, &[x(6.0), 0.0]).0.dot(&velocity) <= 1e-15);
         }
+    }
+
+    #[test]
+    fn inflow_takes_thrust_along_each_thruster_and_power_out_of_every_motion() {
+        let ahead = Pusher {
+            name: "ahead".into(),
+            position_m: [0.0, 0.3, 0.0],
+            direction: [1.0, 0.0, 0.0],
+        };
+        let inflow = effect(EffectForce::Inflow { thrusters: vec![ahead] });
+        // 0.3 m to starboard, a turn of 1 rad/s takes 0.3 m/s of 0.5 m/s away.
+        let velocity = Vector6::new(0.5, 0.0, 0.0, 0.0, 0.0, 1.0);
+        let wrench = inflow.wrench(&velocity, &[-20.0]).0;
+        let expected = Vector6::new(-20.0 * 0.2, 0.0, 0.0, 0.0, 0.0, 0.3 * 20.0 * 0.2);
+        assert!((wrench - expected).amax() < 1e-12, "{wrench}");
+        assert!(wrench.dot(&velocity) < 0.0);
+        assert_eq!(inflow.axes(), [Dof::Surge, Dof::Yaw]);
     }
 
     #[test]
@@ -527,6 +546,7 @@ mod tests {
         let place = ([-0.7, 0.2, 0.1], [0.8, 0.6, 0.0]);
         let (position_m, direction) = place;
         let propeller = || "propeller".to_owned();
+        let pusher = |name: &str| Pusher { name: name.into(), position_m, direction };
         let foils = || foil([0.0, 0.6, 0.8], None);
         let forces = [
             EffectForce::Lift { foil: foils() },
@@ -542,6 +562,7 @@ mod tests {
             EffectForce::Race { foil: foils(), propeller: propeller(), squared: false },
             EffectForce::Thrust { propeller: propeller(), position_m, direction },
             EffectForce::Advance { propeller: propeller(), position_m, direction },
+            EffectForce::Inflow { thrusters: vec![pusher("a"), pusher("b")] },
             EffectForce::Astern { propeller: propeller(), way: [0.0, 1.0, 0.0, 0.0, 0.0, -0.7] },
             EffectForce::Wind { on: Dof::Surge, scale: 0.3 },
             EffectForce::Wind { on: Dof::Yaw, scale: 0.3 },
@@ -551,12 +572,12 @@ mod tests {
         for force in forces {
             let effect = effect(force);
             let signals = if effect.signals().len() == 1 { [0.2, 0.0] } else { [0.2, 3.0] };
-            let slope = effect.wrench(&velocity, signals).1;
+            let slope = effect.wrench(&velocity, &signals).1;
             for j in 0..6 {
                 let at = |step: f64| {
                     let mut moved = velocity;
                     moved[j] += step;
-                    effect.wrench(&moved, signals).0
+                    effect.wrench(&moved, &signals).0
                 };
                 let found = (at(1e-6) - at(-1e-6)) / 2e-6;
                 assert!((found - slope.column(j)).amax() < DIFFERENCE, "{effect:?} by {j}");

@@ -7,7 +7,7 @@ use nalgebra::Vector6;
 use super::force::{CoupledThrust, ThrusterTrack, coupled_thrust};
 use super::signals::signals;
 use super::slopes::{of_fixes, slope};
-use super::{Role, TrialSetup};
+use super::{Role, TrialSetup, saturations};
 use crate::motion::smoothed_attitude;
 use crate::navigation::{Motion, Recording, navigate};
 use crate::plant::Signal;
@@ -79,7 +79,8 @@ impl CoupledRecord {
     ) -> Result<Self, Error> {
         let navigated = navigate(&setup.name, recording, &vehicle.sensors)?;
         let mut caveats = Vec::new();
-        let CoupledThrust { force, thrusters } = coupled_thrust(recording, vehicle);
+        let CoupledThrust { force, thrusters, saturated } = coupled_thrust(recording, vehicle);
+        caveats.extend(saturations(&setup.name, &saturated));
         let force = force.map(|force| Some(held_means(&force?)));
         let thrusters: Vec<CoupledThruster> =
             thrusters.into_iter().map(CoupledThruster::thinned).collect();

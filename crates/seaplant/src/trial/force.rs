@@ -260,6 +260,8 @@ pub(super) struct CoupledThrust {
     pub(super) force: [Option<Timed>; 6],
     /// The thrusters that make it; an axis on which none acts has a logged wrench.
     pub(super) thrusters: Vec<CoupledThruster>,
+    /// Which thrusters were driven beyond their curves.
+    pub(super) saturated: Vec<Saturation>,
 }
 
 /// What a recording tells of the forces on all axes.
@@ -268,7 +270,8 @@ pub(super) fn coupled_thrust(recording: &Recording, vehicle: &Vehicle) -> Couple
     let of_thrust = recording.iter().filter(|(quantity, _)| quantity.is_of_thrust());
     let of_thrust = of_thrust.map(|(quantity, x)| (quantity.clone(), x.clone())).collect();
     let mut thrusts = Thrusts::new(&setup, of_thrust, vehicle);
-    let mut found = CoupledThrust { force: [const { None }; 6], thrusters: Vec::new() };
+    let (force, saturated) = ([const { None }; 6], Vec::new());
+    let mut found = CoupledThrust { force, thrusters: Vec::new(), saturated };
     let mut places: BTreeMap<&str, usize> = BTreeMap::new();
     for dof in Dof::ALL {
         let Ok(thrust) = thrusts.along(dof) else { continue };
@@ -290,6 +293,7 @@ pub(super) fn coupled_thrust(recording: &Recording, vehicle: &Vehicle) -> Couple
             found.thrusters[place].wrench[dof.index()] = lever;
         }
     }
+    found.saturated = thrusts.into_saturated();
     found
 }
 

@@ -377,7 +377,7 @@ mod tests {
     fn of_wrench(axis: usize) -> LoggedThrust {
         let mut wrench = [const { None }; 6];
         wrench[axis] = Some(steps());
-        LoggedThrust { thrusters: Vec::new(), wrench }
+        LoggedThrust { thrusters: Vec::new(), wrench, window_s: (0.0, 2.0), between: 0.3 }
     }
 
     fn of(numbers: [f64; Actuator::COUNT]) -> Actuator {
@@ -399,7 +399,8 @@ mod tests {
     }
 
     fn of_thruster() -> LoggedThrust {
-        LoggedThrust { thrusters: vec![thruster()], wrench: [const { None }; 6] }
+        let wrench = [const { None }; 6];
+        LoggedThrust { thrusters: vec![thruster()], wrench, window_s: (0.0, 2.0), between: 0.3 }
     }
 
     /// What lags behind steps, and the integral of what that makes, by many small steps of Euler's
@@ -436,7 +437,7 @@ mod tests {
     #[test]
     fn a_propeller_lags_in_speed() {
         let ratio: f64 = 0.7;
-        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0]);
+        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0]);
         let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18));
         let thrust = |n: f64| if n < 0.0 { -1.5 * ratio * n * n } else { 2.0 * n * n };
         let (_, integral) = by_small_steps(actuator, 0.9, thrust);
@@ -466,9 +467,9 @@ mod tests {
         for logged in [of_wrench(0), of_thruster()] {
             // With another exponent, how long a propeller reverses within a slice is held.
             let some = [
-                ([0.2, 0.13, -0.4, 0.3, 0.0], 1e-3),
-                ([0.03, 0.01, 0.2, 0.0, 0.0], 1e-3),
-                ([0.2, 0.13, -0.4, 0.3, -0.2], 0.1),
+                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.01, 0.2, 0.0, 0.0, -0.2, 0.1], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.2, -0.1], 0.1),
             ];
             for (base, near) in some {
                 let pushes = |k: usize, step: f64| {
@@ -486,6 +487,20 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn thrust_that_changes_is_that_of_its_log_in_the_middle() {
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1]);
+        let slices = slices(0.05, 40);
+        let (logged, changed) = [Actuator::default(), actuator]
+            .map(|actuator| actuator.pushes(&of_wrench(0), &slices))
+            .into();
+        for (slice, (logged, changed)) in slices.iter().zip(logged.iter().zip(&changed)) {
+            let within = (slice.from_s + 0.025) / 2.0 - 0.5;
+            let expected = logged.force[0] * (0.3_f64 * 0.1 - 0.2 * within).exp();
+            assert!((changed.force[0] - expected).abs() < 1e-9, "{} s", slice.from_s);
         }
     }
 
@@ -521,8 +536,11 @@ mod tests {
             caveats: Vec::new(),
         };
         assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
-        let some =
-            [[0.0, 0.2, 0.0, 0.0, 0.0], [0.3, 0.0, 0.1, 0.0, 0.0], [0.2, 0.1, -0.3, 0.5, -0.2]];
+        let some = [
+            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0],
+            [0.2, 0.1, -0.3, 0.5, -0.2, -0.2, 0.0],
+        ];
         for numbers in some {
             let actuator = of(numbers);
             let acting = actuator.acting(&record).expect("finite");

@@ -54,16 +54,19 @@ pub(super) struct Problem {
 /// The force over every slice of all schedules, by the actuator that was asked for last: most passes
 /// ask for the same.
 #[derive(Default)]
-struct Pushed(Mutex<Option<(Actuator, Arc<[Vec<HeldForce>]>)>>);
+struct Pushed(Mutex<Option<(Actuator, Pushes)>>);
+
+/// The force over every slice of each schedule.
+type Pushes = Arc<[Vec<HeldForce>]>;
 
 impl Pushed {
-    fn by(&self, actuator: &Actuator, schedules: &[Schedule]) -> Arc<[Vec<HeldForce>]> {
+    fn by(&self, actuator: &Actuator, schedules: &[Schedule]) -> Pushes {
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match last.as_ref().filter(|(own, _)| own == actuator) {
             Some((_, pushes)) => Arc::clone(pushes),
             None => {
                 let of = |k: usize| actuator.pushes(&schedules[k].thrust, &schedules[k].slices);
-                let pushes: Arc<[_]> = in_threads(schedules.len(), of).into();
+                let pushes: Pushes = in_threads(schedules.len(), of).into();
                 *last = Some((*actuator, Arc::clone(&pushes)));
                 pushes
             }

@@ -7,7 +7,7 @@ use super::filter::Pass;
 use super::fit::{in_threads, sample_noise};
 use super::*;
 use crate::motion::{HeldForce, Inputs, Prepared, simulate};
-use crate::plant::Symmetry;
+use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
 use crate::{CoupledThruster, Role, ThrusterTrack, Timed};
 
 /// Differences over parts of 1e-6 of sums of thousands of squares.
@@ -32,7 +32,7 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
 /// its speed √|τ| lags so, and its thrust in reverse is κ times what was logged.
 fn behind(logged: &Timed, actuator: Actuator, is_of_propeller: bool) -> Timed {
     const STEP_S: f64 = 1e-3;
-    let Actuator { lag_s, delay_s, log_reverse_ratio, .. } = actuator;
+    let Actuator { lag_s, delay_s, log_reverse_ratio, log_change_within, .. } = actuator;
     if actuator == Actuator::default() {
         return logged.clone();
     }
@@ -50,8 +50,9 @@ fn behind(logged: &Timed, actuator: Actuator, is_of_propeller: bool) -> Timed {
         let goal = lagging(logged.held_at((k as f64 * STEP_S - delay_s).max(0.0)));
         x += if lag_s > 0.0 { STEP_S / lag_s * (goal - x) } else { goal - x };
         if k % 10 == 0 {
-            time_s.push(k as f64 * STEP_S);
-            values.push(acting(x));
+            let t = k as f64 * STEP_S;
+            time_s.push(t);
+            values.push(acting(x) * (log_change_within * (t / logged.last_s() - 0.5)).exp());
         }
     }
     Timed::new("force", time_s, values).expect("valid")
@@ -99,7 +100,13 @@ fn record_behind(
     let force = [series(20.0, 37), series(20.0, 53), None, None, None, series(1.0, 23)];
     let heading = Timed::new("heading", vec![0.0], vec![0.3]).expect("valid");
     let current = [0.1, -0.05];
+    let speed = |(axis, force): (usize, &Option<Timed>)| {
+        let speed = force.as_ref()?.map(|force| force.abs().sqrt().copysign(force));
+        Some((Signal::PropellerSpeed(axis.to_string()), speed))
+    };
+    let signals: BTreeMap<Signal, Timed> = force.iter().enumerate().filter_map(speed).collect();
     let inputs = Inputs {
+        signals: signals.clone(),
         force: force.clone().map(|logged| Some(behind(&logged?, actuator, is_of_propeller))),
         attitude: [None, None, Some(heading)],
         current,
@@ -121,7 +128,7 @@ fn record_behind(
         velocity: [surge, sway, None, None, None, yaw],
         by_slope: [false; 6],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
-        signals: std::collections::BTreeMap::new(),
+        signals,
         window_s: (0.0, time_s[time_s.len() - 1]),
         caveats: Vec::new(),
     }
@@ -238,14 +245,18 @@ fn a_simulated_vehicle_comes_back_within_its_intervals() {
         assert!((found - expected).abs() < 4.0 * std, "{term}: {found} ± {std}, {expected}");
         assert!(std < 0.1 * expected.abs(), "{term}: {found} ± {std}");
     }
-    assert_eq!((fit.actuator, fit.actuator_std), (Actuator::default(), [None; 5]));
+    assert_eq!((fit.actuator, fit.actuator_std), (Actuator::default(), [None; Actuator::COUNT]));
     let [north, east] = fit.current_of("a");
     assert!((north - 0.1).abs() < 0.01 && (east + 0.05).abs() < 0.01, "{north} {east}");
 }
 
 fn check_behind([lag_s, delay_s, log_reverse_ratio]: [f64; 3], is_of_propeller: bool) {
-    let truth = planar();
     let actuator = Actuator { lag_s, delay_s, log_reverse_ratio, ..Actuator::default() };
+    check_actuator(actuator, is_of_propeller);
+}
+
+fn check_actuator(actuator: Actuator, is_of_propeller: bool) {
+    let truth = planar();
     let records = [("a", 8), ("b", 9)].map(|(name, seed)| {
         let record = record_behind(&truth, name, seed, (150, 0.005), (actuator, is_of_propeller));
         if is_of_propeller { of_thrusters(record) } else { record }
@@ -278,6 +289,42 @@ fn propellers_that_lag_or_push_less_in_reverse_do_not_pass_for_mass() {
     [[0.3, 0.0, 0.0], [0.2, 0.1, 0.0], [0.0, 0.0, -0.3], [0.3, 0.1, -0.2]]
         .into_iter()
         .for_each(|numbers| check_behind(numbers, true));
+}
+
+#[test]
+fn thrust_that_falls_during_each_trial_does_not_pass_for_mass() {
+    let actuator = Actuator { log_change_within: -0.2, ..Actuator::default() };
+    check_actuator(actuator, true);
+    check_actuator(actuator, false);
+}
+
+#[test]
+fn thrust_lost_to_inflow_does_not_pass_for_mass_or_drag() {
+    let pusher = |(name, direction): (&str, [f64; 3])| Pusher {
+        name: name.to_owned(),
+        position_m: [0.0; 3],
+        direction,
+    };
+    let thrusters = [("0", [1.0, 0.0, 0.0]), ("1", [0.0, 1.0, 0.0])].map(pusher).to_vec();
+    let force = EffectForce::Inflow { thrusters };
+    let effect = Effect { name: "thrusters.inflow".to_owned(), force };
+    let usual = planar();
+    let with = |as_term| usual.structure().clone().with_effect(effect.clone(), as_term);
+    let coefficients = usual.coefficients().iter().copied().chain([1.5]).collect();
+    let truth = Plant::new(with(true).expect("new"), coefficients).expect("possible");
+    let records = [("a", 5), ("b", 6)]
+        .map(|(name, seed)| of_thrusters(record(&truth, name, seed, 150, 0.005)));
+    let records: Vec<&CoupledRecord> = records.iter().collect();
+    let fit = fit_coupled(&with(false).expect("new"), &records, None, true).expect("an optimum");
+    let names: Vec<String> =
+        fit.tried.iter().filter(|tried| tried.admitted).map(|tried| tried.name.clone()).collect();
+    assert_eq!(names, ["thrusters.inflow"]);
+    for term in truth.structure().terms() {
+        let (found, expected) = (fit.plant.coefficient(term), truth.coefficient(term));
+        let off = found.zip(expected).map_or(f64::INFINITY, |(a, b)| (a - b).abs());
+        let std = fit.std(term).expect("fitted");
+        assert!(off < 4.0 * std, "{}: {found:?} ± {std}", truth.structure().name_of(term));
+    }
 }
 
 #[test]

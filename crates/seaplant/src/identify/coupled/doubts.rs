@@ -31,8 +31,9 @@ pub(super) fn doubts(
     of_axes: &[(Dof, Caveat)],
 ) -> Vec<Caveat> {
     let of_vehicle = under_way::doubts(plant, records, vehicle);
+    let mut all = records.of_logs.clone();
     let records = records.fit.as_slice();
-    let mut all: Vec<Caveat> = records.iter().flat_map(|record| record.caveats.clone()).collect();
+    all.extend(records.iter().flat_map(|record| record.caveats.clone()));
     all.extend(untold(plant));
     all.extend(of_axes.iter().map(|(_, caveat)| caveat.clone()));
     all.extend(collinear(fit, plant));
