@@ -18,7 +18,7 @@ Data: TypeAlias = Any
 """A mapping of arrays, a pandas or polars frame, or an xarray dataset."""
 
 _Column: TypeAlias = tuple[str, str | None, Floats]
-_CONVERT = "convert it (pandas.to_numeric for numbers, pandas.to_datetime for instants) or leave it out"
+_CONVERT = "convert it with pandas.to_numeric, or pandas.to_datetime, or leave it out"
 
 _Named: TypeAlias = dict[str, tuple[str | None, ArrayLike]]
 

@@ -424,8 +424,8 @@ class Plant:
         Raises
         ------
         InputError
-            If the format is unknown or cannot hold the plant, it should not be used, or a file is
-            in the way that Seaplant did not write.
+            If the format is unknown or cannot hold the plant, it should not be used, or a file
+            is in the way that Seaplant did not write.
         """
         files, notes = self._native.export(to, anyway)
         write_files(folder, dict(files), "export", force=force)
