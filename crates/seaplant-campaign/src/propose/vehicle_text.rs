@@ -27,7 +27,7 @@ pub(super) fn write(
     page.line("");
     match preset {
         Some(preset) => known_vehicle(&mut page, log, mapping, preset),
-        None => page.explained("name = \"vehicle\"", "decide: what the report calls it"),
+        None => page.explained("name = \"vehicle\"", "decide: its name in the report"),
     }
     page.explained(
         "# dry_mass_kg = 0.0",
@@ -50,7 +50,7 @@ fn known_vehicle(page: &mut Page, log: &Log, mapping: &Mapping, preset: VehicleP
     );
     page.explained(
         &format!("name = {}", quoted(preset.title())),
-        "decide: what the report calls it",
+        "decide: its name in the report",
     );
     let supply = mapping.all().into_iter().find(|m| *m.quantity() == Quantity::SupplyVoltage);
     let typical = supply.and_then(|mapped| typical_voltage(&log.channels()[mapped.channel]));
@@ -97,7 +97,7 @@ fn reversed_thrusters(page: &mut Page, log: &Log, preset: VehiclePreset) {
             page.line("");
             page.line("[[thruster]]");
             page.line(&format!("name = {}", quoted(thruster.name)));
-            page.explained("reversed = true", "the autopilot is set to turn its input round");
+            page.explained("reversed = true", "the autopilot reverses its input");
         }
     }
 }

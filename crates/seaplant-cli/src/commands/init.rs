@@ -17,7 +17,7 @@ pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
     let there: Vec<&PathBuf> = targets.iter().filter(|path| path.exists()).collect();
     if let (false, Some(path)) = (arguments.force, there.first()) {
         bail!(
-            "{} is there already; choose another --out, or write over it with --force",
+            "{} exists; choose another --out, or overwrite it with --force",
             path.display()
         );
     }

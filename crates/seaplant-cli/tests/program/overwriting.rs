@@ -3,8 +3,8 @@
 use crate::workshop::Workshop;
 
 const IDENTIFY: [&str; 4] = ["identify", "campaign.toml", "--out", "out"];
-const THERE: &str = "is there already, and not as Seaplant wrote it; choose another --out, or write \
-                     over it with --force";
+const THERE: &str =
+    "exists and is not as Seaplant wrote it; choose another --out, or overwrite it with --force";
 
 fn identified() -> Workshop {
     let workshop = Workshop::quick();
@@ -52,9 +52,22 @@ fn a_study_replaces_its_own_table_and_never_its_twin() {
     let message = workshop.failure(&study("twin.toml"));
     assert!(message.contains("twin.toml was read and would be written over"), "{message}");
     let message = workshop.failure(&study("campaign.toml"));
-    assert!(message.contains("it was not written by this command"), "{message}");
+    assert!(message.contains("was not written by this command"), "{message}");
     workshop.success(&study("table.json"));
     workshop.success(&study("table.json"));
+}
+
+#[test]
+fn manual_pages_replace_their_own_and_no_other_file() {
+    let workshop = Workshop::empty();
+    for _ in 0..2 {
+        workshop.success(&["man", "--quiet"]);
+    }
+    workshop.write("man/seaplant-plot.1", "notes of my own");
+    let message = workshop.failure(&["man"]);
+    assert!(message.contains("seaplant-plot.1: it exists and was not written by this"), "{message}");
+    assert_eq!(workshop.read("man/seaplant-plot.1"), "notes of my own");
+    workshop.success(&["man", "--force", "--quiet"]);
 }
 
 #[test]
@@ -153,7 +166,7 @@ fn nothing_is_written_through_a_link() {
     link("out/figures", "elsewhere");
     let message = workshop.refusal();
     assert!(
-        message.ends_with("out/figures is a link that may lead elsewhere; move it away"),
+        message.ends_with("out/figures is a symbolic link, which may point elsewhere; remove it"),
         "{message}"
     );
     std::fs::remove_file(workshop.join("out/figures")).expect("a link");

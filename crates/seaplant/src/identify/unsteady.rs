@@ -207,7 +207,7 @@ impl Work<'_> {
                 };
                 let reasons: Vec<String> = contenders.iter().filter_map(reason).collect();
                 format!(
-                    "no plant of theirs is that of a vehicle ({}); check thrust, its unit and its sign, and drive longer and more varied",
+                    "none of them gives a physical plant ({}); check thrust, its unit and its sign, and drive longer and more varied",
                     reasons.join("; ")
                 )
             },
@@ -274,7 +274,7 @@ impl Work<'_> {
             (false, None) => None,
         };
         let mut message = format!(
-            "what the {} model fails to predict is not white over {LAGS} samples: Box–Pierce is {whiteness:.1} times what chance makes; something moves the vehicle that the model does not know, and the intervals may be too narrow",
+            "what the {} model fails to predict is not white over {LAGS} samples: Box–Pierce is {whiteness:.1} times what chance makes; the model lacks something that moves the vehicle, and the intervals may be too narrow",
             self.dof
         );
         let code = CaveatCode::ResidualsNotWhite;
