@@ -45,7 +45,10 @@ impl<'a> Permit<'a> {
         let Ok(there) = target.canonicalize() else { return Ok(()) };
         let is_it = |input: &PathBuf| input.canonicalize().is_ok_and(|input| input == there);
         if self.inputs.iter().any(is_it) {
-            bail!("{} is an input and would be overwritten; choose another --out", target.display());
+            bail!(
+                "{} is an input and would be overwritten; choose another --out",
+                target.display()
+            );
         }
         Ok(())
     }
@@ -134,7 +137,10 @@ impl Target<'_> {
         for part in Path::new(path).parent().unwrap_or(Path::new("")) {
             inner.push(part);
             if inner.is_symlink() {
-                bail!("{} is a symbolic link, which may point elsewhere; remove it", inner.display());
+                bail!(
+                    "{} is a symbolic link, which may point elsewhere; remove it",
+                    inner.display()
+                );
             }
         }
         if target.is_dir() {
@@ -279,7 +285,9 @@ pub fn check_single(
     permit.check_input(path)?;
     if path.is_file() && !permit.force && !is_ours(&first_bytes(path)) {
         let flag = permit.flag;
-        bail!("it exists and was not written by this command; name another, or overwrite it with {flag}");
+        bail!(
+            "it exists and was not written by this command; name another, or overwrite it with {flag}"
+        );
     }
     Ok(())
 }

@@ -239,7 +239,8 @@ fn caveats(
         caveats.push(Caveat::warning(CaveatCode::ThrustScale, message));
     }
     if law.forward < 0.0 || law.reverse < 0.0 {
-        let message = "a coefficient is negative: on one side thrust opposes the direction of its input";
+        let message =
+            "a coefficient is negative: on one side thrust opposes the direction of its input";
         caveats.push(Caveat::severe(CaveatCode::WrongSign, message));
     }
     caveats

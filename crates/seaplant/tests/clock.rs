@@ -169,7 +169,7 @@ fn of_a_sinusoid_every_period_is_as_good() {
         let heading = compass.logs("attitude.heading", rng, |t| 0.1 * (w * t).sin());
         let found = why_not(&[rate, heading]);
         assert!(
-            found.contains("the motion repeats itself") || found.contains("than chance"),
+            found.contains("the motion is periodic") || found.contains("than by chance"),
             "{noise}: {found}"
         );
     }

@@ -145,7 +145,7 @@ class PlantEstimator:
         Raises
         ------
         InputError
-            If the plant runs away.
+            If the plant diverges.
         """
         fitted = self._fitted()
         return [fitted.simulate(trial, self.dof).simulated for trial in trials_of(trials)]

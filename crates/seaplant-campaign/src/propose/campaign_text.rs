@@ -140,7 +140,9 @@ fn reading(page: &mut Page, log: &Log, options: &ReadOptions) {
     }
     if let Some(column) = assumed_time(log) {
         page.line("");
-        page.comment("decide: the logs' time states no unit, and seconds are assumed; otherwise write");
+        page.comment(
+            "decide: the logs' time states no unit, and seconds are assumed; otherwise write",
+        );
         let entry = format!("time = {{ column = {}, unit = \"ms\" }}", quoted(column));
         page.comment(&entry);
     }

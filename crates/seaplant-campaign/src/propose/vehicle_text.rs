@@ -48,10 +48,7 @@ fn known_vehicle(page: &mut Page, log: &Log, mapping: &Mapping, preset: VehicleP
         &format!("preset = {}", quoted(preset.key())),
         "decide: by ArduSub's FRAME_CONFIG; is it this vehicle?",
     );
-    page.explained(
-        &format!("name = {}", quoted(preset.title())),
-        "decide: its name in the report",
-    );
+    page.explained(&format!("name = {}", quoted(preset.title())), "decide: its name in the report");
     let supply = mapping.all().into_iter().find(|m| *m.quantity() == Quantity::SupplyVoltage);
     let typical = supply.and_then(|mapped| typical_voltage(&log.channels()[mapped.channel]));
     let (voltage, why) = match (typical, supply) {

@@ -36,7 +36,9 @@ pub fn run(
     let mut notes = model.notes.clone();
     notes.extend(doubts(model));
     if model.covariance.is_none() {
-        notes.push("the plant states no standard deviations, so that there are no intervals".to_owned());
+        notes.push(
+            "the plant states no standard deviations, so that there are no intervals".to_owned(),
+        );
     }
     let result = json!({
         "vehicle": model.name,

@@ -84,7 +84,8 @@ impl Files {
     fn wait(&self, settle: Duration) -> Result<String> {
         let mut changed = BTreeSet::new();
         while changed.is_empty() {
-            let event = self.events.recv().map_err(|_| anyhow!("files can no longer be watched"))?;
+            let event =
+                self.events.recv().map_err(|_| anyhow!("files can no longer be watched"))?;
             self.note(event, &mut changed)?;
         }
         loop {

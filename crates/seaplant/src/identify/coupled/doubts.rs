@@ -204,7 +204,8 @@ fn scores(plant: &CoupledPlant) -> Vec<Caveat> {
     };
     let mut all = no_better(score, where_);
     if plant.hold_out.is_none() {
-        let message = "the error is that on fitted trials; hold out one trial with role = \"hold-out\"";
+        let message =
+            "the error is that on fitted trials; hold out one trial with role = \"hold-out\"";
         all.push(Caveat::note(CaveatCode::ScoredOnFit, message));
     }
     all
