@@ -74,14 +74,13 @@ pub(crate) fn thrust_scale(vehicle: &Vehicle) -> Caveat {
     } else {
         "which the intervals include"
     };
+    if vehicle.dry_mass_kg.is_none() && vehicle.size_m.is_none() && known == 0 {
+        let message = "nothing confirms the scale of thrust, because the vehicle file states neither mass nor size: if thrust is ten times too large, as in a wrong unit, so are mass, drag and bias force; state dry_mass_kg and size_m, and thrust_uncertainty of each thruster";
+        return Caveat::warning(CaveatCode::ThrustScale, message);
+    }
     let message = format!(
         "motion alone does not determine the scale of thrust: if all thrusters give 10 % less than their curves say, mass, drag and bias force are 10 % less too, {intervals}"
     );
-    let is_unchecked = vehicle.dry_mass_kg.is_none() && vehicle.size_m.is_none() && known == 0;
-    if is_unchecked {
-        let more = "; the vehicle states neither mass nor size, so that thrust in a wrong unit, ten or a thousand times too large, would not be noticed: state dry_mass_kg and size_m";
-        return Caveat::warning(CaveatCode::ThrustScale, message + more);
-    }
     Caveat::note(CaveatCode::ThrustScale, message)
 }
 

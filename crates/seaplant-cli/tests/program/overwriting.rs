@@ -21,7 +21,7 @@ fn a_simulation_never_replaces_a_log_a_campaign_or_results() {
         for force in [&[][..], &["--force"]] {
             let words = ["simulate", "out/results.json", "log.csv", "--out", input];
             let message = workshop.failure(&[&words[..], force].concat());
-            let start = format!("cannot write {input}; it was not changed: {input} was read");
+            let start = format!("cannot write {input}; it was not changed: {input} is an input");
             assert!(message.starts_with(&start), "{message}");
         }
     }
@@ -81,7 +81,7 @@ fn a_plot_replaces_its_own_and_never_the_table() {
     workshop.write("mine.svg", "<svg/>");
     let plot = |name| ["thruster", "pull.svg", "--plot", name];
     assert!(workshop.failure(&plot("pull.svg")).contains("is an input"));
-    assert!(workshop.failure(&plot("mine.svg")).contains("write over it with --overwrite"));
+    assert!(workshop.failure(&plot("mine.svg")).contains("overwrite it with --overwrite"));
     workshop.success(&plot("curve.svg"));
     workshop.success(&plot("curve.svg"));
 }
@@ -128,7 +128,7 @@ fn a_twin_and_a_demo_replace_no_campaign_but_their_own() {
     assert!(message.ends_with(&format!("twin/campaign.toml {THERE}")), "{message}");
     workshop.write("twin/campaign.toml", "dofs = [\"surge\"]");
     let own = ["twin", "twin/campaign.toml", "--out", "twin", "--force"];
-    assert!(workshop.failure(&own).contains("twin/campaign.toml was read"));
+    assert!(workshop.failure(&own).contains("twin/campaign.toml is an input"));
 }
 
 #[test]
