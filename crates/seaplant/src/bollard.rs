@@ -86,7 +86,7 @@ fn signed(points: &[(f64, f64)], neutral: f64) -> Result<Vec<(f64, f64)>, Error>
         |reason: String, advice: &str| Error::BollardPull { reason, advice: advice.into() };
     if points.len() < 3 {
         let reason = format!("are too few ({}; at least 3 are needed)", points.len());
-        return Err(refuse(reason, "measure at several speeds, both ways"));
+        return Err(refuse(reason, "measure at several speeds, in both directions"));
     }
     if let Some(at) = points.iter().position(|(x, f)| !(x.is_finite() && f.is_finite())) {
         return Err(refuse(format!("hold a number that is not finite at {at}"), "drop it"));

@@ -19,7 +19,9 @@ pub(super) fn write(
 ) -> (String, Vec<String>) {
     let questions = questions(log, mapping, trials);
     let mut page = Page::default();
-    page.comment("The campaign, begun from its logs. Lines with `decide:` need you.");
+    page.comment(
+        "A first version of the campaign, from its logs. Lines with `decide:` need your decision.",
+    );
     page.list("Still open:", &questions);
     page.line("");
     page.line("vehicle = \"vehicle.toml\"");

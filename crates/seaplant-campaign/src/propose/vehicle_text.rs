@@ -22,7 +22,7 @@ pub(super) fn write(
         questions.extend(likely_preset(mapping));
     }
     let mut page = Page::default();
-    page.comment("The vehicle, begun from its log. Lines with `measure:` or `decide:` need you.");
+    page.comment("A first version of the vehicle, from its log. Lines with `measure:` or `decide:` need you.");
     page.list("Still open:", &questions);
     page.line("");
     match preset {
@@ -177,7 +177,7 @@ fn thrusters(page: &mut Page, log: &Log, mapping: &Mapping) {
         return;
     }
     page.line("");
-    page.comment("Thrusters. Take the `#` from the three lines of each and fill them in:");
+    page.comment("Thrusters. Remove the `#` from the three lines of each and fill them in:");
     page.comment("  position_m   from the vehicle's origin, m: x forward, y starboard, z down");
     page.comment(
         "  direction    the way that positive input pushes the vehicle: [1.0, 0.0, 0.0] is",

@@ -151,7 +151,7 @@ pub struct Control {
     /// Time constant of the adaptation, s.
     #[arg(long = "adaptation", value_name = "S", default_value_t = 60.0)]
     pub adaptation_s: f64,
-    /// The greatest force on an axis, as "surge 2000 N"; of thrusters with measured tables it is
+    /// The greatest force on an axis, as "surge 2000 N"; for thrusters with measured tables it is
     /// known.
     #[arg(long = "limit", value_name = "FORCE")]
     pub limits: Vec<String>,
@@ -183,7 +183,7 @@ pub struct Control {
     /// The method whose plants of single axes to use; the recommended one's if not given.
     #[arg(long, value_parser = method())]
     pub method: Option<Method>,
-    /// Make one for a plant that should not be used, or with too small a margin; the files carry
+    /// Make one even if the plant should not be used or a margin is too small; the files carry
     /// the reasons.
     #[arg(long)]
     pub anyway: bool,

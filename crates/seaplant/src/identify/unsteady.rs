@@ -231,9 +231,7 @@ impl Work<'_> {
                 None if first.fit.method == Method::Paper => {
                     "that keeps a known fault, to compare with".to_owned()
                 }
-                None => {
-                    "it predicts trials that it has not seen worse, by more than chance".to_owned()
-                }
+                None => "its errors on unseen trials are larger, by more than chance".to_owned(),
             };
             let message = format!(
                 "{} is recommended in {} in place of {}: {why}",
