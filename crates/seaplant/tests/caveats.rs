@@ -581,7 +581,7 @@ fn a_mass_beyond_what_the_hull_and_its_water_have_is_severe() {
         let vehicle = simple_vehicle(Some(dry_mass_kg));
         plant_of(&vehicle, &driven(300.0, lively), Method::EquationError)
     };
-    assert!(caveat_of(&plant(60.0), CaveatCode::Implausible).contains("wrong unit"));
+    assert!(caveat_of(&plant(60.0), CaveatCode::Implausible).contains("check the unit of thrust"));
     assert!(!codes(&plant(300.0)).contains(&CaveatCode::Implausible));
 }
 

@@ -461,13 +461,13 @@ class AxisResult(Record):
     """Root mean square velocity, m/s or rad/s; absent likewise."""
 
     stroke: float | None
-    """How far it oscillates, amplitude of velocity times period, m or rad; of a steady
+    """How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
     run, all its way."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AxisScore(Record):
-    """The error of a plant in one axis; what a simulation that diverges has none of is
+    """The error of a plant in one axis; what a simulation that runs away has none of is
     absent."""
 
     null_error: float
@@ -1202,7 +1202,7 @@ class NomotoResult(Record):
 
     hold_out_r2: dict[str, float | None]
     """The same on held-out trials, by trial, from the start of each that fits it best, as
-    that of the fitted ones; none of one in which it diverges."""
+    that of the fitted ones; none of one in which it runs away."""
 
     caveats: tuple[Caveat, ...]
     """Doubts."""

@@ -122,7 +122,7 @@ pub struct AxisResult {
     pub speed_max: Option<f64>,
     /// Root mean square velocity, m/s or rad/s; absent likewise.
     pub speed_rms: Option<f64>,
-    /// How far it oscillates, amplitude of velocity times period, m or rad; of a steady
+    /// How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
     /// run, all its way.
     #[serde(default)]
     pub stroke: Option<f64>,

@@ -194,7 +194,7 @@ pub struct CoupledScore {
     pub trials: BTreeMap<String, BTreeMap<Dof, AxisScore>>,
 }
 
-/// The error of a plant in one axis; what a simulation that diverges has none of is absent.
+/// The error of a plant in one axis; what a simulation that runs away has none of is absent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AxisScore {
     /// Mean |model − measured| of velocity, m/s or rad/s.

@@ -36,7 +36,7 @@ pub struct NomotoResult {
     /// R² of yaw rate on the trials that it was fitted to, simulated freely from their start.
     pub fit_r2: f64,
     /// The same on held-out trials, by trial, from the start of each that fits it best, as that of
-    /// the fitted ones; none of one in which it diverges.
+    /// the fitted ones; none of one in which it runs away.
     pub hold_out_r2: BTreeMap<String, Option<f64>>,
     /// Doubts.
     pub caveats: Vec<Caveat>,
