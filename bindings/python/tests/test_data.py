@@ -131,11 +131,11 @@ def test_a_log_of_rows_out_of_order_is_sorted_and_says_so():
 
 def test_wrong_tables_are_refused_with_advice():
     for table, words in [
-        ({"depth": [1.0]}, "no time among depth"),
+        ({"depth": [1.0]}, "found no time column among depth"),
         ({"time": [0.0, 1.0], "depth": [1.0]}, "has 1 value for 2 times"),
-        ({"time": [0.0], "depth": ["deep"]}, "holds no numbers"),
+        ({"time": [0.0], "depth": ["deep"]}, "holds text, not numbers"),
         ({"time": [0.0], "depth": [[1.0]]}, "2 dimensions"),
-        ([1.0, 2.0], "a list is no table"),
+        ([1.0, 2.0], "expected a table .*, found list"),
     ]:
         with pytest.raises(sp.InputError, match=words):
             sp.Log.of(table)
@@ -183,14 +183,16 @@ def test_a_unit_of_time_goes_before_that_of_the_name(columns):
 def test_an_index_that_may_count_rows_is_no_time(columns):
     frame = pd.DataFrame({name: columns[name] for name in ("speed", "wrench")})
     for table, words in [
-        (frame, "the frame's index has no name and may count rows"),
+        (frame, "index has no name, so that it may count rows"),
         (frame[frame["speed"] > 0], "may count rows"),
-        (frame.rename_axis("sample"), "the index 'sample' is not called as time is"),
+        (frame.set_index(np.arange(float(len(frame)))), "may count rows"),
+        (frame.rename_axis("sample"), "index is called 'sample', which is no name of time"),
         (frame.set_index([frame.index, frame.index]), "several levels"),
+        (pd.concat([frame, frame], axis=1), "several columns called 'speed'; rename them"),
     ]:
         with pytest.raises(sp.InputError, match=words):
             sp.Log.of(table)
-    with pytest.raises(sp.InputError, match="no column 'tiem' among"):
+    with pytest.raises(sp.InputError, match="found no column 'tiem' among"):
         sp.Log.of(frame, time="tiem")
     with pytest.raises(sp.InputError, match="has no coordinate that says when"):
         sp.Log.of(xr.Dataset({"speed": ("time", columns["speed"])}))
@@ -231,10 +233,10 @@ def test_an_instant_that_is_none_is_no_time():
 def test_what_is_no_real_number_is_refused():
     for values, words in [
         ([1.0 + 2.0j, 2.0], "holds complex numbers; give their real part or their modulus"),
-        (["1.5", "2.5"], "holds no numbers but text"),
-        (np.array([1.0, "2"], dtype=object), "in row 1 it has a str"),
-        (np.array([1.0, 2.0j], dtype=object), "in row 1 it has a complex"),
-        (np.array(["2026-05-01"] * 2, dtype="datetime64[s]"), "no numbers but instants"),
+        (["1.5", "2.5"], "holds text, not numbers; convert it"),
+        (np.array([1.0, "2"], dtype=object), "holds a str in row 1"),
+        (np.array([1.0, 2.0j], dtype=object), "holds a complex in row 1"),
+        (np.array(["2026-05-01"] * 2, dtype="datetime64[s]"), "holds instants, not numbers"),
     ]:
         with pytest.raises(sp.InputError, match=words):
             sp.Log.of({"time": [0.0, 1.0], "depth": values})

@@ -43,6 +43,26 @@ def test_wrong_settings_are_refused_with_the_near_one(dive):
         sp.twin(duration_s=-3.0)
 
 
+def test_arguments_of_another_kind_are_refused_with_what_to_give(dive):
+    fit = sp.identify(dive.trials, dive.vehicle, "equation-error")
+    table = {"time": [0.0, 1.0], "velocity.surge [m/s]": [0.0, 1.0]}
+    for action, words in [
+        (lambda: sp.identify(dive.trials, None), "vehicle must be a Vehicle, found NoneType"),
+        (
+            lambda: sp.identify(None, dive.vehicle),
+            "trials must be a Trial or several, found None",
+        ),
+        (lambda: sp.identify(["surge"], dive.vehicle), "each of the trials must be a Trial"),
+        (lambda: sp.steady_drag(3), "found int; make one with seaplant.Trial"),
+        (lambda: fit.validate("campaign.toml"), "found str; make one with seaplant.Trial"),
+        (lambda: sp.Trial(table, "vehicle.toml", "surge"), "make one with seaplant.Vehicle"),
+        (lambda: sp.Controller(fit, {"surge": 0.1}), r"found Fit; use fit\.plant\(\)"),
+        (lambda: sp.PlantEstimator(dive.vehicle, "surge").fit([1.0]), "found float; make one"),
+    ]:
+        with pytest.raises(sp.InputError, match=words):
+            action()
+
+
 def test_trials_of_one_name_are_refused(dive):
     with pytest.raises(sp.InputError, match="`surge 1`: is given twice"):
         sp.identify([dive.trials[0], dive.trials[0]], dive.vehicle)

@@ -95,6 +95,43 @@ def test_a_saved_fit_is_read_back(fit, tmp_path):
         again.plot()
 
 
+def test_a_folder_of_results_is_read_and_what_is_none_is_named(fit, tmp_path):
+    fit.save(tmp_path / "results")
+    assert sp.Fit.open(tmp_path / "results").results == fit.results
+    assert sp.Plant.open(tmp_path / "results").axes == tuple(fit.plants)
+    with pytest.raises(sp.MissingFileError, match=r"cannot read .*nowhere\.json: No such file"):
+        sp.Fit.open(tmp_path / "nowhere.json")
+    (tmp_path / "binary.json").write_bytes(b"\xff\xfe")
+    with pytest.raises(sp.InputError, match=r"binary\.json: .*codec can't decode"):
+        sp.Fit.open(tmp_path / "binary.json")
+
+
+def test_nothing_is_written_over_what_seaplant_did_not_write(fit, dive, tmp_path):
+    campaign = tmp_path / "campaign.toml"
+    campaign.write_text("# of weeks of work\n")
+    with pytest.raises(
+        sp.InputError, match=r"campaign\.toml exists and is not as Seaplant wrote"
+    ):
+        dive.write(tmp_path)
+    assert campaign.read_text() == "# of weeks of work\n"
+    assert [of.name for of in tmp_path.iterdir()] == ["campaign.toml"]
+    dive.write(tmp_path, force=True)
+    dive.write(tmp_path)
+    report = fit.save(tmp_path / "results") / "report.html"
+    fit.save(tmp_path / "results")
+    report.write_text("changed by hand")
+    with pytest.raises(sp.InputError, match=r"report\.html exists"):
+        fit.save(tmp_path / "results")
+    assert sp.identify_campaign(campaign, "equation-error", out=tmp_path / "again").plants
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (tmp_path / "linked").mkdir()
+    (tmp_path / "linked" / "figures").symlink_to(elsewhere)
+    with pytest.raises(sp.InputError, match="figures is a symbolic link, which may point elsewhere"):
+        fit.save(tmp_path / "linked")
+    assert not list(elsewhere.iterdir())
+
+
 def test_steady_drag_is_that_of_the_identification(heave_campaign):
     fit = sp.identify_campaign(heave_campaign, "equation-error")
     steady = [trial for trial in fit.trials if trial.role == "steady"]

@@ -409,13 +409,13 @@ fn check_window(path: &Path, trial: &TrialEntry) -> Result<(), Error> {
         return refuse("", "ends before it starts; from_s must be less than to_s".to_owned());
     }
     if !trial.segments_s.is_empty() && trial.role != Role::Steady {
-        let reason = "are read of role = \"steady\" alone; add that, or leave them out";
+        let reason = "are used only with role = \"steady\"; add that, or leave them out";
         return refuse(", segments_s", reason.to_owned());
     }
     let is_forward = |[from, to]: [f64; 2]| from.is_finite() && to.is_finite() && from < to;
     if let Some([from, to]) = trial.segments_s.iter().find(|segment| !is_forward(**segment)) {
         let reason = format!(
-            "hold [{from}, {to}], which does not run forward; write [start, end] in seconds"
+            "hold [{from}, {to}], whose end is not after its start; write [start, end] in seconds"
         );
         return refuse(", segments_s", reason);
     }

@@ -154,9 +154,9 @@ impl FileTimeEntry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StampEntry {
-    /// That in its header; of messages without one, that of receipt.
+    /// The time in its header; of messages without one, the time of receipt.
     Header,
-    /// That at which it was recorded.
+    /// The time at which it was recorded.
     Receive,
 }
 

@@ -91,7 +91,7 @@ impl Alignment<'_> {
     }
 }
 
-/// An offset as a sentence goes on: `+7.770 s, give or take 0.004 s`, and by what.
+/// An offset as a sentence goes on: `+7.770 s ± 0.004 s`, and by what.
 pub fn in_words(offset: &ClockOffset) -> String {
     let ClockOffset { offset_s, std_s, pairs } = offset;
     let believed = pairs.iter().filter(|pair| pair.offset_s.is_some());
@@ -106,12 +106,12 @@ pub fn in_words(offset: &ClockOffset) -> String {
     });
     let told = told.collect::<Vec<_>>().join(", ");
     let lag = if pairs.iter().any(|pair| pair.offset_s.is_some() && pair.of_thrust) {
-        "; whatever the thrusters lag behind their log counts as offset here"
+        "; the offset includes any lag of the thrusters"
     } else {
         ""
     };
     // Below half a millisecond nothing is sure.
-    format!("{offset_s:+.3} s, give or take {:.3} s, by {told}{lag}", std_s.max(5e-4))
+    format!("{offset_s:+.3} s ± {:.3} s, by {told}{lag}", std_s.max(5e-4))
 }
 
 /// The line of a trial that states an offset.

@@ -142,7 +142,7 @@ fn align(
     let asked: Vec<usize> = (0..files.len()).filter(|&file| is_asked(file)).collect();
     let Some(&first) = asked.first() else { return Ok(Vec::new()) };
     if asked.len() == files.len() {
-        let reason = "every file of the trial is to be moved; leave out the one whose clock counts";
+        let reason = "every file of the trial has an offset; leave out that of the reference clock";
         return Err(Error::value(path, key(&name(first)), reason));
     }
     let is_aligned = (0..files.len()).map(|file| !asked.contains(&file)).collect();
@@ -181,7 +181,7 @@ fn told(entry: &TrialEntry, FileOffset { file, clock }: &FileOffset) -> Caveat {
     /// Clocks further off than this move mass and drag, s.
     const CLOSE_S: f64 = 0.1;
     let message = format!(
-        "trial `{}`: {file} is moved by {}; state the offset if you know it",
+        "trial `{}`: the clock of {file} is shifted by {}; state the offset if you know it",
         entry.name,
         clocks::in_words(clock)
     );

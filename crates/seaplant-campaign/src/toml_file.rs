@@ -77,7 +77,7 @@ pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<(T, InputFile), E
 
 pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
     if let Some((found, place)) = excerpt::not_finite(text) {
-        let message = format!("holds `{found}`, which no setting takes{place}");
+        let message = format!("holds `{found}`, but a setting must be a finite number{place}");
         let advice = "\nwrite a number, or leave the key out".to_owned();
         return Err(Error::Toml { path: path.to_owned(), message, advice });
     }

@@ -160,9 +160,10 @@ impl VehicleFile {
         let rigid_body = self.rigid_body.as_ref().map(|entry| entry.body(path, dry_mass_kg));
         let buoyancy = self.buoyancy.as_ref().map(|entry| entry.buoyancy(path));
         let (rigid_body, buoyancy) = (rigid_body.transpose()?, buoyancy.transpose()?);
+        let mass_in_air = rigid_body.as_ref().map(seaplant::plant::RigidBody::mass_kg);
         Ok(Vehicle {
             name,
-            dry_mass_kg,
+            dry_mass_kg: dry_mass_kg.or(mass_in_air),
             size_m,
             draught_m,
             rigid_body,

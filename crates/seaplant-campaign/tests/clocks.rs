@@ -171,7 +171,11 @@ fn an_estimated_offset_identifies_as_the_true_one_does() {
     let caveat = told.caveats.iter().find(|caveat| caveat.code == CaveatCode::ClockOffset);
     let caveat = caveat.expect("the offset is told");
     assert_eq!(caveat.severity, Severity::Warning);
-    for says in ["dvl.csv is moved by +7.3", "the force of the thrusters in surge", "lag behind"] {
+    for says in [
+        "dvl.csv is shifted by +7.3",
+        "the force of the thrusters in surge",
+        "any lag of the thrusters",
+    ] {
         assert!(caveat.message.contains(says), "{}", caveat.message);
     }
 }
@@ -214,7 +218,7 @@ fn a_compass_that_the_campaign_does_not_map_tells_the_clock_too() {
     let told = caveats.iter().find(|caveat| caveat.code == CaveatCode::ClockOffset);
     let told = told.expect("the offset is told");
     assert_eq!(told.severity, Severity::Note, "{}", told.message);
-    let says = "trial `turns`: dvl.csv is moved by -";
+    let says = "trial `turns`: the clock of dvl.csv is shifted by -";
     let seconds = told.message.strip_prefix(says).and_then(|rest| rest.split_once(' '));
     let seconds: f64 = seconds.expect("an offset").0.parse().expect("seconds");
     assert!((seconds - (1_600_000_000.0 - 30.0)).abs() < 0.02, "{}", told.message);
@@ -233,7 +237,7 @@ fn a_clock_that_repeats_itself_is_refused_by_file_and_reason() {
     let start = "campaign.toml: trial `turns`, offset_s.\"dvl.csv\": cannot estimate the \
                  clock offset (";
     assert!(message.starts_with(start), "{message}");
-    for says in ["rate.yaw and the rate of attitude.heading: ", "the motion repeats itself"] {
+    for says in ["rate.yaw and the rate of attitude.heading: ", "the motion is periodic"] {
         assert!(message.contains(says), "{message}");
     }
     assert!(message.contains("set it in seconds"), "{message}");
@@ -247,8 +251,8 @@ fn one_clock_must_count() {
     let message = refusal(&folder, &CAMPAIGN.replace("{ \"dvl.csv\" = \"estimate\" }", all));
     assert_eq!(
         message,
-        "campaign.toml: trial `turns`, offset_s.\"autopilot.csv\": every file of the trial is to \
-         be moved; leave out the one whose clock counts"
+        "campaign.toml: trial `turns`, offset_s.\"autopilot.csv\": every file of the trial has an \
+         offset; leave out that of the reference clock"
     );
 }
 

@@ -47,7 +47,7 @@ pub struct Arguments {
 /// When to use colour.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Color {
-    /// In a terminal that shows it.
+    /// In a terminal that supports it.
     Auto,
     /// Always.
     Always,
@@ -76,19 +76,19 @@ pub enum Command {
     Init(Init),
     /// Show a log's channels: units, rates, spans, gaps and suspicious values.
     Inspect(Inspect),
-    /// Draw a log's channels, in the terminal or as a page on which trials are marked.
+    /// Draw a log's channels, in the terminal or as an HTML page to mark trials on.
     Plot(Plot),
     /// Fit every degree of freedom of a campaign and write the report.
     Identify(Identify),
-    /// Predict what a plant would do, or drive it with another log's thrust.
+    /// Simulate a plant with given inputs, or with the thrust of a log.
     Simulate(Simulate),
     /// Score a fitted plant on the trials of a campaign.
     Validate(Validate),
     /// Compare fits and plant tables, and test whether they differ by more than chance.
     Compare(Compare),
-    /// Write a plant for a simulator or a controller.
+    /// Export a plant to a format of a simulator or controller.
     Export(Export),
-    /// Make a controller for a plant: gains with their margins, and what they follow.
+    /// Make a controller for a plant: gains, stability margins and tracking errors.
     Control(Control),
     /// Identify a campaign again whenever one of its files changes.
     Watch(Watch),
@@ -96,7 +96,7 @@ pub enum Command {
     Thruster(Thruster),
     /// Make the logs of a simulated vehicle whose true plant is known.
     Twin(Twin),
-    /// Measure how well methods do on a twin: errors and coverage over many seeds.
+    /// Measure errors and coverage of the methods on a twin, over many seeds.
     MonteCarlo(MonteCarlo),
     /// Print the JSON Schema of a file, for editors and programs.
     Schema(Schema),

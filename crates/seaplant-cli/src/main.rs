@@ -18,7 +18,7 @@ use output::Output;
 fn main() -> ExitCode {
     keep_readers_quiet();
     writing::leave_nothing_behind();
-    let arguments = Arguments::parse();
+    let arguments = Arguments::try_parse().unwrap_or_else(|error| misused(&error));
     arguments.color.write_global();
     let output = Output { json: arguments.json, quiet: arguments.quiet };
     match run(arguments.command, output) {
@@ -27,6 +27,16 @@ fn main() -> ExitCode {
             output.error(&error);
             ExitCode::FAILURE
         }
+    }
+}
+
+/// Says what is wrong with the words of the command line, which a shell may have filled with names
+/// of files, or shows the help that they ask for.
+fn misused(error: &clap::Error) -> ! {
+    let words = std::env::args_os().map(|word| output::shown(&word.to_string_lossy()).into_owned());
+    match Arguments::try_parse_from(words) {
+        Err(plain) if plain.kind() == error.kind() => plain.exit(),
+        _ => error.exit(),
     }
 }
 

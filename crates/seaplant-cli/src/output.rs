@@ -92,7 +92,7 @@ fn print_raw(text: &str) -> Result<()> {
 /// A text as a terminal may have it: names of columns, files and trials come from whoever made
 /// them, and what would move the cursor, colour the screen or turn the direction of writing is
 /// shown by its number. Our own styles stay.
-fn shown(text: &str) -> Cow<'_, str> {
+pub fn shown(text: &str) -> Cow<'_, str> {
     escaped(text, |escape, c| _ = write!(escape, "{}", c.escape_unicode()), own_style)
 }
 

@@ -80,7 +80,7 @@ fn show_fits(stage: impl Fn() -> Option<Stage>, wait: &Receiver<()>) {
 /// Shows how much was read until the other end of `wait` is gone.
 fn show_reading(before: Progress, wait: &Receiver<()>) {
     let reading = style("{bar:30} {bytes}/{total_bytes} read, {bytes_per_sec}, {eta} left");
-    let done = style("{bar:30} {bytes} read; going through them");
+    let done = style("{bar:30} {bytes} read; decoding");
     let bar = ProgressBar::new(0);
     // Of what was read before the bar came, too.
     let bar = bar.with_elapsed(PATIENCE);

@@ -36,6 +36,7 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
         let (dof, method) = (failure.dof, &failure.method);
         let _ = writeln!(text, "{SEVERE}failed:{SEVERE:#} {dof} by {method}: {}", failure.message);
     }
+    push_caveats(&mut text, &results.caveats);
     let notes = count_notes(results);
     let more = if notes == 1 { "more note" } else { "more notes" };
     if notes > 0 {

@@ -45,7 +45,10 @@ impl<'a> Permit<'a> {
         let Ok(there) = target.canonicalize() else { return Ok(()) };
         let is_it = |input: &PathBuf| input.canonicalize().is_ok_and(|input| input == there);
         if self.inputs.iter().any(is_it) {
-            bail!("{} was read and would be written over; choose another --out", target.display());
+            bail!(
+                "{} is an input and would be overwritten; choose another --out",
+                target.display()
+            );
         }
         Ok(())
     }
@@ -134,7 +137,10 @@ impl Target<'_> {
         for part in Path::new(path).parent().unwrap_or(Path::new("")) {
             inner.push(part);
             if inner.is_symlink() {
-                bail!("{} is a link that may lead elsewhere; move it away", inner.display());
+                bail!(
+                    "{} is a symbolic link, which may point elsewhere; remove it",
+                    inner.display()
+                );
             }
         }
         if target.is_dir() {
@@ -144,8 +150,8 @@ impl Target<'_> {
         let is_foreign = || target.symlink_metadata().is_ok() && !manifest.made(path, self.folder);
         if self.made.is_some() && !self.permit.force && is_foreign() {
             bail!(
-                "{} is there already, and not as Seaplant wrote it; choose another --out, or write \
-                 over it with {}",
+                "{} exists and is not as Seaplant wrote it; choose another --out, or overwrite it \
+                 with {}",
                 target.display(),
                 self.permit.flag
             );
@@ -279,7 +285,9 @@ pub fn check_single(
     permit.check_input(path)?;
     if path.is_file() && !permit.force && !is_ours(&first_bytes(path)) {
         let flag = permit.flag;
-        bail!("it was not written by this command; name another, or write over it with {flag}");
+        bail!(
+            "it exists and was not written by this command; name another, or overwrite it with {flag}"
+        );
     }
     Ok(())
 }

@@ -268,7 +268,7 @@ const INTRODUCTION: &str = "\
 
 Tracking error of the Jason 2 [twin](twin.md), RMS over the second half of six minutes and over five seeds, in
 mm and mrad. The twin has its thrusters with limits and jitter and its instruments; position is dead reckoned,
-and the error is that of the position that the controller is told. Each axis has a loop of 0.06 Hz with ζ = 1 at
+and the error is that of the position that the controller receives. Each axis has a loop of 0.06 Hz with ζ = 1 at
 10 Hz, made for the identified mass; all laws have the same feedback. The paths: a sine of 0.5 m (0.3 rad) at
 0.3925 rad/s, as the paper's heave trial; steps of 1 m (0.6 rad) there and back every 45 s; a place to keep.
 

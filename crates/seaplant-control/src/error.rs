@@ -61,7 +61,7 @@ pub enum Error {
         part: f64,
     },
     /// A vehicle under control whose speed grows without end.
-    #[error("the controlled vehicle runs away: the loop is unstable; lower the bandwidth")]
+    #[error("the controlled vehicle diverges: the loop is unstable; lower the bandwidth")]
     RunsAway,
     /// An integral that acts too fast.
     #[error(

@@ -80,7 +80,7 @@ pub struct Sea {
     pub velocity_noise: f64,
     /// Standard deviation of measured position and attitude, m and rad.
     pub position_noise: f64,
-    /// Where random numbers start.
+    /// Seed of all random numbers.
     pub seed: u64,
 }
 

@@ -3,7 +3,7 @@
 #[non_exhaustive]
 pub enum Error {
     /// A name that is no format.
-    #[error("`{found}` is no format of exports; use {known}")]
+    #[error("unknown export format `{found}`; expected {known}")]
     UnknownFormat {
         /// What was asked for.
         found: String,

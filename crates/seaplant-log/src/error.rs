@@ -144,7 +144,7 @@ pub enum Error {
     },
 
     /// A file of a known format with something in it that the reader does not know.
-    #[error("{} is {format} {detail}, which is not read; {advice}", path.display())]
+    #[error("{} is {format} {detail}, which is not supported; {advice}", path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,

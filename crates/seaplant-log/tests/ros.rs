@@ -336,7 +336,7 @@ fn what_is_no_bag_is_refused() {
     file.channel(0, "/scan", "foxglove.Scan", ("protobuf", ""), "protobuf");
     assert_eq!(
         refused(&file.finish()),
-        "a.log is an MCAP file in which \"/scan\" is in no message encoding of ROS, which is not \
+        "a.log is an MCAP file in which \"/scan\" has no message encoding of ROS, which is not \
          read; record topics of numbers as ROS messages, with their definitions"
     );
 }

@@ -30,10 +30,12 @@ pub fn prediction_page(
     let unknown: Vec<&str> = model.unknown_axes().iter().map(|dof: &Dof| dof.name()).collect();
     let unknown = match unknown.is_empty() {
         true => String::new(),
-        false => format!("<p>Not known, and left as they were: {}.</p>\n", unknown.join(", ")),
+        false => {
+            format!("<p>Axes without a plant, which do not move: {}.</p>\n", unknown.join(", "))
+        }
     };
     let page = format!(
-        "{MARK}\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{name}: prediction</title>\n<style>body{{font-family:sans-serif;max-width:44rem;margin:1rem auto;padding:0 1rem}}figure{{margin:0 0 1rem}}\n{}</style></head>\n<body><h1>{name}: what it would do</h1>\n{unknown}<ul>\n{lines}</ul>\n{charts}</body></html>\n",
+        "{MARK}\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{name}: prediction</title>\n<style>body{{font-family:sans-serif;max-width:44rem;margin:1rem auto;padding:0 1rem}}figure{{margin:0 0 1rem}}\n{}</style></head>\n<body><h1>{name}: predicted motion</h1>\n{unknown}<ul>\n{lines}</ul>\n{charts}</body></html>\n",
         style_sheet()
     );
     Ok(page.into_bytes())

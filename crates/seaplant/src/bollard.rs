@@ -85,8 +85,8 @@ fn signed(points: &[(f64, f64)], neutral: f64) -> Result<Vec<(f64, f64)>, Error>
     let refuse =
         |reason: String, advice: &str| Error::BollardPull { reason, advice: advice.into() };
     if points.len() < 3 {
-        let reason = format!("are {} and must be at least 3", points.len());
-        return Err(refuse(reason, "measure at several speeds, both ways"));
+        let reason = format!("are too few ({}; at least 3 are needed)", points.len());
+        return Err(refuse(reason, "measure at several speeds, in both directions"));
     }
     if let Some(at) = points.iter().position(|(x, f)| !(x.is_finite() && f.is_finite())) {
         return Err(refuse(format!("hold a number that is not finite at {at}"), "drop it"));
@@ -103,7 +103,7 @@ fn signed(points: &[(f64, f64)], neutral: f64) -> Result<Vec<(f64, f64)>, Error>
     }
     if product < 0.0 {
         return Err(refuse(
-            "push against their input: thrust falls as the input rises".into(),
+            "have thrust that falls as the input rises".into(),
             "swap the sign of one column, or check which is which",
         ));
     }
@@ -239,7 +239,8 @@ fn caveats(
         caveats.push(Caveat::warning(CaveatCode::ThrustScale, message));
     }
     if law.forward < 0.0 || law.reverse < 0.0 {
-        let message = "a coefficient is negative: thrust goes against its input on one side";
+        let message =
+            "a coefficient is negative: on one side thrust opposes the direction of its input";
         caveats.push(Caveat::severe(CaveatCode::WrongSign, message));
     }
     caveats
@@ -303,7 +304,7 @@ mod tests {
     fn refuses_thrust_against_its_input() {
         let points: Vec<_> = speeds().into_iter().map(|w| (w, -JASON.force(w))).collect();
         let message = fit_bollard_pull(&points, 0.0).expect_err("reversed").to_string();
-        assert!(message.contains("thrust falls as the input rises"), "{message}");
+        assert!(message.contains("have thrust that falls as the input rises"), "{message}");
     }
 
     #[test]

@@ -131,7 +131,7 @@ pub enum CaveatCode {
     PresetGeometry,
     /// The clock of a file was moved by what its data tell.
     ClockOffset,
-    /// The log reader dropped or mended something.
+    /// The log reader dropped or corrected something.
     Log,
 }
 

@@ -224,13 +224,13 @@ fn evidence(pair: &OffsetPair) -> f64 {
 /// What pairs were compared, and what came of it.
 fn in_words(pairs: &[OffsetPair]) -> String {
     if pairs.is_empty() {
-        return "the files share nothing that must agree: no turning, velocity or position of both, and no thrust in one with a velocity in the other".to_owned();
+        return "the files have no quantity in common to compare: neither rates, velocities nor positions in both, nor thrust in one and velocity in the other".to_owned();
     }
     let one = |pair: &OffsetPair| {
         let said = match (&pair.refused, pair.estimate()) {
             (Some(refused), _) => refused.clone(),
             (None, Some((offset_s, variance))) => {
-                format!("{offset_s:.2} s, give or take {:.2} s", variance.sqrt())
+                format!("{offset_s:.2} s ± {:.2} s", variance.sqrt())
             }
             (None, None) => String::new(),
         };

@@ -332,9 +332,9 @@ fn caveats(compared: &[Compared<'_>], dofs: &BTreeMap<Dof, DofDifference>) -> Ve
     }
     let shared = shared_logs(&fits);
     if shared > 0 {
-        let logs = if shared == 1 { "log is".to_owned() } else { format!("{shared} logs are") };
+        let logs = if shared == 1 { "one log is".to_owned() } else { format!("{shared} logs are") };
         let message = format!(
-            "{logs} behind more than one of the fits: the tests take fits for independent, and these are not; compare fits of other dives"
+            "{logs} used by more than one of the fits: the tests assume independent fits; compare fits of different dives"
         );
         caveats.push(Caveat::warning(CaveatCode::NotComparable, message));
     }
@@ -345,7 +345,7 @@ fn caveats(compared: &[Compared<'_>], dofs: &BTreeMap<Dof, DofDifference>) -> Ve
         .collect();
     if !mixed.is_empty() {
         let message = format!(
-            "in {} the fits are by different methods, whose own errors are not in their intervals; compare one method with itself",
+            "in {} the fits use different methods, and the intervals leave out the errors of each method; compare fits by the same method",
             mixed.join(", ")
         );
         caveats.push(Caveat::warning(CaveatCode::NotComparable, message));

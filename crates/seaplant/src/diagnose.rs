@@ -68,14 +68,18 @@ pub(crate) fn thrust_scale(vehicle: &Vehicle) -> Caveat {
     let unknown = ThrustUncertainty::default();
     let known = vehicle.thrusters.iter().filter(|thruster| thruster.uncertainty != unknown).count();
     let intervals = if known == 0 {
-        "and the intervals leave that out: give each thruster its thrust_uncertainty to have it in"
+        "and the intervals do not include that: state thrust_uncertainty of each thruster to include it"
     } else if known < vehicle.thrusters.len() {
-        "and the intervals hold that only for the thrusters with a thrust_uncertainty"
+        "and the intervals include that only for thrusters with a thrust_uncertainty"
     } else {
-        "which the intervals hold"
+        "which the intervals include"
     };
+    if vehicle.dry_mass_kg.is_none() && vehicle.size_m.is_none() && known == 0 {
+        let message = "nothing confirms the scale of thrust, because the vehicle file states neither mass nor size: if thrust is ten times too large, as in a wrong unit, so are mass, drag and bias force; state dry_mass_kg and size_m, and thrust_uncertainty of each thruster";
+        return Caveat::warning(CaveatCode::ThrustScale, message);
+    }
     let message = format!(
-        "the scale of the thrust curve cannot be seen in motion: if all thrusters give 10 % less than their curves say, mass, drag and bias force are 10 % less too, {intervals}"
+        "motion alone does not determine the scale of thrust: if all thrusters give 10 % less than their curves say, mass, drag and bias force are 10 % less too, {intervals}"
     );
     Caveat::note(CaveatCode::ThrustScale, message)
 }
@@ -91,9 +95,9 @@ fn signs(fit: &Fit) -> Vec<Caveat> {
         (
             "quadratic drag",
             estimates.d_quadratic,
-            "the trial holds too little speed, or a lag, delay or current bends it",
+            "the trial is too slow, or a lag, delay or current distorts it",
         ),
-        ("linear drag", estimates.d_linear, "a delay between thrust and motion looks like that"),
+        ("linear drag", estimates.d_linear, "a delay between thrust and motion has this effect"),
     ];
     let mut caveats: Vec<Caveat> = wrong
         .into_iter()
@@ -158,7 +162,7 @@ fn conditioning(fit: &Fit) -> Vec<Caveat> {
     }
     if fit.effective_samples < FEW_SAMPLES {
         let message = format!(
-            "the {} fit rests on about {:.0} independent samples (of {} rows): its intervals are rough; use a longer trial",
+            "the {} fit rests on about {:.0} independent samples (of {} rows): its intervals are approximate; use a longer trial",
             fit.dof, fit.effective_samples, fit.samples
         );
         caveats.push(Caveat::warning(CaveatCode::FewEffectiveSamples, message));
@@ -173,7 +177,7 @@ fn short(evidence: &Evidence<'_>) -> Option<Caveat> {
     let total_s: f64 = evidence.axes.iter().map(AxisRecord::seconds).sum();
     (total_s < SHORT_S).then(|| {
         let message = format!(
-            "the {} fit rests on {} s of motion: its intervals are likely too narrow; use minutes",
+            "the {} fit rests on {} s of motion: its intervals are likely too narrow; log several minutes",
             evidence.fit.dof,
             spoken(total_s)
         );
@@ -240,21 +244,21 @@ fn excitation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
     if drive.positive.min(drive.negative) < few.max(1) {
         let way = if drive.positive > drive.negative { "positive" } else { "negative" };
         let message = format!(
-            "thrust in {} is {way} nearly always: forward and reverse drag cannot be compared, and a bias force hides in the drag; drive both ways",
+            "thrust in {} is {way} nearly always: forward and reverse drag cannot be compared, and a bias force cannot be separated from drag; drive in both directions",
             fit.dof
         );
         caveats.push(Caveat::warning(CaveatCode::OneSignedThrust, message));
     }
     if is_two_level(&mut drive.forces) {
         let message = format!(
-            "thrust in {} takes two values only, so that a wrong thrust curve would not show: vary its size",
+            "thrust in {} takes two values only, so that a wrong thrust curve would not be noticed: use more levels of thrust",
             fit.dof
         );
         caveats.push(Caveat::note(CaveatCode::TwoLevelThrust, message));
     }
     if drive.drag < WEAK_DRAG_PART * drive.thrust {
         let message = format!(
-            "drag in {} is {:.0} % of thrust on average: the trial says much of the mass and little of the drag; add long runs at speed",
+            "drag in {} is {:.0} % of thrust on average: the trial determines the mass well and the drag poorly; add long runs at speed",
             fit.dof,
             100.0 * drive.drag / drive.thrust
         );
@@ -283,7 +287,7 @@ fn one_way_bias(evidence: &Evidence<'_>) -> Option<Caveat> {
         return None;
     }
     let message = format!(
-        "a bias force of {} {} was found in {}, on one heading only: a current does the same, and then the drag is off too; repeat the trial on the opposite heading",
+        "a bias force of {} {} was found in {}, on one heading only: a current has the same effect, and then the drag is wrong, too; repeat the trial on the opposite heading",
         spoken(bias.value),
         fit.dof.units().force,
         fit.dof
@@ -316,11 +320,11 @@ fn attenuation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
     let dof = evidence.fit.dof;
     let mass = if dof.is_rotation() { "inertia" } else { "mass" };
     let attenuates = format!(
-        "the {cutoff_hz} Hz filter passes {:.0} % of the motion at {frequency_hz:.3} Hz, where trial `{trial}` is driven, and all of the thrust: expect the {dof} {mass} to be {factor:.2} times too large; use equation-error, which filters both alike",
+        "the {cutoff_hz} Hz filter passes {:.0} % of the motion at {frequency_hz:.3} Hz, where trial `{trial}` is excited, but all of the thrust: expect the {dof} {mass} to be {factor:.2} times too large; use equation-error, which filters both alike",
         100.0 * gain
     );
     let unequal = format!(
-        "v|v| in {dof} is formed from the weakened velocity, so the drag is off as well, by an amount that depends on the trial"
+        "v|v| in {dof} is formed from the attenuated velocity, so that the drag is wrong as well, by an amount that depends on the trial"
     );
     Ok(vec![
         Caveat::warning(CaveatCode::FilterAttenuatesExcitation, attenuates),

@@ -158,7 +158,7 @@ pub enum Error {
     },
     /// Too few draws for a covariance.
     #[error(
-        "{found} draws of a bootstrap converged, and a covariance needs {needed}; draw more often, or use the sandwich"
+        "{found} draws of a bootstrap converged, and a covariance needs {needed}; use more draws, or the sandwich estimate"
     )]
     FewDraws {
         /// How many there are.

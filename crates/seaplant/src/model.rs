@@ -214,7 +214,7 @@ impl Model {
     /// must increase, from `start` at the first of them.
     ///
     /// # Errors
-    /// [`Error::Diverged`] if it runs away.
+    /// [`Error::Diverged`] if it diverges.
     pub fn respond(
         &self,
         axis: &AxisRecord,

@@ -279,7 +279,7 @@ fn dvl_at_origin(
     let r_bs = sensors.dvl.to_body();
     let lever = sensors.dvl.position_body;
     if lever.norm() > 0.0 && nav.rates.is_none() {
-        let message = "the DVL has a lever arm but the log has neither attitude nor rates: the vehicle's turning is taken as zero and leaks into its velocity; map attitude.heading or rate.yaw";
+        let message = "the DVL has a lever arm but the log has neither attitude nor rates: the vehicle's turning is taken as zero, which makes its velocity wrong; map attitude.heading or rate.yaw";
         nav.caveats.push(Caveat::warning(CaveatCode::Navigation, message));
     }
     let needs = |row: usize, column: usize| r_bs[(row, column)].abs() > 1e-9;

@@ -179,9 +179,9 @@ impl fmt::Display for Stability {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stable => write!(f, "stable"),
-            Self::StableBelow { speed } => write!(f, "runs away beyond {}", spoken(*speed)),
+            Self::StableBelow { speed } => write!(f, "diverges beyond {}", spoken(*speed)),
             Self::UnstableAtRest { speed } => {
-                write!(f, "creeps by itself up to {}", spoken(*speed))
+                write!(f, "moves without thrust, up to {}", spoken(*speed))
             }
             Self::Unstable => write!(f, "unstable"),
         }

@@ -327,7 +327,7 @@ fn more_added_mass_along_the_slender_axis_is_out_of_order() {
     assert!(raft.plants.values().all(|plant| !codes(plant).contains(&CaveatCode::Implausible)));
     let tower = of([2.0, 2.0, 6.0]);
     let message = caveat_of(&tower.plants[&Dof::Heave], CaveatCode::Implausible);
-    assert!(message.contains("4.00 m² towards it") && message.contains("12.0 m²"), "{message}");
+    assert!(message.contains("area of 4.00 m²") && message.contains("12.0 m²"), "{message}");
 }
 
 #[test]
@@ -581,7 +581,7 @@ fn a_mass_beyond_what_the_hull_and_its_water_have_is_severe() {
         let vehicle = simple_vehicle(Some(dry_mass_kg));
         plant_of(&vehicle, &driven(300.0, lively), Method::EquationError)
     };
-    assert!(caveat_of(&plant(60.0), CaveatCode::Implausible).contains("wrong unit"));
+    assert!(caveat_of(&plant(60.0), CaveatCode::Implausible).contains("check the unit of thrust"));
     assert!(!codes(&plant(300.0)).contains(&CaveatCode::Implausible));
 }
 

@@ -169,7 +169,7 @@ fn of_a_sinusoid_every_period_is_as_good() {
         let heading = compass.logs("attitude.heading", rng, |t| 0.1 * (w * t).sin());
         let found = why_not(&[rate, heading]);
         assert!(
-            found.contains("the motion repeats itself") || found.contains("than chance"),
+            found.contains("the motion is periodic") || found.contains("than by chance"),
             "{noise}: {found}"
         );
     }
@@ -189,7 +189,7 @@ fn a_sign_that_is_turned_is_told() {
     let [rate, heading] = gyro_and_compass(4, &GYRO, &Instrument { behind_s: 3.0, ..COMPASS });
     let turned = rate.iter().map(|(what, series)| (what.clone(), series.map(|x| -x))).collect();
     let found = why_not(&[turned, heading]);
-    assert!(found.contains("they mirror each other at 3."), "{found}");
+    assert!(found.contains("they have opposite signs at 3."), "{found}");
     assert!(found.contains("negate = true"), "{found}");
 }
 
@@ -201,14 +201,14 @@ fn a_clock_that_was_set_by_years_is_refused_in_no_time() {
         recording_of(what, series.time_s().iter().map(late).collect(), series.values().to_vec())
     };
     let rate = rate.iter().map(leap).next().expect("one series");
-    assert!(why_not(&[rate, heading]).starts_with("the files share nothing"));
+    assert!(why_not(&[rate, heading]).starts_with("the files have no quantity in common"));
 }
 
 #[test]
 fn files_that_share_nothing_are_refused_with_what_would_do() {
     let [rate, _] = gyro_and_compass(1, &GYRO, &COMPASS);
     let depth = COMPASS.logs("depth", &mut ChaCha8Rng::seed_from_u64(1), |t| (0.1 * t).sin());
-    assert!(why_not(&[rate, depth]).starts_with("the files share nothing that must agree"));
+    assert!(why_not(&[rate, depth]).starts_with("the files have no quantity in common to compare"));
 }
 
 /// The fitted trial of a degree of freedom of a twin, in two parts of which the second is

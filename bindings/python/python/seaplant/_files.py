@@ -1,27 +1,118 @@
-"""Files that appear together."""
+"""Files that appear together, and never over what Seaplant did not write."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import shutil
 import tempfile
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
+from typing import Any, Literal
+
+from seaplant.errors import InputError
+
+_LIST = "seaplant-files.json"
+"""The list of a folder's files that the command line keeps, too."""
+
+_SCHEMA = "seaplant/files/1"
+
+Made = Literal["campaign", "report", "export"]
+"""What files are: those of a campaign go with all that was made of an earlier one, those of a
+report with those of an earlier report."""
 
 
-def write_files(folder: str | PathLike[str], files: Mapping[str, bytes]) -> Path:
-    """Writes files below a folder: all are made aside before one is moved into place."""
+def write_files(
+    folder: str | PathLike[str], files: Mapping[str, bytes], made: Made, *, force: bool = False
+) -> Path:
+    """Writes files below a folder: all are made aside before one is moved into place.
+
+    Raises `InputError` if one would replace a file that Seaplant did not write, unless
+    ``force``, or would be written through a link.
+    """
     target = Path(folder)
+    listed = _listed(target)
+    for path in files:
+        _check(target, path, listed, force=force)
     target.mkdir(parents=True, exist_ok=True)
     aside = Path(tempfile.mkdtemp(prefix=".seaplant-", dir=target))
     try:
         for path, content in files.items():
-            made = aside / path
-            made.parent.mkdir(parents=True, exist_ok=True)
-            made.write_bytes(content)
+            whole = aside / path
+            whole.parent.mkdir(parents=True, exist_ok=True)
+            whole.write_bytes(content)
+        after = _after(listed, files, made)
+        for path in set(listed) - set(after):
+            if _is_as_written(target / path, listed.get(path)):
+                (target / path).unlink()
+        _write_list(target, aside, _beside(listed, after), complete=False)
         for path in files:
             (target / path).parent.mkdir(parents=True, exist_ok=True)
             (aside / path).replace(target / path)
+        _write_list(target, aside, after, complete=True)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
     return target
+
+
+def _listed(folder: Path) -> dict[str, Any]:
+    """The files that a folder's list names; none if there is no list, or another."""
+    try:
+        read = json.loads((folder / _LIST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    is_ours = isinstance(read, dict) and read.get("schema") == _SCHEMA
+    return dict(read["files"]) if is_ours else {}
+
+
+def _after(listed: Mapping[str, Any], files: Mapping[str, bytes], made: Made) -> dict[str, Any]:
+    """The list once files are in place."""
+    kept = {
+        path: entry
+        for path, entry in listed.items()
+        if made == "export" or (made == "report" and entry["made"] != "report")
+    }
+    new = {
+        path: {"made": made, "sha256": hashlib.sha256(content).hexdigest()}
+        for path, content in files.items()
+    }
+    return dict(sorted({**kept, **new}.items()))
+
+
+def _beside(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
+    """The list while files are replaced: those before and after."""
+    changed = {
+        path: {**entry, "before": before[path]["sha256"]} if path in before else entry
+        for path, entry in after.items()
+    }
+    return {**before, **changed}
+
+
+def _check(folder: Path, path: str, listed: Mapping[str, Any], *, force: bool) -> None:
+    target = folder / path
+    for inner in [folder / part for part in Path(path).parents if part != Path()]:
+        if inner.is_symlink():
+            raise InputError(f"{inner} is a symbolic link, which may point elsewhere; remove it")
+    if target.is_dir():
+        raise InputError(f"{target} is a folder where a file is needed; move it away")
+    is_there = target.exists() or target.is_symlink()
+    if is_there and not force and not _is_as_written(target, listed.get(path)):
+        raise InputError(
+            f"{target} exists and is not as Seaplant wrote it; choose another folder, or "
+            "overwrite it with force=True"
+        )
+
+
+def _is_as_written(file: Path, entry: Any) -> bool:
+    if entry is None or file.is_symlink() or not file.is_file():
+        return False
+    found = hashlib.sha256(file.read_bytes()).hexdigest()
+    return found in {entry.get("sha256"), entry.get("before")}
+
+
+def _write_list(folder: Path, aside: Path, files: Mapping[str, Any], *, complete: bool) -> None:
+    whole = aside / _LIST
+    made = {"schema": _SCHEMA, "complete": complete, "files": files}
+    whole.write_text(json.dumps(made, indent=2) + "\n", encoding="utf-8")
+    whole.replace(folder / _LIST)

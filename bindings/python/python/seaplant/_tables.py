@@ -18,6 +18,8 @@ Data: TypeAlias = Any
 """A mapping of arrays, a pandas or polars frame, or an xarray dataset."""
 
 _Column: TypeAlias = tuple[str, str | None, Floats]
+_CONVERT = "convert it with pandas.to_numeric, or pandas.to_datetime, or leave it out"
+
 _Named: TypeAlias = dict[str, tuple[str | None, ArrayLike]]
 
 
@@ -51,7 +53,7 @@ def _time_column(
     """Which column is time, as of a CSV file, and the seconds in its unit, if one is stated."""
     found = _native.time_column(_headers(columns), time, time_unit)
     if found is None:
-        raise InputError(f"no time among {', '.join(columns)}; name the column with time=")
+        raise InputError(f"found no time column among {', '.join(columns)}; name it with time=")
     place, second = found
     return list(columns)[place], second
 
@@ -90,9 +92,13 @@ def _of_pandas(
     data: Data, time: str | None, time_unit: str | None
 ) -> tuple[_Named, str | None]:
     """The columns of a frame and which of them is time: one of its own, or its index."""
-    columns: _Named = {str(name): (None, _pandas_values(data[name])) for name in data.columns}
-    if len(columns) < len(data.columns):
-        raise InputError("two columns of the frame have one name; rename one")
+    names = [str(name) for name in data.columns]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise InputError(f"the frame has several columns called {twice[0]!r}; rename them")
+    columns: _Named = {
+        name: (None, _pandas_values(data[of]))
+        for name, of in zip(names, data.columns, strict=True)
+    }
     if time in columns:
         return columns, time
     if time is None and _native.time_column(_headers(columns), None, time_unit) is not None:
@@ -106,26 +112,36 @@ def _of_pandas(
 def _index_name(index: Any, time: str | None, columns: str) -> str:
     """What the index is called, if it can be time."""
     if index.nlevels > 1:
-        raise InputError("the frame's index has several levels; name the column with time=")
+        raise InputError(
+            "the frame's index has several levels; name the time column with time="
+        )
     name = None if index.name is None else str(index.name)
     if time is not None and time != name:
-        raise InputError(f"no column {time!r} among {columns}, nor is the index called so")
+        raise InputError(
+            f"found no column {time!r} among {columns}, and the index has another name"
+        )
     if time is not None or index.dtype.kind in "mM":
         return name or "time"
     # An unnamed index of fractions is one that somebody gave; whole numbers may count rows.
-    if name is None and index.dtype.kind == "f":
+    if name is None and index.dtype.kind == "f" and not _counts_rows(index):
         return "time"
     if name is None:
         raise InputError(
-            f"no time among {columns}, and the frame's index has no name and may count rows; "
-            "name the column with time=, or the index: frame.index.name = 'time [s]'"
+            f"found no time column among {columns}, and the frame's index has no name, so that "
+            "it may count rows; name the time column with time=, or the index: "
+            "frame.index.name = 'time [s]'"
         )
     if _native.time_column([(name, None)], None, None) is None:
         raise InputError(
-            f"no time among {columns}, and the index {name!r} is not called as time is; name "
-            "one with time="
+            f"found no time column among {columns}, and the index is called {name!r}, which is "
+            "no name of time; say with time= which one holds time"
         )
     return name
+
+
+def _counts_rows(index: Any) -> bool:
+    """Whether every step of an index is one, as where rows are counted."""
+    return bool(np.all(np.diff(index.to_numpy()) == 1.0))
 
 
 def _pandas_values(of: Any) -> ArrayLike:
@@ -153,7 +169,8 @@ def _columns(data: Data) -> Iterator[tuple[str, tuple[str | None, ArrayLike]]]:
     else:
         kind = type(data).__name__
         raise InputError(
-            f"a {kind} is no table; give a mapping of arrays, a frame or a dataset"
+            f"expected a table (a mapping of arrays, a pandas or polars frame, or an xarray "
+            f"dataset), found {kind}"
         )
 
 
@@ -175,9 +192,9 @@ def floats(what: str, values: ArrayLike) -> Floats:
     try:
         array, absent = _unmasked(values)
     except ValueError as error:
-        raise InputError(f"{what} holds no numbers: {error}") from error
+        raise InputError(f"{what} cannot be read as an array: {error}") from error
     if array.ndim != 1:
-        raise InputError(f"{what} has {array.ndim} dimensions; give one value a row")
+        raise InputError(f"{what} has {array.ndim} dimensions; give an array of shape (n,)")
     found = _real(what, array).astype(np.float64)
     return np.where(absent, np.nan, found)
 
@@ -200,7 +217,7 @@ def _real(what: str, array: NDArray[Any]) -> NDArray[Any]:
         raise InputError(f"{what} holds complex numbers; give their real part or their modulus")
     held = {"U": "text", "S": "text", "T": "text", "M": "instants", "m": "durations"}
     found = held.get(kind, f"values of type {array.dtype}")
-    raise InputError(f"{what} holds no numbers but {found}; convert it, or leave it out")
+    raise InputError(f"{what} holds {found}, not numbers; {_CONVERT}")
 
 
 def _number(what: str, row: int, of: object) -> float:
@@ -210,4 +227,4 @@ def _number(what: str, row: int, of: object) -> float:
     if isinstance(of, numbers.Real | Decimal):
         return float(of)
     kind = type(of).__name__
-    raise InputError(f"{what} holds no numbers: in row {row} it has a {kind}")
+    raise InputError(f"{what} holds a {kind} in row {row}, not a number; {_CONVERT}")

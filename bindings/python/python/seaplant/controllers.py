@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seaplant import _native
+from seaplant._choices import expected
 from seaplant._record import Floats
 from seaplant.plants import STATES, Plant, State, by_name, state
 
@@ -105,6 +106,8 @@ class Controller:
             "seed": seed,
             "anyway": anyway,
         }
+        how = "use fit.plant(), or seaplant.Plant.open(path)"
+        plant = expected(Plant, plant, "plant", how)
         self._native = _native.Controller(plant._native, json.dumps(asked))
         self._names = tuple(plant.coefficients)
 

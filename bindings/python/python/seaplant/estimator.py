@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from seaplant._choices import Terms
+from seaplant._choices import Terms, trials_of
 from seaplant._record import Floats
 from seaplant._results import PlantResult
 from seaplant.errors import InputError
@@ -124,7 +124,7 @@ class PlantEstimator:
             If the plant cannot be identified.
         """
         del y
-        fitted = [trial._as_role("fit") for trial in trials]
+        fitted = [trial._as_role("fit") for trial in trials_of(trials)]
         self.fit_ = identify(fitted, self.vehicle, self.method, terms=self.terms)
         self.plant_ = self.fit_[self.dof]
         return self
@@ -145,10 +145,10 @@ class PlantEstimator:
         Raises
         ------
         InputError
-            If the plant runs away.
+            If the plant diverges.
         """
         fitted = self._fitted()
-        return [fitted.simulate(trial, self.dof).simulated for trial in trials]
+        return [fitted.simulate(trial, self.dof).simulated for trial in trials_of(trials)]
 
     def score(self, trials: Sequence[Trial], y: object = None) -> float:
         """Gives R² of simulated against raw velocity, over all trials together.
@@ -167,7 +167,7 @@ class PlantEstimator:
             away.
         """
         del y
-        held_out = [trial._as_role("hold-out") for trial in trials]
+        held_out = [trial._as_role("hold-out") for trial in trials_of(trials)]
         (validation,) = (of for of in self._fitted().validate(held_out) if of.dof == self.dof)
         r_squared = validation.score.r_squared
         return -np.inf if r_squared is None else r_squared

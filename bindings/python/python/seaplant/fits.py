@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, overload
 from numpy.typing import ArrayLike
 
 from seaplant import _native
+from seaplant._choices import trials_of
 from seaplant._files import write_files
 from seaplant._record import Floats
 from seaplant._results import (
@@ -24,7 +25,7 @@ from seaplant._results import (
     SteadyResult,
     Validation,
 )
-from seaplant.errors import InputError
+from seaplant.errors import FileError, InputError, MissingFileError
 from seaplant.plants import Linear, Motion, Plant, State
 from seaplant.trials import Trial, only
 
@@ -150,7 +151,7 @@ class Fit:
         Parameters
         ----------
         path
-            The file that ``seaplant identify`` or `Fit.save` wrote.
+            The file that ``seaplant identify`` or `Fit.save` wrote, or its folder.
 
         Returns
         -------
@@ -159,13 +160,21 @@ class Fit:
 
         Raises
         ------
+        FileError
+            If the file cannot be read.
         InputError
             If it is another file, or of another version.
         """
+        given = Path(path)
+        file = given / "results.json" if given.is_dir() else given
         try:
-            return cls(_native.Results.of_json(Path(path).read_text(encoding="utf-8")))
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
+            return cls(_native.Results.of_json(file.read_text(encoding="utf-8")))
+        except (InputError, UnicodeDecodeError) as error:
+            raise InputError(f"{file}: {error}") from None
+        except FileNotFoundError as error:
+            raise MissingFileError(f"cannot read {file}: {error.strerror}") from None
+        except OSError as error:
+            raise FileError(f"cannot read {file}: {error.strerror}") from None
 
     @property
     def plants(self) -> dict[str, PlantResult]:
@@ -320,7 +329,7 @@ class Fit:
         InputError
             If no trial exercises a degree of freedom that the fit holds.
         """
-        given = [trials] if isinstance(trials, Trial) else list(trials)
+        given = trials_of(trials)
         scores = json.loads(self._native.validate([of._native for of in given], method))
         if not scores:
             raise InputError("no trial exercises a degree of freedom that the fit holds")
@@ -393,13 +402,15 @@ class Fit:
         dataset: xr.Dataset = frame.to_xarray()
         return dataset
 
-    def save(self, folder: str | PathLike[str]) -> Path:
+    def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Writes what ``seaplant identify`` writes: results.json, report, figures, tables.
 
         Parameters
         ----------
         folder
-            The folder; files of the same name are replaced once all are made.
+            The folder; files that Seaplant wrote are replaced once all are made.
+        force
+            Whether to replace other files, too.
 
         Returns
         -------
@@ -408,10 +419,13 @@ class Fit:
 
         Raises
         ------
+        InputError
+            If a file is in the way that Seaplant did not write.
         OSError
             If the system does not let it be written.
         """
-        return write_files(folder, self._native.render([of._native for of in self.trials]))
+        files = self._native.render([of._native for of in self.trials])
+        return write_files(folder, files, "report", force=force)
 
     def __repr__(self) -> str:
         lines = [f"<Fit of {self.results.vehicle!r}"]

@@ -9,7 +9,15 @@ from pathlib import Path
 from typing import Literal
 
 from seaplant import _native
-from seaplant._choices import Methods, Settings, Terms, methods_of, terms_of
+from seaplant._choices import (
+    Methods,
+    Settings,
+    Terms,
+    expected,
+    methods_of,
+    terms_of,
+    trials_of,
+)
 from seaplant._results import SteadyResult
 from seaplant.fits import Fit
 from seaplant.trials import Trial, only
@@ -93,8 +101,9 @@ def identify(
     }
     stated = {name: table for name, table in tables.items() if table is not None}
     settings = json.dumps({"vehicle": "", "trial": [], **stated})
-    given = (trials,) if isinstance(trials, Trial) else tuple(trials)
-    campaign = _native.Campaign.of(vehicle._native, [of._native for of in given], settings)
+    given = trials_of(trials)
+    body = expected(Vehicle, vehicle, "vehicle", "make one with seaplant.Vehicle(...)")
+    campaign = _native.Campaign.of(body._native, [of._native for of in given], settings)
     native = campaign.identify("seaplant.identify(trials, vehicle)")
     native.check()
     return Fit(native, given)
@@ -106,6 +115,7 @@ def identify_campaign(
     *,
     terms: Terms = None,
     out: str | PathLike[str] | None = None,
+    force: bool = False,
 ) -> Fit:
     """Identifies a campaign.toml, as ``seaplant identify`` does.
 
@@ -120,6 +130,8 @@ def identify_campaign(
         The terms to fit, in place of the campaign's.
     out
         The folder to write the report to; none is written if not given.
+    force
+        Whether to replace files there that Seaplant did not write, too.
 
     Returns
     -------
@@ -143,7 +155,7 @@ def identify_campaign(
     native.check()
     fit = Fit(native, map(Trial._of, opened.trials()))
     if out is not None:
-        fit.save(out)
+        fit.save(out, force=force)
     return fit
 
 
@@ -182,7 +194,7 @@ def steady_drag(
     InputError
         If a trial has no steady stretch.
     """
-    given = [trials] if isinstance(trials, Trial) else list(trials)
+    given = trials_of(trials)
     dof = only(given[0].dofs if given else [], dof, "the first trial")
     natives = [of._native for of in given]
     found = _native.steady_drag(natives, dof, window_s, slope_m_s2, thrust_part)

@@ -183,7 +183,7 @@ class Plant:
         Parameters
         ----------
         path
-            A plant file, ``published:NAME``, or the results.json of a fit.
+            A plant file, ``published:NAME``, or the results.json of a fit or its folder.
         method
             Of results, the method whose plants of single axes to use.
 
@@ -199,9 +199,10 @@ class Plant:
         """
         from seaplant.fits import Fit
 
-        native = _native.Plant.open(Path(path))
+        file = Path(path)
+        native = None if file.is_dir() else _native.Plant.open(file)
         if native is None:
-            return Fit.open(path).plant(method)
+            return Fit.open(file).plant(method)
         if method is not None:
             raise InputError(f"{path} is a table, not a fit by {method}; leave method out")
         return cls(native)
@@ -394,7 +395,12 @@ class Plant:
         )
 
     def export(
-        self, to: str, folder: str | PathLike[str], *, anyway: bool = False
+        self,
+        to: str,
+        folder: str | PathLike[str],
+        *,
+        anyway: bool = False,
+        force: bool = False,
     ) -> tuple[str, ...]:
         """Writes the plant for another tool, as ``seaplant export`` does.
 
@@ -407,6 +413,8 @@ class Plant:
             Where to.
         anyway
             Whether to export a plant whose verdict is "do not use".
+        force
+            Whether to replace files that Seaplant did not write, too.
 
         Returns
         -------
@@ -416,10 +424,11 @@ class Plant:
         Raises
         ------
         InputError
-            If the format is unknown or cannot hold the plant, or it should not be used.
+            If the format is unknown or cannot hold the plant, it should not be used, or a file
+            is in the way that Seaplant did not write.
         """
         files, notes = self._native.export(to, anyway)
-        write_files(folder, dict(files))
+        write_files(folder, dict(files), "export", force=force)
         return tuple(notes)
 
     def casadi(self) -> Any:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from seaplant import _native
+from seaplant._choices import expected
 from seaplant._record import Floats
 from seaplant._tables import Data
 from seaplant.errors import InputError
@@ -135,7 +136,8 @@ class Trial:
             "channels": _entries(log, channels),
         }
         made_of = json.dumps(entry)
-        native = _native.Trial.of_log(log._native, made_of, vehicle._native)
+        body = expected(Vehicle, vehicle, "vehicle", "make one with seaplant.Vehicle(...)")
+        native = _native.Trial.of_log(log._native, made_of, body._native)
         self._set(native, (_of_log, (log, vehicle, made_of)))
 
     def _set(self, native: _native.Trial, recipe: tuple[Any, ...] | None) -> None:

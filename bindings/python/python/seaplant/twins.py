@@ -70,13 +70,15 @@ class Twin:
         """The log of each trial, in SI units, its columns called as quantities are."""
         return {name: Log(of) for name, of in self._native.logs()}
 
-    def write(self, folder: str | PathLike[str]) -> Path:
+    def write(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Writes logs, vehicle.toml, campaign.toml and truth, as ``seaplant twin`` does.
 
         Parameters
         ----------
         folder
-            The folder.
+            The folder; files that Seaplant wrote are replaced once all are made.
+        force
+            Whether to replace other files, too.
 
         Returns
         -------
@@ -85,11 +87,13 @@ class Twin:
 
         Raises
         ------
+        InputError
+            If a file is in the way that Seaplant did not write.
         OSError
             If the system does not let it be written.
         """
         files = {path: text.encode() for path, text in self._native.files()}
-        return write_files(folder, files) / "campaign.toml"
+        return write_files(folder, files, "campaign", force=force) / "campaign.toml"
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _again, (self._spec,)

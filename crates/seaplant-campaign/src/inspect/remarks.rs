@@ -33,7 +33,7 @@ impl fmt::Display for Remark {
             }
             Self::Sentinel { value, count } => write!(
                 f,
-                "{count} samples are {value}, far from all others: a mark for no measurement; take them out of the log"
+                "{count} samples are {value}, far from all others: probably a code for missing data; remove them from the log"
             ),
             Self::ZeroFilled { runs, samples, first_s } => write!(
                 f,
@@ -47,7 +47,7 @@ impl fmt::Display for Remark {
             Self::Frozen { value, from_s, to_s, samples, others } => {
                 write!(
                     f,
-                    "frozen: {value} from {from_s:.2} to {to_s:.2} s ({samples} samples), though it else keeps changing"
+                    "frozen: {value} from {from_s:.2} to {to_s:.2} s ({samples} samples), although it changes otherwise"
                 )?;
                 if *others > 0 {
                     write!(f, "; {} more", times(*others, "such stretch", "such stretches"))?;

@@ -9,7 +9,7 @@ use super::mapping::Mapping;
 use crate::preset::VehiclePreset;
 
 /// Why most channels of an autopilot are not mapped.
-pub(super) const NOT_NEEDED: &str = "of the autopilot's own, and not needed";
+pub(super) const NOT_NEEDED: &str = "internal to the autopilot, and not needed";
 
 /// A channel and the quantity that it holds.
 struct Known {

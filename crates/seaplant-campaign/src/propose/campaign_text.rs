@@ -19,7 +19,9 @@ pub(super) fn write(
 ) -> (String, Vec<String>) {
     let questions = questions(log, mapping, trials);
     let mut page = Page::default();
-    page.comment("The campaign, begun from its logs. Lines with `decide:` need you.");
+    page.comment(
+        "A first version of the campaign, from its logs. Lines with `decide:` need your decision.",
+    );
     page.list("Still open:", &questions);
     page.line("");
     page.line("vehicle = \"vehicle.toml\"");
@@ -59,7 +61,7 @@ fn questions(log: &Log, mapping: &Mapping, trials: &[ProposedTrial]) -> Vec<Stri
     found
 }
 
-const IDLE: &str = "no thruster works, as far as mapped; give from_s and to_s";
+const IDLE: &str = "no mapped thruster is active; set from_s and to_s";
 
 /// `"a", "b" and 7 more: why none of them is mapped`.
 fn by_reason(left_out: &[(String, String)]) -> Vec<String> {
@@ -112,7 +114,7 @@ fn dof_question(trial: &ProposedTrial) -> String {
         [one] => format!("; so does {one}"),
         several => format!("; so do {}", several.join(" and ")),
     };
-    format!("was {} meant? it moves most with the inputs{also}", best.0)
+    format!("was {} meant? it responds most to the inputs{also}", best.0)
 }
 
 /// The first time column whose unit was assumed.
@@ -140,7 +142,9 @@ fn reading(page: &mut Page, log: &Log, options: &ReadOptions) {
     }
     if let Some(column) = assumed_time(log) {
         page.line("");
-        page.comment("decide: the logs' time states no unit, and seconds are assumed; else say");
+        page.comment(
+            "decide: the logs' time states no unit, and seconds are assumed; otherwise write",
+        );
         let entry = format!("time = {{ column = {}, unit = \"ms\" }}", quoted(column));
         page.comment(&entry);
     }
@@ -164,14 +168,14 @@ fn write_trial(page: &mut Page, mapping: &Mapping, trial: &ProposedTrial) {
     if trial.hold_out {
         page.explained(
             "role = \"hold-out\"",
-            "the last of its kind: it judges what is fitted to the others",
+            "held out: what is fitted to the other trials is tested on it",
         );
     }
     let window = &trial.window;
     if window.active_s.is_some() && !trial.varies && !trial.hold_out {
         page.explained(
             "# role = \"steady\"",
-            "decide: thrust hardly changes; take the `#` away if speed settles too",
+            "decide: thrust hardly changes; remove the `#` if speed is steady, too",
         );
     }
     let why = match window.active_s {
@@ -214,7 +218,7 @@ fn coupled(page: &mut Page, mapping: &Mapping) {
         page.comment("A boat under way moves ahead, to the side and about at once.");
     } else {
         page.comment(
-            "A rudder acts in a plant of several axes. Take the `#` away from the lines below;",
+            "A rudder acts in a plant of several axes. Remove the `#` from the lines below;",
         );
     }
     let hold = "hold = { \"mass.surge\" = 0.0 }  # decide: dry mass and what the water adds, kg";

@@ -21,7 +21,7 @@ const PILOT: &str = "of the pilot, not of a thruster";
 
 const WHOSE: &str = "is it the vehicle's, in its own axes? if a DVL's, write dvl.velocity; if along the world's axes, leave it out";
 const TURNED: &str = "y to port and z up, as REP 103 has it? without negate if the driver has y to starboard and z down";
-const AS_BUILT: &str = "in the instrument's axes, y to starboard and z down? with negate = true if y is to port and z up";
+const AS_BUILT: &str = "are the instrument's axes y to starboard and z down? set negate = true if y is to port and z up";
 const ON_VEHICLE: &str = "is it the force on the vehicle, in its axes, at its origin?";
 const LEVEL: &str = "is it a place in a level frame with z up?";
 

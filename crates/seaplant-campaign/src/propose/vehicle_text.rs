@@ -22,12 +22,12 @@ pub(super) fn write(
         questions.extend(likely_preset(mapping));
     }
     let mut page = Page::default();
-    page.comment("The vehicle, begun from its log. Lines with `measure:` or `decide:` need you.");
+    page.comment("A first version of the vehicle, from its log. Lines with `measure:` or `decide:` need you.");
     page.list("Still open:", &questions);
     page.line("");
     match preset {
         Some(preset) => known_vehicle(&mut page, log, mapping, preset),
-        None => page.explained("name = \"vehicle\"", "decide: what the report calls it"),
+        None => page.explained("name = \"vehicle\"", "decide: its name in the report"),
     }
     page.explained(
         "# dry_mass_kg = 0.0",
@@ -48,10 +48,7 @@ fn known_vehicle(page: &mut Page, log: &Log, mapping: &Mapping, preset: VehicleP
         &format!("preset = {}", quoted(preset.key())),
         "decide: by ArduSub's FRAME_CONFIG; is it this vehicle?",
     );
-    page.explained(
-        &format!("name = {}", quoted(preset.title())),
-        "decide: what the report calls it",
-    );
+    page.explained(&format!("name = {}", quoted(preset.title())), "decide: its name in the report");
     let supply = mapping.all().into_iter().find(|m| *m.quantity() == Quantity::SupplyVoltage);
     let typical = supply.and_then(|mapped| typical_voltage(&log.channels()[mapped.channel]));
     let (voltage, why) = match (typical, supply) {
@@ -97,7 +94,7 @@ fn reversed_thrusters(page: &mut Page, log: &Log, preset: VehiclePreset) {
             page.line("");
             page.line("[[thruster]]");
             page.line(&format!("name = {}", quoted(thruster.name)));
-            page.explained("reversed = true", "the autopilot is set to turn its input round");
+            page.explained("reversed = true", "the autopilot reverses its input");
         }
     }
 }
@@ -180,7 +177,7 @@ fn thrusters(page: &mut Page, log: &Log, mapping: &Mapping) {
         return;
     }
     page.line("");
-    page.comment("Thrusters. Take the `#` from the three lines of each and fill them in:");
+    page.comment("Thrusters. Remove the `#` from the three lines of each and fill them in:");
     page.comment("  position_m   from the vehicle's origin, m: x forward, y starboard, z down");
     page.comment(
         "  direction    the way that positive input pushes the vehicle: [1.0, 0.0, 0.0] is",

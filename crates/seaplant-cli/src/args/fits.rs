@@ -66,7 +66,7 @@ pub struct Identify {
     /// The campaign file.
     #[arg(value_hint = ValueHint::FilePath)]
     pub campaign: PathBuf,
-    /// A method. Give it once for each; the first gives the recommended plant.
+    /// A method; repeat the option for several. The first one gives the recommended plant.
     #[arg(long = "method", value_name = "METHOD", value_parser = methods())]
     pub methods: Vec<MethodChoice>,
     /// The terms to fit, in place of the campaign's: force, quadratic, linear, bias.
@@ -75,7 +75,7 @@ pub struct Identify {
     /// The folder to write to; `results` beside the campaign file if not given.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
-    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    /// Also overwrite files that Seaplant did not write or that were changed since; never an input.
     #[arg(long)]
     pub force: bool,
 }
@@ -120,10 +120,10 @@ pub struct Watch {
     /// What to identify, and how.
     #[command(flatten)]
     pub identify: Identify,
-    /// For how long files must stay as they are before they count as complete, s.
+    /// Time without changes after which files count as complete, s.
     #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = settle)]
     pub settle_s: f64,
-    /// End after so many rounds.
+    /// Stop after this many rounds.
     #[arg(long, value_name = "N")]
     pub rounds: Option<u64>,
 }

@@ -25,10 +25,10 @@ pub struct Init {
     /// The folder to write to.
     #[arg(long, value_name = "DIR", default_value = ".", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
-    /// The vehicle, if it is a known one: bluerov2 or bluerov2-heavy.
+    /// A known vehicle: bluerov2 or bluerov2-heavy.
     #[arg(long, value_name = "NAME", value_parser = preset())]
     pub preset: Option<VehiclePreset>,
-    /// Write over files that are there.
+    /// Overwrite existing files.
     #[arg(long)]
     pub force: bool,
     /// How to read the log.
@@ -48,17 +48,17 @@ pub struct Reading {
     /// The sheet of a workbook; its first if not given.
     #[arg(long, value_name = "NAME")]
     pub sheet: Option<String>,
-    /// Which time of a ROS message counts.
+    /// Which time of a ROS message to use.
     #[arg(long, value_name = "WHICH", default_value = "header")]
     pub stamp: MessageStamp,
 }
 
-/// Which time of a message counts.
+/// Which time of a message to use.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum MessageStamp {
-    /// That in its header; of messages without one, that of receipt.
+    /// The time in its header; of messages without one, the time of receipt.
     Header,
-    /// That at which it was recorded.
+    /// The time at which it was recorded.
     Receive,
 }
 
@@ -85,7 +85,7 @@ pub struct Inspect {
     pub reading: Reading,
 }
 
-/// Draw a log's channels, in the terminal or as a page on which trials are marked.
+/// Draw a log's channels, in the terminal or as an HTML page to mark trials on.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant plot dive12.csv\n  seaplant plot dive12.BIN --only ATT --only RCOU --out dive12.html"
@@ -100,7 +100,7 @@ pub struct Plot {
     /// The page to write (.html): drag over a stretch to get the lines of its trial for campaign.toml.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
-    /// Write over a file that is not such a page, too; never over what is read.
+    /// Also overwrite a file that is not such a page; never an input.
     #[arg(long)]
     pub force: bool,
     /// How to read the log.

@@ -14,7 +14,7 @@ fn dof() -> impl TypedValueParser<Value = Dof> {
     PossibleValuesParser::new(Dof::ALL.map(Dof::name)).try_map(|name| name.parse::<Dof>())
 }
 
-/// Predict what a plant would do under inputs alone, or drive it with another log's thrust.
+/// Simulate a plant with given inputs, or with the thrust of a log.
 ///
 /// Inputs alone are --step, a profile in TOML, or a table whose columns are time, wrench.AXIS,
 /// thruster.NAME.INPUT and supply.voltage, with units. Any other log is read through its campaign, and
@@ -30,13 +30,13 @@ pub struct Simulate {
     /// A profile, a table of inputs, or the log or files that were logged side by side.
     #[arg(value_name = "INPUTS", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
-    /// A constant force from rest, as "surge 200 N" or "yaw 5 N m"; give it once for each axis.
+    /// A constant force from rest, as "surge 200 N" or "yaw 5 N m"; repeat it for each axis.
     #[arg(long = "step", value_name = "FORCE", conflicts_with = "logs", requires = "duration_s")]
     pub steps: Vec<String>,
-    /// For how long, s.
+    /// Duration of the simulation, s.
     #[arg(long = "for", value_name = "S")]
     pub duration_s: Option<f64>,
-    /// A velocity to begin with, as "surge 0.5 m/s"; give it once for each axis.
+    /// Initial velocity, as "surge 0.5 m/s"; repeat it for each axis.
     #[arg(long = "from", value_name = "VELOCITY")]
     pub start: Vec<String>,
     /// Velocity of the water north and east, m/s, as 0.2,-0.1.
@@ -48,13 +48,13 @@ pub struct Simulate {
         allow_hyphen_values = true
     )]
     pub current: Vec<f64>,
-    /// How many draws of the coefficients make the band; 0 for none.
+    /// Number of draws of the coefficients for the band; 0 for none.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(0..=10_000))]
     pub draws: u16,
-    /// Where the draws' random numbers start.
+    /// Seed of the draws.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Disturb each draw as the trials were, so that the band includes that.
+    /// Add disturbances like those of the trials to each draw, so that the band includes them.
     #[arg(long)]
     pub disturbed: bool,
     /// The campaign whose vehicle and channels the log shares; the fit's own if not given.
@@ -70,7 +70,7 @@ pub struct Simulate {
     /// not given.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
-    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    /// Also overwrite files that Seaplant did not write or that were changed since; never an input.
     #[arg(long)]
     pub force: bool,
 }
@@ -81,7 +81,7 @@ fn formats() -> PossibleValuesParser {
     )
 }
 
-/// Write a plant for a simulator or a controller.
+/// Export a plant to a format of a simulator or controller.
 ///
 /// Every file states its units, frames, source, settings and uncertainty. What a format cannot hold,
 /// and what of the plant is not known, is listed in the files and here.
@@ -106,7 +106,7 @@ pub struct Export {
     /// Export a plant that should not be used; the files carry the reasons.
     #[arg(long)]
     pub anyway: bool,
-    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    /// Also overwrite files that Seaplant did not write or that were changed since; never an input.
     #[arg(long)]
     pub force: bool,
 }
@@ -115,7 +115,7 @@ fn law() -> impl TypedValueParser<Value = Law> {
     PossibleValuesParser::new(Law::ALL.map(Law::name)).try_map(|name| name.parse::<Law>())
 }
 
-/// Make a controller for a plant: gains with their margins, and what they follow.
+/// Make a controller for a plant: gains, stability margins and tracking errors.
 ///
 /// Gains come from a bandwidth and a damping ratio, or from the error and the force that are worth
 /// each other. Lag, delay and limits are those of the plant's thrusters, as far as they are known;
@@ -145,13 +145,13 @@ pub struct Control {
     /// The law.
     #[arg(long, value_parser = law(), default_value = "non-exact")]
     pub law: Law,
-    /// Let the model of the law adapt.
+    /// Adapt the model of the control law while it runs.
     #[arg(long)]
     pub adaptive: bool,
-    /// In what time it follows, s.
+    /// Time constant of the adaptation, s.
     #[arg(long = "adaptation", value_name = "S", default_value_t = 60.0)]
     pub adaptation_s: f64,
-    /// The greatest force on an axis, as "surge 2000 N"; of thrusters with measured tables it is
+    /// The greatest force on an axis, as "surge 2000 N"; for thrusters with measured tables it is
     /// known.
     #[arg(long = "limit", value_name = "FORCE")]
     pub limits: Vec<String>,
@@ -161,7 +161,7 @@ pub struct Control {
     /// The delay of an axis's thrusters, as "surge 0.2 s", in place of the plant's.
     #[arg(long = "delay", value_name = "AXIS")]
     pub delays: Vec<String>,
-    /// How often the controller acts, Hz.
+    /// Sample rate of the controller, Hz.
     #[arg(long, value_name = "HZ", default_value_t = 10.0)]
     pub sample_hz: f64,
     /// Velocity of the water north and east in the second run, m/s, as 0.2,-0.1.
@@ -174,16 +174,16 @@ pub struct Control {
         default_value = "0.2,0.1"
     )]
     pub current: Vec<f64>,
-    /// How many draws of the coefficients the worst case is of.
+    /// Number of draws of the coefficients for the worst case.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(0..=10_000))]
     pub draws: u16,
-    /// Where random numbers start.
+    /// Seed of all random numbers.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// The method whose plants of single axes to use; the recommended one's if not given.
     #[arg(long, value_parser = method())]
     pub method: Option<Method>,
-    /// Make one for a plant that should not be used, or with too small a margin; the files carry
+    /// Make one even if the plant should not be used or a margin is too small; the files carry
     /// the reasons.
     #[arg(long)]
     pub anyway: bool,
@@ -191,7 +191,7 @@ pub struct Control {
     /// if not given, nothing is written.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
-    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    /// Also overwrite files that Seaplant did not write or that were changed since; never an input.
     #[arg(long)]
     pub force: bool,
 }

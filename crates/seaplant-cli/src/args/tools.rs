@@ -26,13 +26,13 @@ pub struct Thruster {
     /// The unit of the forces, if the header does not state it.
     #[arg(long, value_name = "UNIT")]
     pub force_unit: Option<String>,
-    /// The input that means stop: 0, or 1500 for pulse widths, if not given.
+    /// The input at which thrust is zero: 0, or 1500 for pulse widths, if not given.
     #[arg(long, value_name = "INPUT", allow_negative_numbers = true)]
     pub neutral: Option<f64>,
     /// Draw the curve to this .svg or .png file.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub plot: Option<PathBuf>,
-    /// Write over a file that this command did not draw, too; never over what is read.
+    /// Also overwrite a file that this command did not write; never an input.
     #[arg(long)]
     pub overwrite: bool,
 }
@@ -77,4 +77,8 @@ pub struct Man {
     /// The folder to write to.
     #[arg(long, value_name = "DIR", default_value = "man", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
+
+    /// Also overwrite files that this command did not write.
+    #[arg(long)]
+    pub force: bool,
 }

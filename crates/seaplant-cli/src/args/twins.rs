@@ -21,14 +21,14 @@ pub struct Demo {
     /// with thrusters.
     #[arg(long, value_name = "NAME", value_hint = ValueHint::FilePath)]
     pub vehicle: Option<String>,
-    /// Where every random number starts.
+    /// Seed of all random numbers.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// What disturbs the twin: none, all (tether, current, lag, delay, thrcoef and lever), or
     /// names separated by commas; an unknown name is answered with the list.
     #[arg(long, value_name = "LIST", default_value = "none", value_parser = disturbances)]
     pub disturbances: String,
-    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    /// Also overwrite files that Seaplant did not write or that were changed since; never an input.
     #[arg(long)]
     pub force: bool,
 }
@@ -44,45 +44,45 @@ fn disturbances(list: &str) -> Result<String, seaplant::Error> {
     after_help = "Examples:\n  seaplant twin twin.toml --out logs\n  echo 'disturbances = [\"current\"]' > twin.toml && seaplant twin twin.toml --out logs"
 )]
 pub struct Twin {
-    /// What the twin is and does, in TOML; `seaplant schema twin` prints its keys.
+    /// The specification of the twin, in TOML; `seaplant schema twin` prints its keys.
     #[arg(value_hint = ValueHint::FilePath)]
     pub spec: PathBuf,
     /// The folder to write to.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
-    /// Write over files that are not as Seaplant wrote them, too; never over what is read.
+    /// Also overwrite files that Seaplant did not write or that were changed since; never an input.
     #[arg(long)]
     pub force: bool,
 }
 
-/// Measure how well methods do on a twin: errors and coverage over many seeds.
+/// Measure errors and coverage of the methods on a twin, over many seeds.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant monte-carlo --disturbances tether --runs 30\n  seaplant monte-carlo twin.toml --method filter-error --out table.json"
 )]
 pub struct MonteCarlo {
-    /// What the twin is and does, in TOML; the Jason 2 twin if not given.
+    /// The specification of the twin, in TOML; the Jason 2 twin if not given.
     #[arg(value_hint = ValueHint::FilePath)]
     pub spec: Option<PathBuf>,
     /// What disturbs it, in place of what the file says: none, all, or a list.
     #[arg(long, value_name = "LIST")]
     pub disturbances: Option<String>,
-    /// The degrees of freedom, in place of what the file says. Give it once for each.
+    /// The degrees of freedom, in place of what the file says. Repeat the option for several.
     #[arg(long = "dof")]
     pub dofs: Vec<Dof>,
-    /// A method; those that `identify` uses by itself if not given. Give it once for each.
+    /// A method; those that `identify` uses by itself if not given. Repeat the option for several.
     #[arg(long = "method", value_name = "METHOD", value_parser = methods())]
     pub methods: Vec<MethodChoice>,
-    /// How many twins to make, with seeds from that of the file upwards.
+    /// Number of twins; seeds count up from that of the file.
     #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u64).range(..=1_000_000))]
     pub runs: u64,
-    /// How many to work on side by side; as many as there are processors if not given.
+    /// Number of threads; one for each processor if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// The JSON file to write the table to.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
-    /// Write over a file that this command did not write, too; never over what is read.
+    /// Also overwrite a file that this command did not write; never an input.
     #[arg(long)]
     pub force: bool,
 }

@@ -105,7 +105,7 @@ fn asked(arguments: &Control, model: &PlantModel) -> Result<Design> {
     if tuning.is_empty() {
         let axes: Vec<&str> = model.plant.axes().iter().map(|dof| dof.name()).collect();
         bail!(
-            "no axis is to be controlled; say how fast, as --bandwidth \"{} 0.05 Hz\", of any of {}",
+            "no axis to control; give a bandwidth, as --bandwidth \"{} 0.05 Hz\", of any of {}",
             axes[0],
             axes.join(", ")
         );

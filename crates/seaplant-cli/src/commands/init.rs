@@ -16,10 +16,7 @@ pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
     let targets = ["vehicle.toml", "campaign.toml"].map(|name| arguments.out.join(name));
     let there: Vec<&PathBuf> = targets.iter().filter(|path| path.exists()).collect();
     if let (false, Some(path)) = (arguments.force, there.first()) {
-        bail!(
-            "{} is there already; choose another --out, or write over it with --force",
-            path.display()
-        );
+        bail!("{} exists; choose another --out, or overwrite it with --force", path.display());
     }
     let options = read_options(&arguments.reading);
     let logs = arguments.logs.iter().map(|path| recording_in(path));

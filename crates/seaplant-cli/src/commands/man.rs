@@ -1,10 +1,11 @@
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::CommandFactory;
 
 use crate::args::{Arguments, Man};
 use crate::output::Output;
-use crate::writing::{File, Permit, Target};
+use crate::writing::{File, Permit, Target, check_single};
 
 pub fn run(arguments: &Man, output: Output) -> anyhow::Result<ExitCode> {
     let command = Arguments::command();
@@ -15,10 +16,20 @@ pub fn run(arguments: &Man, output: Output) -> anyhow::Result<ExitCode> {
         let dashed: &'static str = Box::leak(name.clone().into_boxed_str());
         pages.push(page(&name, sub.clone().name(dashed))?);
     }
-    let permit = Permit::of(&[], false);
+    let permit = Permit::of(&[], arguments.force);
+    for page in &pages {
+        let path = arguments.out.join(&page.path);
+        check_single(&path, permit, is_page).with_context(|| path.display().to_string())?;
+    }
     Target { folder: &arguments.out, made: None, permit }.write(&pages)?;
     output.say(&format!("{} manual pages in {}", pages.len(), arguments.out.display()))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether a file is a manual page of this program, by its first bytes.
+fn is_page(first: &[u8]) -> bool {
+    const TITLE: &[u8] = b".TH seaplant";
+    first.windows(TITLE.len()).any(|bytes| bytes == TITLE)
 }
 
 fn page(name: &str, command: clap::Command) -> anyhow::Result<File> {

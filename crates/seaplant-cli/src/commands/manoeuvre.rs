@@ -23,7 +23,7 @@ pub fn run(
     output: Output,
 ) -> Result<ExitCode> {
     if arguments.out.is_some() {
-        bail!("a manoeuvre is told here, or as JSON by --json; leave --out out");
+        bail!("the result of a manoeuvre is printed, or given as JSON by --json; leave out --out");
     }
     let approach = Approach {
         rudder: entry.rudder.clone(),
@@ -36,7 +36,9 @@ pub fn run(
     let mut notes = model.notes.clone();
     notes.extend(doubts(model));
     if model.covariance.is_none() {
-        notes.push("the plant states no errors, so that there are no intervals".to_owned());
+        notes.push(
+            "the plant states no standard deviations, so that there are no intervals".to_owned(),
+        );
     }
     let result = json!({
         "vehicle": model.name,

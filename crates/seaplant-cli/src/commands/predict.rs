@@ -34,7 +34,7 @@ pub fn inputs_alone(arguments: &Simulate) -> Result<Option<InputsAlone>> {
     let only = match arguments.logs.as_slice() {
         [] if arguments.steps.is_empty() => {
             bail!(
-                "nothing drives the plant; give a profile, a table of inputs, a log, or --step \"surge 200 N\" --for 60"
+                "no inputs are given for the plant; give a profile, a table of inputs, a log, or --step \"surge 200 N\" --for 60"
             )
         }
         [] => return Ok(Some(InputsAlone::Profile(stepped(arguments)?))),

@@ -84,7 +84,8 @@ impl Files {
     fn wait(&self, settle: Duration) -> Result<String> {
         let mut changed = BTreeSet::new();
         while changed.is_empty() {
-            let event = self.events.recv().map_err(|_| anyhow!("files are watched no more"))?;
+            let event =
+                self.events.recv().map_err(|_| anyhow!("files can no longer be watched"))?;
             self.note(event, &mut changed)?;
         }
         loop {
@@ -92,7 +93,7 @@ impl Files {
                 Ok(event) => self.note(event, &mut changed)?,
                 Err(RecvTimeoutError::Timeout) => break,
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err(anyhow!("files are watched no more"));
+                    return Err(anyhow!("files can no longer be watched"));
                 }
             }
         }

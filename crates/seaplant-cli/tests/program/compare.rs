@@ -51,7 +51,7 @@ fn fits_of_the_same_log_are_no_independent_ones() {
     let workshop = Workshop::quick();
     workshop.success(&["identify", "campaign.toml", "--quiet"]);
     let words = workshop.success(&["compare", "results", "results"]);
-    assert!(words.contains("log is behind more than one of the fits"), "{words}");
+    assert!(words.contains("one log is used by more than one of the fits"), "{words}");
     assert!(words.contains("p = 1"), "{words}");
 }
 

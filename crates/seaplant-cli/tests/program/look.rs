@@ -21,7 +21,7 @@ fn a_page_of_a_log_is_written_known_again_and_never_over_the_log() {
     assert!(page.contains("data-logs=\"[&quot;log.csv&quot;]\""), "the log as a campaign names it");
     workshop.success(&["plot", "log.csv", "--out", "look.html", "--quiet"]);
     let refused = workshop.failure(&["plot", "log.csv", "--out", "log.csv", "--force"]);
-    assert!(refused.contains("log.csv was read and would be written over"), "{refused}");
+    assert!(refused.contains("log.csv is an input and would be overwritten"), "{refused}");
     let refused = workshop.failure(&["plot", "log.csv", "--out", "campaign.toml"]);
     assert!(refused.contains("campaign.toml"), "{refused}");
 }

@@ -3,8 +3,8 @@
 use crate::workshop::Workshop;
 
 const IDENTIFY: [&str; 4] = ["identify", "campaign.toml", "--out", "out"];
-const THERE: &str = "is there already, and not as Seaplant wrote it; choose another --out, or write \
-                     over it with --force";
+const THERE: &str =
+    "exists and is not as Seaplant wrote it; choose another --out, or overwrite it with --force";
 
 fn identified() -> Workshop {
     let workshop = Workshop::quick();
@@ -21,7 +21,7 @@ fn a_simulation_never_replaces_a_log_a_campaign_or_results() {
         for force in [&[][..], &["--force"]] {
             let words = ["simulate", "out/results.json", "log.csv", "--out", input];
             let message = workshop.failure(&[&words[..], force].concat());
-            let start = format!("cannot write {input}; it was not changed: {input} was read");
+            let start = format!("cannot write {input}; it was not changed: {input} is an input");
             assert!(message.starts_with(&start), "{message}");
         }
     }
@@ -35,7 +35,8 @@ fn a_simulation_replaces_its_own_file_and_no_other_unless_forced() {
     workshop.success(&words);
     workshop.write("run.csv", "mine");
     let message = workshop.failure(&words);
-    let end = "it was not written by this command; name another, or write over it with --force";
+    let end =
+        "it exists and was not written by this command; name another, or overwrite it with --force";
     assert_eq!(message, format!("cannot write run.csv; it was not changed: {end}"));
     workshop.success(&[&words[..], &["--force"]].concat());
     assert!(workshop.read("run.csv").starts_with("time [s],force ["));
@@ -50,11 +51,27 @@ fn a_study_replaces_its_own_table_and_never_its_twin() {
         [&words[..], &["--out", out, "-q"]].concat()
     };
     let message = workshop.failure(&study("twin.toml"));
-    assert!(message.contains("twin.toml was read and would be written over"), "{message}");
+    assert!(message.contains("twin.toml is an input and would be overwritten"), "{message}");
     let message = workshop.failure(&study("campaign.toml"));
-    assert!(message.contains("it was not written by this command"), "{message}");
+    assert!(message.contains("was not written by this command"), "{message}");
     workshop.success(&study("table.json"));
     workshop.success(&study("table.json"));
+}
+
+#[test]
+fn manual_pages_replace_their_own_and_no_other_file() {
+    let workshop = Workshop::empty();
+    for _ in 0..2 {
+        workshop.success(&["man", "--quiet"]);
+    }
+    workshop.write("man/seaplant-plot.1", "notes of my own");
+    let message = workshop.failure(&["man"]);
+    assert!(
+        message.contains("seaplant-plot.1: it exists and was not written by this"),
+        "{message}"
+    );
+    assert_eq!(workshop.read("man/seaplant-plot.1"), "notes of my own");
+    workshop.success(&["man", "--force", "--quiet"]);
 }
 
 #[test]
@@ -63,8 +80,8 @@ fn a_plot_replaces_its_own_and_never_the_table() {
     workshop.write("pull.svg", "speed [rad/s],thrust [N]\n-20,-4\n-10,-1\n0,0\n10,1\n20,4\n");
     workshop.write("mine.svg", "<svg/>");
     let plot = |name| ["thruster", "pull.svg", "--plot", name];
-    assert!(workshop.failure(&plot("pull.svg")).contains("was read"));
-    assert!(workshop.failure(&plot("mine.svg")).contains("write over it with --overwrite"));
+    assert!(workshop.failure(&plot("pull.svg")).contains("is an input"));
+    assert!(workshop.failure(&plot("mine.svg")).contains("overwrite it with --overwrite"));
     workshop.success(&plot("curve.svg"));
     workshop.success(&plot("curve.svg"));
 }
@@ -77,7 +94,10 @@ fn results_replace_no_input_even_if_forced() {
     for force in [&[][..], &["--force"]] {
         let message =
             workshop.failure(&[&["identify", "campaign.toml", "--out", "."][..], force].concat());
-        assert!(message.contains("./report.html was read and would be written over"), "{message}");
+        assert!(
+            message.contains("./report.html is an input and would be overwritten"),
+            "{message}"
+        );
     }
 }
 
@@ -98,7 +118,7 @@ fn a_twin_and_a_demo_replace_no_campaign_but_their_own() {
     workshop.write("twin.toml", "dofs = [\"surge\"]\nduration_s = 60.0\nhold_out_s = 60.0\n");
     for words in [&["twin", "twin.toml", "--out", "."][..], &["demo", "--out", "."]] {
         let message = workshop.failure(words);
-        assert!(message.ends_with(THERE) && message.contains("./vehicle.toml is"), "{message}");
+        assert!(message.ends_with(THERE) && message.contains("./vehicle.toml exists"), "{message}");
     }
     let twin = ["twin", "twin.toml", "--out", "twin"];
     workshop.success(&twin);
@@ -108,7 +128,7 @@ fn a_twin_and_a_demo_replace_no_campaign_but_their_own() {
     assert!(message.ends_with(&format!("twin/campaign.toml {THERE}")), "{message}");
     workshop.write("twin/campaign.toml", "dofs = [\"surge\"]");
     let own = ["twin", "twin/campaign.toml", "--out", "twin", "--force"];
-    assert!(workshop.failure(&own).contains("twin/campaign.toml was read"));
+    assert!(workshop.failure(&own).contains("twin/campaign.toml is an input"));
 }
 
 #[test]
@@ -153,7 +173,7 @@ fn nothing_is_written_through_a_link() {
     link("out/figures", "elsewhere");
     let message = workshop.refusal();
     assert!(
-        message.ends_with("out/figures is a link that may lead elsewhere; move it away"),
+        message.ends_with("out/figures is a symbolic link, which may point elsewhere; remove it"),
         "{message}"
     );
     std::fs::remove_file(workshop.join("out/figures")).expect("a link");

@@ -75,7 +75,9 @@ fn csv_and_page_are_written_and_known_again() {
     );
     assert_eq!(csv.lines().count(), 52);
     let page = workshop.read("motion.html");
-    assert!(page.contains("<svg") && page.contains("Not known, and left as they were: sway"));
+    assert!(
+        page.contains("<svg") && page.contains("Axes without a plant, which do not move: sway")
+    );
     assert!(!page.contains("http://") && !page.contains("https://"), "it needs no network");
     workshop.write("other.csv", "mine");
     let step = ["simulate", "results", "--step", "surge 1 N", "--for", "5", "--out", "other.csv"];

@@ -131,7 +131,7 @@ fn what_cannot_be_steady_is_refused_in_its_line() {
 fn no_setting_is_nan_or_infinite() {
     for line in ["window_s = nan", "slope_m_s2 = inf", "thrust_part = -inf"] {
         let value = line.rsplit(' ').next().expect("a value");
-        let words = format!("holds `{value}`, which no setting takes");
+        let words = format!("holds `{value}`, but a setting must be a finite number");
         assert_refused_settings("steady", &[(line, &words, value)]);
     }
     let nested = "bootstrap = { resamples = 500, block_s = nan }";
@@ -146,8 +146,8 @@ fn a_window_or_stretch_that_runs_backward_is_refused_in_its_line() {
     let cases = [
         (with("from_s = nan"), "holds `nan`", "nan"),
         (with("from_s = 60.0\nto_s = 30.0"), "from_s must be less than to_s", "\"run 1\""),
-        (with("segments_s = [[20.0, 50.0]]"), "are read of role = \"steady\" alone", "segments_s"),
-        (steady("[[50.0, 20.0]]"), "hold [50, 20], which does not run forward", "segments_s"),
+        (with("segments_s = [[20.0, 50.0]]"), "are used only with role = \"steady\"", "segments_s"),
+        (steady("[[50.0, 20.0]]"), "hold [50, 20], whose end is not after its start", "segments_s"),
         (steady("[[20.0, 50.0, 80.0]]"), "expected 2 numbers", "[[20.0"),
         (
             steady("[[40.0, 60.0], [20.0, 50.0]]"),

@@ -316,6 +316,10 @@ fn names_of_foreign_files_reach_no_terminal_but_as_text() {
         &["identify", "bidi.toml", "--json"],
         &["identify", "campaign.toml", "--out", evil],
         &["thruster", "no-time.csv"],
+        &["schema", evil],
+        &["identify", "campaign.toml", "--method", evil],
+        &["demo", "--disturbances", evil],
+        &[evil],
     ] {
         let output = workshop.seaplant(words).output().expect("it runs");
         assert_obeyed_by_no_terminal(words, &output);

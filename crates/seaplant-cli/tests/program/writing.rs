@@ -87,7 +87,7 @@ fn init_does_not_write_over_files_unless_told_to() {
     let workshop = Workshop::new();
     assert_eq!(
         workshop.failure(&["init", "log.csv"]),
-        "./vehicle.toml is there already; choose another --out, or write over it with --force"
+        "./vehicle.toml exists; choose another --out, or overwrite it with --force"
     );
     workshop.success(&["init", "log.csv", "--force"]);
     assert!(workshop.read("vehicle.toml").starts_with("# The vehicle, begun from its log."));

@@ -223,7 +223,7 @@ fn unreadable(kind: &DataType) -> Option<&'static str> {
         | DataType::FixedSizeBinary(_) => Some("holds raw bytes"),
         DataType::Null => Some("has no value in any row"),
         DataType::Union(..) | DataType::RunEndEncoded(..) | DataType::Interval(_) => {
-            Some("is of a type that is not read")
+            Some("has a type that is not supported")
         }
         _ => None,
     }

@@ -233,7 +233,7 @@ fn not_numbers(kind: &DType) -> Option<&'static str> {
         DType::String | DType::VariableLengthString => Some(TEXT),
         DType::ObjectReference => Some(STRUCTS),
         DType::Compound(members) if members.len() == 2 && members[0].0 == "real" => Some(COMPLEX),
-        _ => Some("is of a type that is no number"),
+        _ => Some("is not numeric"),
     }
 }
 

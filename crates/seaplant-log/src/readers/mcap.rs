@@ -320,7 +320,7 @@ fn connection(
     encoding: &str,
     schema: Option<&Schema>,
 ) -> Result<Connection, (String, &'static str)> {
-    const FOREIGN: &str = "is in no message encoding of ROS";
+    const FOREIGN: &str = "has no message encoding of ROS";
     const IDL: &str = "has a definition in IDL, not as a ROS message";
     let encoding = match encoding {
         "cdr" => Encoding::Cdr,

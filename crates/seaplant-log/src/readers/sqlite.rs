@@ -250,7 +250,7 @@ impl Bag {
                 self.recording.topic(&connection)
             }
             Ok(_) => {
-                self.recording.leave_out(topic, "is in no message encoding of ROS");
+                self.recording.leave_out(topic, "has no message encoding of ROS");
                 None
             }
             Err(why) => {

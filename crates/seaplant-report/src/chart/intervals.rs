@@ -36,7 +36,7 @@ pub(super) fn chart(dof: Dof, results: &Results, ids: &mut Paths) -> Option<Char
         id: ids.unique(&["intervals", dof.name()]),
         title: "Parameters by method".to_owned(),
         description: format!(
-            "Estimates with 95 % intervals, the recommended method first.{of_truth} Intervals that do not overlap are methods that contradict each other: at least one of them is wrong about its own doubt."
+            "Estimates with 95 % intervals, the recommended method first.{of_truth} Intervals that do not overlap are methods that contradict each other: at least one of them understates its uncertainty."
         ),
         files: vec![("CSV".to_owned(), "tables/table-5.csv".to_owned())],
         plant: None,

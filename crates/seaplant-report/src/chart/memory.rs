@@ -85,7 +85,7 @@ pub(super) fn chart(dof: Dof, memories: Vec<&Memory>, ids: &mut Paths) -> Option
         subject: Subject::Memory,
         dof,
         id: ids.unique(&["memory", dof.name()]),
-        title: "Memory of simulated − measured".to_owned(),
+        title: "Autocorrelation of simulated − measured".to_owned(),
         description: description(&memories),
         files: Vec::new(),
         plant: None,
@@ -113,7 +113,7 @@ fn description(memories: &[&Memory]) -> String {
         })
         .collect();
     format!(
-        "Autocorrelation of what the recommended plant gets wrong, trial by trial; pure measurement noise would stay between the outer lines at every lag but zero. It falls below 1/e after: {}. Long memory is what neither the plant nor noise explains: current, tether, or a term that is missing.",
+        "Autocorrelation of the recommended plant's simulation error, trial by trial; pure measurement noise would stay between the outer lines at every lag but zero. It falls below 1/e after: {}. A slow decay means that something is missing from the plant: a current, a tether, or a term.",
         each.join("; ")
     )
 }

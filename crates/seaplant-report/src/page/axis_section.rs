@@ -207,7 +207,7 @@ fn regression(methods: &[(Method, &PlantResult)], recommended: Method) -> Table 
         ])
         .strong_if(*method == recommended)
     });
-    Table::new("How each fit went", head, rows.collect()).left(2)
+    Table::new("Details of each fit", head, rows.collect()).left(2)
 }
 
 fn subsets(dof: Dof, results: &Results) -> Option<Table> {
@@ -240,7 +240,7 @@ fn subsets(dof: Dof, results: &Results) -> Option<Table> {
     });
     let table =
         Table::new("Every choice of terms, by the recommended method", head, rows.collect());
-    Some(table.noted("A term that lowers the error on the fitted trials has not earned its place by that: compare the held-out column."))
+    Some(table.noted("A lower error on the fitted trials alone does not justify a term: compare the held-out column."))
 }
 
 fn correlation(plant: &PlantResult) -> Table {
@@ -277,7 +277,7 @@ fn nuisances(plant: &PlantResult) -> Option<Table> {
         Row::new([name, with_interval(Some(parameter)), parameter.unit.clone()])
     });
     let head = ["Parameter", "Value ± standard deviation [95 % interval]", "Unit"];
-    Some(Table::new("Thrusters and water, fitted beside the plant", head, rows.collect()))
+    Some(Table::new("Nuisance parameters, fitted together with the plant", head, rows.collect()))
 }
 
 /// Why the model has the parts that it has.
@@ -304,7 +304,7 @@ fn structure(plant: &PlantResult) -> Option<Table> {
         ])
         .strong_if(decision.admitted)
     });
-    let caption = "What the logs ask the model to have, recommended method";
+    let caption = "Which parts of the model the logs support, recommended method";
     let table = Table::new(caption, head, rows.collect()).left(2);
     Some(table.noted("Size of linear drag: as a part of quadratic drag at the usual speed; of a bias force: the end of its interval farther from zero, as a part of the usual thrust. A bias force stays unless the logs show that it is small."))
 }

@@ -223,7 +223,7 @@ fn coefficients(plant: &CoupledPlant) -> Table {
     };
     let head = COEFFICIENT_HEAD.into_iter().chain(["variance inflation"]);
     Table::new("Every coefficient", head, plant.parameters.iter().map(row).collect()).noted(
-        "Variance inflation is what a coefficient’s variance is multiplied with because others look like it in these trials; above 100 they are hardly separable.",
+        "Variance inflation is the factor by which correlation with the others raises a coefficient’s variance; above 100 they are hardly separable.",
     )
 }
 
@@ -270,7 +270,7 @@ fn correlation(plant: &CoupledPlant) -> Table {
     }
     pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
     let rows = pairs.into_iter().map(|(_, row)| row).collect();
-    Table::new("Coefficients that move together", ["First", "second", "correlation"], rows)
+    Table::new("Correlated coefficients", ["First", "second", "correlation"], rows)
         .left(2)
         .noted("The whole matrix of correlations is in results.json.")
 }

@@ -39,7 +39,11 @@ pub(crate) fn of(results: &Results) -> Vec<Finding> {
         }
     }
     all.sort_by_key(|alike| std::cmp::Reverse(alike.trust));
-    all.into_iter().map(Alike::finding).collect()
+    let mut findings: Vec<Finding> = all.into_iter().map(Alike::finding).collect();
+    if let Some(first) = findings.first_mut() {
+        first.axes = words::capitalised(&first.axes);
+    }
+    findings
 }
 
 impl Alike {
@@ -49,7 +53,7 @@ impl Alike {
             axes => axes.concat(),
         };
         Finding {
-            axes: words::capitalised(&axes),
+            axes,
             trust: self.trust.name(),
             trust_class: self.trust.name().replace(' ', "-"),
             reason: self.reason,
@@ -90,7 +94,7 @@ mod tests {
         // Surge by itself; sway and yaw of one plant, of which yaw is doubtful.
         assert_eq!(
             said,
-            [("Sway", "usable with care"), ("Yaw", "doubtful"), ("Surge", "do not use")]
+            [("Sway", "usable with care"), ("yaw", "doubtful"), ("surge", "do not use")]
         );
         assert_eq!(headline[0].reason, "");
         assert!(headline[1].reason.starts_with("because "), "{headline:?}");

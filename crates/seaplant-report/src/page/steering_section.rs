@@ -56,7 +56,7 @@ fn note(model: &NomotoResult) -> String {
     };
     let of = |(trial, r2): (&String, &Option<f64>)| match r2 {
         Some(r2) => format!("{r2:.3} on {trial}"),
-        None => format!("none on {trial}, where it runs away"),
+        None => format!("none on {trial}, where it diverges"),
     };
     let held: Vec<String> = model.hold_out_r2.iter().map(of).collect();
     let held = if held.is_empty() {

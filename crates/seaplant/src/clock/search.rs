@@ -92,14 +92,14 @@ impl Problem {
         if let Some(at) = mirrored(&plain) {
             let at_s = offset_s(at);
             return pair.refused(format!(
-                "they mirror each other at {at_s:.2} s: turn the sign of one, negate = true"
+                "they have opposite signs at {at_s:.2} s: set negate = true for one of them"
             ));
         }
         let tops = self.tops(found.iter().map(offset_s));
         let least_gain = LEAST_GAIN + (plain.len() as f64).ln();
         match tops.first() {
             Some(best) => self.judge(pair, best, tops.get(1), least_gain),
-            None => pair.refused("they do not rise and fall together at any offset"),
+            None => pair.refused("they are not correlated at any offset"),
         }
     }
 
@@ -182,7 +182,7 @@ impl Problem {
             OffsetPair { correlation: Some(correlation), second_peak: Some(second_peak), ..pair };
         let found = format!("they agree best at {:.2} s", best.offset_s);
         if best.gain < least_gain {
-            let chance = "but no better than chance would have it";
+            let chance = "but no better than by chance";
             return pair.refused(format!("{found}, {chance} (correlation {correlation:.2})"));
         }
         if let Some(second) = second.filter(|_| second_peak > GREATEST_SECOND) {
@@ -192,7 +192,7 @@ impl Problem {
         let std_s = std_s.map(|std_s| std_s.hypot(FLOOR_OF_STEP * step_s));
         match std_s {
             Some(_) => OffsetPair { offset_s: Some(best.offset_s), std_s, ..pair },
-            None => pair.refused(format!("{found}, but others around it are as likely")),
+            None => pair.refused(format!("{found}, but neighbouring offsets are as likely")),
         }
     }
 }
@@ -200,7 +200,7 @@ impl Problem {
 fn as_well(second: &Profile, part: f64) -> String {
     let (at_s, percent) = (second.offset_s, 100.0 * part);
     format!(
-        "at {at_s:.2} s nearly as well ({percent:.0} % of the evidence): the motion repeats itself"
+        "they agree nearly as well at {at_s:.2} s ({percent:.0} % of the evidence), because the motion is periodic"
     )
 }
 

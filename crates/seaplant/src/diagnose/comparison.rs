@@ -30,7 +30,7 @@ pub(crate) fn disagreement(recommended: &Fit, other: &Fit) -> Option<Caveat> {
     })?;
     let (name, a, b) = apart;
     let message = format!(
-        "{} and {} disagree on the {name} in {}: {} ± {} against {} ± {}; their intervals do not cover what causes it",
+        "{} and {} disagree on the {name} in {}: {} ± {} against {} ± {}; the intervals do not include the cause of this",
         recommended.method,
         other.method,
         recommended.dof,
@@ -95,7 +95,7 @@ pub(crate) fn outdone(one: &Judged, by: &Judged) -> Option<Caveat> {
     let is_clear = others < CLEARLY_BETTER * own;
     (is_clear && is_better(&by.own().parts, &one.own().parts)).then(|| {
         let message = format!(
-            "{} simulates the {} trials that it was fitted to clearly worse than {}: e = {} against {} {} beside offsets; it may have ended in a worse optimum",
+            "{} simulates the {} trials that it was fitted to clearly worse than {}: e = {} against {} {} with offsets removed; its fit may have stopped at a local optimum",
             one.fit.method,
             one.fit.dof,
             by.fit.method,
@@ -112,7 +112,7 @@ pub(crate) fn scoring(dof: Dof, fit: &Score, hold_out: Option<&Score>) -> Vec<Ca
     let mut caveats = Vec::new();
     if hold_out.is_none() {
         let message = format!(
-            "the {dof} plant is scored on the trial that it was fitted to, which flatters it: give a trial with role = \"{}\"",
+            "the {dof} plant is scored on the trial that it was fitted to, which makes it look better than it is: add a trial with role = \"{}\"",
             Role::HoldOut.name()
         );
         caveats.push(Caveat::note(CaveatCode::ScoredOnFit, message));
@@ -177,7 +177,7 @@ pub(crate) fn better_elsewhere(
         .min_by(|a, b| a.1.total_cmp(&b.1))?;
     (best < CLEARLY_BETTER * own).then(|| {
         let message = format!(
-            "{method} predicts the held-out {dof} trials better than {}: e = {} against {} {} beside offsets; look at both before you choose",
+            "{method} predicts the held-out {dof} trials better than {}: e = {} against {} {} with offsets removed; compare both before you choose",
             recommended.method,
             spoken(best),
             spoken(own),
@@ -201,7 +201,7 @@ pub(crate) fn reverse_elsewhere(
     let Some((seen_in, ratio)) = off else { return };
     for (dof, steady) in steady {
         let message = format!(
-            "in {seen_in} reverse thrust is {} times what its curve says; steady {dof} drag takes the curve as it is, so its drag and bias force are off: correct the reverse curve and identify again",
+            "in {seen_in} reverse thrust is {} times what its curve says; steady {dof} drag uses the curve unchanged, so that its drag and bias force are wrong: correct the reverse curve and identify again",
             spoken(ratio)
         );
         steady.caveats.push(Caveat::warning(CaveatCode::ReverseThrust, message));
@@ -285,12 +285,12 @@ pub(crate) fn steady_against_unsteady(
         let unit = fit.dof.units().position;
         if let Some((to_and_fro, along)) = strokes.unsteady.zip(strokes.steady) {
             message += &format!(
-                "; it oscillates over {}, through the water that it stirred up, and goes {} in the longest run",
+                "; when it oscillates it travels {} through its own wake, and {} in the longest run",
                 to_and_fro.spoken(unit),
                 along.spoken(unit)
             );
         }
-        message += ": drag depends on that, so use the one that is nearer to how the model will be used (the plant here is that of the oscillation)";
+        message += ": drag depends on this, so use the value that is closer to the intended use (the plant here is from the oscillation)";
         Caveat::warning(CaveatCode::SteadyUnsteadyDisagree, message)
     })
 }

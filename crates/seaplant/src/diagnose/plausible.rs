@@ -49,7 +49,7 @@ fn drag_coefficient(dof: Dof, plant: &PlantResult, vehicle: &Vehicle) -> Option<
     // Drag below zero has a caveat of its own.
     (is_off && drag.value > 0.0).then(|| {
         let message = format!(
-            "the quadratic drag in {dof} makes a drag coefficient of {} on the hull's {} m², and bodies in water have {least} to {most}: check the units of thrust and speed, and the vehicle's size",
+            "the quadratic drag in {dof} gives a drag coefficient of {} for the hull's {} m²; bodies in water have {least} to {most}: check the units of thrust and speed, and the vehicle's size",
             spoken(of(drag.value)),
             spoken(area)
         );
@@ -72,7 +72,7 @@ fn too_heavy(dof: Dof, mass: &Parameter, vehicle: &Vehicle) -> Option<Caveat> {
     let (most, by) = most_mass(dof, vehicle)?;
     (mass.low95 > most).then(|| {
         let message = format!(
-            "the {dof} {} of {} {} is beyond {} {}, {by}: thrust is likely in a wrong unit, its curve wrong by a factor, or speed in a wrong unit",
+            "the {dof} {} of {} {} is beyond {} {}, {by}: check the unit of thrust, the scale of the thrust curve, and the unit of speed",
             if dof.is_rotation() { "inertia" } else { "mass" },
             spoken(mass.value),
             mass.unit,
@@ -100,7 +100,7 @@ fn most_mass(dof: Dof, vehicle: &Vehicle) -> Option<(f64, &'static str)> {
         _ => within + plate(length, width),
     };
     const HULL: &str =
-        "half as much again as a hull of that size, the water in it and around it can have";
+        "1.5 times the greatest mass of a hull of that size with the water in it and around it";
     if !dof.is_rotation() {
         return Some((FORGIVEN_TIMES * mass(dof), HULL));
     }
@@ -132,7 +132,7 @@ fn too_light(dof: Dof, inertia: &Parameter, vehicle: &Vehicle) -> Option<Caveat>
     let least = LEAST_INERTIA_PART * dry * (a * a + b * b) / 12.0;
     (inertia.high95 < least).then(|| {
         let message = format!(
-            "the {dof} inertia of {} {} is below {} {}, the least that a vehicle of {} kg and that size can have: thrust is likely in a wrong unit, its curve or the thrusters' arms wrong by a factor",
+            "the {dof} inertia of {} {} is below {} {}, the least that a vehicle of {} kg and that size can have: check the unit of thrust, the scale of the thrust curve, and the positions of the thrusters",
             spoken(inertia.value),
             inertia.unit,
             spoken(least),
@@ -158,7 +158,7 @@ fn out_of_order(
         less.low95 > more.high95 && less.low95 - dry > CLEARLY_LARGER * (more.high95 - dry);
     (large > CLEARLY_LARGER * small && is_reversed).then(|| {
         let message = format!(
-            "the water that moves along is {} kg in {narrow}, where the hull turns {} m² towards it, and {} kg in {broad}, with {} m²: the broader side should carry more, so one of the two is wrong (thrust, units, or a thruster that is named for another)",
+            "the added mass is {} kg in {narrow} over an area of {} m², and {} kg in {broad}, with {} m²: the larger area should have more added mass, so that one of the two is wrong; check thrust, units and the names of the thrusters",
             spoken(less.value - dry),
             spoken(small),
             spoken(more.value - dry),

@@ -99,13 +99,13 @@ fn doubts(dof: Dof, resampled: &Resampled, bootstrap: &BlockBootstrap) -> Vec<Ca
     let of = bootstrap.resamples;
     let narrow = (refused > 0).then(|| {
         let message = format!(
-            "in {refused} of {of} resampled records the {dof} terms cannot be separated and they are left out, so the intervals are too narrow: a few moments of the trial carry the fit; use a longer one"
+            "in {refused} of {of} resampled records the {dof} terms cannot be separated; these records are left out, so that the intervals are too narrow: the fit depends on a few moments of the trial; use a longer one"
         );
         Caveat::warning(CaveatCode::FewEffectiveSamples, message)
     });
     let biased = lasting.map(|correlation| {
         let message = format!(
-            "what the {dof} equation leaves lasts for seconds (correlation {correlation:.2} from one quarter of a block to the next), as under a force that wanders, such as a tether's or a current's: it moves the vehicle and so biases mass and drag, which no resampling of the same record shows; compare with filter-error"
+            "the residual of the {dof} equation is correlated over seconds (correlation {correlation:.2} from one quarter of a block to the next), as under a slowly varying force such as that of a tether or a current: such a force biases mass and drag, which resampling the same record cannot show; compare with filter-error"
         );
         Caveat::warning(CaveatCode::ResidualsNotWhite, message)
     });

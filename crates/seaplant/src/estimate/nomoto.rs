@@ -274,7 +274,7 @@ impl Steering {
         found.component_mul(&scale)
     }
 
-    /// What the model misses, and its slopes; `None` if it runs away.
+    /// What the model misses, and its slopes; `None` if it diverges.
     fn missed(&self, x: &DVector<f64>, trials: &[Sampled]) -> Option<Missed> {
         let (p, n) = (self.free.len(), self.states());
         let theta = self.full(&x.rows(0, p).into_owned());
@@ -394,14 +394,14 @@ pub fn fit_nomoto(trials: &[SteeringTrial<'_>], order: NomotoOrder) -> Result<No
     };
     if spread(&|trial| &trial.angle) < LEAST_ANGLE || spread(&|trial| &trial.rate) == 0.0 {
         return Err(refuse(
-            "the rudder hardly moves, so that its gain is not told; put it over to both sides, as in a zigzag",
+            "the rudder hardly moves, so that its gain is not determined; deflect it to both sides, as in a zigzag",
         ));
     }
     let steering = Steering::new(order);
     let start = steering.start(&sampled);
     let found = descended(start, |x| steering.missed(x, &sampled));
     let (x, missed, slopes) = found.ok_or_else(|| {
-        refuse("the model of steering runs away; the ship does not keep its course: fit the model with r³, or shorter trials")
+        refuse("the simulated steering model diverges, because the ship does not keep a straight course: fit the model with r³, or shorter trials")
     })?;
     Ok(finished(&steering, &x, &missed, &slopes, &sampled))
 }

@@ -436,7 +436,7 @@ fn caveats(
         && joint.bias_force.covers(0.0)
     {
         let message = format!(
-            "the steady runs do not show a bias force: its interval, {} to {} {}, holds zero",
+            "the steady runs do not show a bias force: its interval, {} to {} {}, includes zero",
             spoken(joint.bias_force.low95),
             spoken(joint.bias_force.high95),
             dof.units().force

@@ -146,7 +146,7 @@ fn more_than_noise(axes: &[AxisRecord], implied: f64, seen: f64) -> Option<Cavea
     };
     (implied > MORE_THAN_NOISE * seen).then(|| {
         let message = format!(
-            "the {} residuals would need noise of {} {unit} in {what} and its samples show {}: something else than noise (a tether, a current, a lag, a wrong thrust curve) moves the vehicle, and total least squares takes it for noise; look at equation-error and filter-error",
+            "the {} residuals would need noise of {} {unit} in {what} and its samples show {}: something other than noise (a tether, a current, a lag, a wrong thrust curve) moves the vehicle, and total least squares takes it for noise; compare with equation-error and filter-error",
             axes[0].dof,
             spoken(implied),
             spoken(seen)

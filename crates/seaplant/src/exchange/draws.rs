@@ -70,7 +70,7 @@ impl PlantModel {
             return Ok(plants);
         }
         let reason = format!(
-            "only {} of {} draws of its coefficients are a plant that a vehicle can have; they are not known well enough for bands",
+            "only {} of {} draws of its coefficients give a physical plant; the coefficients are too uncertain for a band",
             plants.len(),
             draws.count * TRIES
         );

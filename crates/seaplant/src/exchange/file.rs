@@ -485,7 +485,7 @@ fn basis_of_name(name: &str) -> Result<Basis, Error> {
         Error::PlantTerm {
         text: name.to_owned(),
         at: 1,
-        reason: "is no coefficient; use names such as mass.surge, mass.surge-pitch, \"yaw: |v|r\", weight-minus-buoyancy or lever.z".to_owned(),
+        reason: "is not a coefficient; use names such as mass.surge, mass.surge-pitch, \"yaw: |v|r\", weight-minus-buoyancy or lever.z".to_owned(),
     }
     };
     if let Some(axes) = name.strip_prefix("mass.") {

@@ -187,7 +187,7 @@ impl PlantModel {
 
     fn too_long(&self, what: &str, approach: &Approach) -> Error {
         let reason = format!(
-            "it does not {what} in {:.0} s; give more time, or drive it otherwise",
+            "it does not {what} in {:.0} s; give more time, or change the manoeuvre",
             approach.longest_s
         );
         Error::Plant { axes: self.plant.structure().name(), reason }

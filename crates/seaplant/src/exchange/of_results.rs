@@ -125,7 +125,7 @@ fn thrusters(results: &Results, notes: &mut Vec<String>) -> Result<Vec<Thruster>
                 CurveResult::curve(law)?,
             )?),
             None => notes.push(format!(
-                "thruster {}: the results hold its curve in words only; identify again to export it",
+                "thruster {}: the results describe its curve in text only; identify again to export it",
                 known.name
             )),
         }
@@ -280,7 +280,7 @@ fn left_out(of: &str, nuisances: &BTreeMap<String, Parameter>, notes: &mut Vec<S
     let names: Vec<&str> = fitted.copied().filter(|name| *name != "full_speed").collect();
     if !names.is_empty() {
         notes.push(format!(
-            "{of}: the fit also found {}; they are not part of what leaves the program",
+            "{of}: the fit also found {}, which the exported plant leaves out",
             names.join(", ").replace('_', " ")
         ));
     }

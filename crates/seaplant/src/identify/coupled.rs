@@ -87,7 +87,7 @@ impl CoupledPlan {
             let term = structure.term_named(name).ok_or_else(|| {
                 let known = structure.names().join(", ");
                 let reason = format!(
-                    "`{name}` cannot be held, as it is none of its coefficients; these are {known}"
+                    "`{name}` cannot be held: the plant has no such coefficient; it has {known}"
                 );
                 Error::Plant { axes: structure.name(), reason }
             })?;
@@ -411,7 +411,7 @@ fn check_scale(structure: &Structure, records: &[&CoupledRecord]) -> Result<(), 
     let has = |dof: Dof| structure.axes().contains(&dof);
     let first = Dof::ALL.into_iter().find(|dof| has(*dof)).unwrap_or(Dof::Surge);
     let reason = format!(
-        "nothing fixes the scale of force: no thrust is known, and with every mass, drag and thrust twice as large the motion is the same; state a thrust curve, or the area_m2 and lift_slope of a fin, or hold one mass in [[plant]], such as hold = {{ \"mass.{first}\" = 260 }} for dry mass and what the water adds"
+        "the scale of force is not determined: no thrust is known, and with every mass, drag and thrust twice as large the motion is the same; state a thrust curve, or the area_m2 and lift_slope of a fin, or hold one mass in [[plant]], such as hold = {{ \"mass.{first}\" = 260 }} for dry mass and what the water adds"
     );
     Err(Error::Plant { axes: structure.name(), reason })
 }
@@ -436,7 +436,7 @@ fn check_scale_across(
     if !is_open || is_told || structure.terms().iter().any(is_known) {
         return Ok(());
     }
-    let reason = "nothing fixes the scale of sway and yaw: with \"sway: ur\" and \"yaw: uv\" free, these axes move alike with every other number of theirs twice as large; leave one of the two out, or hold mass.sway in [[plant]]";
+    let reason = "the scale of sway and yaw is not determined: with \"sway: ur\" and \"yaw: uv\" free, these axes move alike with every other number of theirs twice as large; leave one of the two out, or hold mass.sway in [[plant]]";
     Err(Error::Plant { axes: structure.name(), reason: reason.to_owned() })
 }
 

@@ -101,7 +101,7 @@ fn doubts(rudder: &Fin, fit: &NomotoFit, records: &Records<'_>) -> Vec<Caveat> {
     let mut all = Vec::new();
     if !fit.is_stable {
         let message = format!(
-            "by rudder `{}` the ship does not keep a straight course: K and T are below zero, and without r³ the model holds for small turns alone",
+            "by rudder `{}` the ship does not keep a straight course: K and T are negative, and without r³ the model is valid for small turns only",
             rudder.name
         );
         all.push(Caveat::note(CaveatCode::Unstable, message));
@@ -113,7 +113,7 @@ fn doubts(rudder: &Fin, fit: &NomotoFit, records: &Records<'_>) -> Vec<Caveat> {
             let at = angles.iter().filter(|angle| angle.abs() > limit - AT_LIMIT).count();
             if at as f64 > SATURATED_PART * angles.len() as f64 {
                 let message = format!(
-                    "trial `{}`: rudder `{}` is at its limit for {:.0} % of the time, where it says little of its gain; use smaller angles as well",
+                    "trial `{}`: rudder `{}` is at its limit for {:.0} % of the time, where it hardly determines its gain; use smaller angles as well",
                     record.trial,
                     rudder.name,
                     100.0 * at as f64 / angles.len() as f64

@@ -207,7 +207,7 @@ impl Work<'_> {
                 };
                 let reasons: Vec<String> = contenders.iter().filter_map(reason).collect();
                 format!(
-                    "no plant of theirs is that of a vehicle ({}); check thrust, its unit and its sign, and drive longer and more varied",
+                    "none of them gives a physical plant ({}); check thrust, its unit and its sign, and drive longer and more varied",
                     reasons.join("; ")
                 )
             },
@@ -231,9 +231,7 @@ impl Work<'_> {
                 None if first.fit.method == Method::Paper => {
                     "that keeps a known fault, to compare with".to_owned()
                 }
-                None => {
-                    "it predicts trials that it has not seen worse, by more than chance".to_owned()
-                }
+                None => "its errors on unseen trials are larger, by more than chance".to_owned(),
             };
             let message = format!(
                 "{} is recommended in {} in place of {}: {why}",
@@ -274,7 +272,7 @@ impl Work<'_> {
             (false, None) => None,
         };
         let mut message = format!(
-            "what the {} model fails to predict is not white over {LAGS} samples: Box–Pierce is {whiteness:.1} times what chance makes; something moves the vehicle that the model does not know, and the intervals may be too narrow",
+            "what the {} model fails to predict is not white over {LAGS} samples: Box–Pierce is {whiteness:.1} times what chance makes; the model lacks something that moves the vehicle, and the intervals may be too narrow",
             self.dof
         );
         let code = CaveatCode::ResidualsNotWhite;

@@ -245,7 +245,7 @@ pub(crate) fn another_plant(
             format!("{:+.0} ± {} %", 100.0 * e.value, spoken(100.0 * half))
         };
         let message = format!(
-            "the errors of the simulated {which} {dof} trials are smaller with another plant: mass {}, drag {} (95 %); the model lacks something, or the trials are not of one vehicle, trim or thrust",
+            "the errors of the simulated {which} {dof} trials would be smaller with another plant: mass {}, drag {} (95 %); the model lacks something, or the trials differ in vehicle, trim or thrust",
             percent(change.mass),
             percent(change.drag)
         );

@@ -157,7 +157,7 @@ impl Coupling {
         let speaks = self.explained > EXPLAINED && times > 1.0 || self.explained > MOSTLY;
         speaks.then(|| {
             let message = format!(
-                "do not use {dof} alone: what the other axes do ({}) explains {:.0} % of what the {dof} model misses, and with that its mass would be {:+.0} % and its drag {:+.0} %; fit the axes together, or hold the others still",
+                "do not use {dof} alone: the motion of other axes ({}) explains {:.0} % of the error of the {dof} model, and with it the mass would be {:+.0} % and the drag {:+.0} % different; fit the axes together, or hold the others still",
                 self.causes.join(", "),
                 100.0 * self.explained,
                 100.0 * self.mass,

@@ -22,7 +22,7 @@ pub(crate) struct Scored {
 /// Scores a plant on trials: e on raw velocity, beside models that know less.
 ///
 /// # Errors
-/// Those of [`Trial::axis`]; a simulation that runs away is no error but has no score.
+/// Those of [`Trial::axis`]; a simulation that diverges is no error but has no score.
 pub fn score_plant(dof: Dof, model: &Model, trials: &[&Trial]) -> Result<Score, Error> {
     Ok(score(model, &records(dof, trials)?, &Nulls::default())?.score)
 }

@@ -88,7 +88,7 @@ pub(crate) fn feedback(dof: Dof, axes: &[AxisRecord]) -> Option<Caveat> {
     let told = 1.0 - by_both / by_thrust;
     (by_thrust > OPEN_PART * variation && told > FEEDBACK_PART).then(|| {
         let message = format!(
-            "thrust in {dof} answers velocity, as under a controller: past velocity explains {:.0} % of what past thrust leaves open; a disturbance is then in the thrust, too, and methods that take thrust as given are off; log some minutes with the controller off",
+            "thrust in {dof} depends on velocity, as under feedback control: past velocity explains {:.0} % of the thrust that past thrust does not; disturbances then act on thrust, too, which biases methods that take thrust as independent; log some minutes with the controller off",
             100.0 * told
         );
         Caveat::note(CaveatCode::ThrustFollowsVelocity, message)
@@ -132,7 +132,7 @@ pub(crate) fn one_speed(dof: Dof, axes: &[AxisRecord]) -> Option<Caveat> {
     let (low, high) = (at(0.1)?, at(0.9)?);
     (high > 0.0 && high - low < ONE_SPEED_PART * high).then(|| {
         let message = format!(
-            "the {dof} trials keep one speed, {} to {} {} most of the time: drag is known there alone, and mass by little; drive at other speeds, too",
+            "the {dof} trials keep one speed, {} to {} {} most of the time: drag is determined at that speed only, and mass poorly; drive at other speeds, too",
             spoken(low),
             spoken(high),
             dof.units().velocity

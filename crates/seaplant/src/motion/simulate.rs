@@ -81,7 +81,7 @@ const RUNAWAY: f64 = 1e3;
 /// `start` is velocity over ground, shape (6,); `time_s` increases.
 ///
 /// # Errors
-/// [`Error::Diverged`] if the velocity runs away; [`Error::Plant`] if M is singular, or if
+/// [`Error::Diverged`] if the velocity diverges; [`Error::Plant`] if M is singular, or if
 /// `inputs` lack a signal that an effect of the plant reads.
 ///
 /// # Example

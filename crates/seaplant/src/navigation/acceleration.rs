@@ -155,7 +155,7 @@ impl Felt {
         let mut doubts = Vec::new();
         let warn = |message| Caveat::warning(CaveatCode::Navigation, message);
         if lever.norm() > 0.0 && around.rates.is_none() {
-            doubts.push(warn("the accelerometer has a lever arm but the log has neither attitude nor rates: what turning adds to its readings is not taken out; map rate.roll, .pitch and .yaw".to_owned()));
+            doubts.push(warn("the accelerometer has a lever arm but the log has neither attitude nor rates: what turning adds to its readings is not removed; map rate.roll, .pitch and .yaw".to_owned()));
         }
         let channels = self.channels.iter().zip(AXES);
         for (channel, axis) in channels {
@@ -163,7 +163,7 @@ impl Felt {
             doubts.push(Caveat::warning(
                 CaveatCode::ClippedAccelerometer,
                 format!(
-                    "trial `{trial}`: {} is at the end of its range for {:.1} % of its samples: vibration or shocks are cut off there, and what is left has another mean; set a wider range, or mount the instrument softly",
+                    "trial `{trial}`: {} reaches the limit of its range in {:.1} % of its samples: vibration or shocks are clipped there, which shifts the mean; set a wider range, or mount the instrument softly",
                     Quantity::Acceleration(axis),
                     100.0 * part
                 ),

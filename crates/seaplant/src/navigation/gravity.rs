@@ -57,7 +57,7 @@ impl Gravity {
             _ => found,
         };
         if found == Self::Removed {
-            caveats.push(note(trial, "gravity was taken out of the acceleration before it was logged: nothing is added for it, and whatever attitude error went in there stays"));
+            caveats.push(note(trial, "gravity was taken out of the acceleration before it was logged: it is not added again, and the attitude errors of that correction remain"));
             return Ok(found);
         }
         if !knows(dof, attitude) {
@@ -134,7 +134,7 @@ fn of_mean(trial: &str, mean: f64) -> Result<Gravity, Error> {
 fn reversed(dof: Dof, slope: f64) -> String {
     let axis = if dof == Dof::Surge { "x" } else { "y" };
     format!(
-        "along {dof} the accelerometer answers tilt with {slope:+.1} times gravity, and a right one with -1: the sign of acceleration.{axis} is reversed, or that of the attitude"
+        "along {dof} the accelerometer responds to tilt with {slope:+.1} times gravity instead of -1: the sign of acceleration.{axis} is reversed, or that of the attitude"
     )
 }
 

@@ -146,7 +146,7 @@ impl Beside<'_> {
         let k = [0, 1].into_iter().find(tilted)?;
         let (how, lacking) = of[k];
         let message = format!(
-            "trial `{trial}`: the vehicle {how} by {:.0}° (root mean square) and its {lacking} velocity is not logged: what it goes ahead or sideways changes depth and is taken for heave; map velocity.{lacking} or dvl.velocity",
+            "trial `{trial}`: the vehicle {how} by {:.0}° (root mean square) and its {lacking} velocity is not logged: part of its forward or sideways motion changes depth and is taken for heave; map velocity.{lacking} or dvl.velocity",
             tilts[k].asin().to_degrees()
         );
         Some(Caveat::warning(CaveatCode::Navigation, message))

@@ -95,7 +95,7 @@ impl HullModel {
         let planar = [Dof::Surge, Dof::Sway, Dof::Yaw];
         if let Some(lacks) = planar.iter().find(|dof| !usual.axes().contains(dof)) {
             let reason = format!(
-                "model = \"{self}\" is of surge, sway and yaw, and {lacks} is none of its axes; add it, or leave model out"
+                "model = \"{self}\" needs surge, sway and yaw, and the plant has no {lacks}; add it to axes, or leave model out"
             );
             return Err(Error::Plant { axes: usual.name(), reason });
         }

@@ -171,7 +171,7 @@ impl Structure {
         let strange = acts.into_iter().chain(reads).find(|dof| !self.axes.contains(dof));
         if let Some(dof) = strange {
             return Err(refuse(format!(
-                "the term \"{term}\" needs {dof}, which is none of its axes; add it to axes, or drop the term"
+                "the term \"{term}\" needs {dof}, which is not among its axes; add it to axes, or drop the term"
             )));
         }
         self.terms.push(term);

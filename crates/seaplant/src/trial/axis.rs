@@ -270,7 +270,7 @@ impl AxisRecord {
         let length = |gap: &Gap| gap.to_s - gap.from_s;
         let longest = self.cuts.iter().max_by(|a, b| length(a).total_cmp(&length(b)))?;
         let message = format!(
-            "trial `{}`: {} of heading, {:.1} s in all, in which the vehicle may have turned half around or more, the longest from {:.1} to {:.1} s; nobody saw how many turns it made, so that the record is cut there and followed anew; log rate.yaw beside heading to bridge them",
+            "trial `{}`: {} of heading, {:.1} s in all, in which the vehicle may have turned half around or more, the longest from {:.1} to {:.1} s; the number of turns is unknown, so that the record is split there; log rate.yaw beside heading to bridge them",
             self.trial,
             count(self.cuts.len(), "gap", "gaps"),
             self.cuts.iter().map(length).sum::<f64>(),

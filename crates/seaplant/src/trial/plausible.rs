@@ -17,7 +17,7 @@ pub(super) fn mask(recording: &mut Recording, caveats: &mut Vec<Caveat>) {
         let Some(masked) = masked(quantity, series) else { continue };
         if let Some(first) = masked.removed_s.first() {
             let message = format!(
-                "{} of {quantity} are far off their neighbours and are left out, the first at {first:.1} s",
+                "{} of {quantity} are outliers, far from their neighbours, and are left out, the first at {first:.1} s",
                 count(masked.removed_s.len(), "sample", "samples")
             );
             caveats.push(Caveat::note(CaveatCode::Outliers, message));

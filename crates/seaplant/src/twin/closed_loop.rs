@@ -54,7 +54,7 @@ struct Instruments {
 ///
 /// # Errors
 /// [`Error::TwinSpec`] for a twin that cannot be, or lacks the degree of freedom;
-/// [`Error::Setting`] for a force that is not finite; [`Error::Diverged`] if it runs away.
+/// [`Error::Setting`] for a force that is not finite; [`Error::Diverged`] if it diverges.
 ///
 /// # Example
 /// ```

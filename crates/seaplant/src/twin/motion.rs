@@ -25,7 +25,7 @@ pub(super) struct Moved {
 /// Lets the vehicle move for a trial.
 ///
 /// # Errors
-/// [`Error::Diverged`] if it runs away.
+/// [`Error::Diverged`] if it diverges.
 pub(super) fn move_vehicle(
     spec: &TwinSpec,
     plan: &Plan,
@@ -50,7 +50,7 @@ pub(super) struct At {
 /// Lets the vehicle move under whatever decides on the force at each tick.
 ///
 /// # Errors
-/// [`Error::Diverged`] if it runs away.
+/// [`Error::Diverged`] if it diverges.
 pub(super) fn move_by(
     spec: &TwinSpec,
     plan: &Plan,

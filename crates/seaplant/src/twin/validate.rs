@@ -171,7 +171,7 @@ impl TwinSpec {
                 "stamp_jitter_s",
                 s.stamp_jitter_s,
                 0.0..=MOST_JITTER_S,
-                "from 0 to 0.045, or stamps of a 10 Hz instrument change places",
+                "from 0 to 0.045, so that stamps at 10 Hz keep their order",
             ),
             ("thrust_log_s", s.thrust_log_s, 0.1..=10.0, "from 0.1 to 10 s"),
         ];

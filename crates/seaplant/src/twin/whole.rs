@@ -29,7 +29,7 @@ use rig::Rig;
 ///
 /// # Errors
 /// [`Error::TwinSpec`] for a twin that cannot be, for thrusters that cannot drive an axis that is
-/// asked for, or if the vehicle surfaces; [`Error::Diverged`] if it runs away.
+/// asked for, or if the vehicle surfaces; [`Error::Diverged`] if it diverges.
 ///
 /// # Example
 /// ```

@@ -174,7 +174,7 @@ impl Fin {
             ];
             if let Some((key, _)) = not_negative.iter().find(|(_, x)| !(*x >= 0.0 && x.is_finite()))
             {
-                return refuse(format!("its flow's {key} must not be below 0"));
+                return refuse(format!("the {key} of its flow must not be negative"));
             }
             let numbers = [flow.flow_at_m, flow.hull_at_m, flow.steering_deduction];
             if numbers.iter().any(|x| !x.is_finite()) || flow.steering_deduction >= 1.0 {

@@ -86,7 +86,7 @@ impl Definition {
         let mut names = names.split(',').map(str::trim);
         for letter in letters {
             let Some((kind, divisor)) = of_letter(*letter) else {
-                opaque = Some("is of a type with fields of an unknown kind");
+                opaque = Some("has fields of an unknown type");
                 break;
             };
             // The names have 64 bytes, which not all fit in.

@@ -92,7 +92,7 @@ impl Field {
         let (kind, count, why_no_channel) = match kind {
             "char" => (Kind::Text(count.unwrap_or(1)), None, Some("holds text")),
             "u8" if count > Some(BYTES) => {
-                (Kind::Text(count?), None, Some("holds bytes that are no measurements"))
+                (Kind::Text(count?), None, Some("holds bytes, not measurements"))
             }
             kind => (number_of(kind)?, count, None),
         };

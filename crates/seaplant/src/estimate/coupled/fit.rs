@@ -383,7 +383,7 @@ impl Problem {
             }
             let (slope, gains) = self
                 .by_plant(&point)
-                .ok_or_else(|| refuse("its simulation diverges from the start; leave terms out, or use trials with more motion"))?;
+                .ok_or_else(|| refuse("its simulation diverges from the start; leave out terms, or use trials with more motion"))?;
             let gain = self.step_plant(&mut point, &slope, &gains, &mut damping, tolerance);
             let is_last = gain < tolerance.plant;
             if is_last && noise_is_settled {
@@ -395,7 +395,7 @@ impl Problem {
                 || is_last && self.step_noise(&mut point, tolerance, &mut noise_information);
         }
         Err(refuse(
-            "the fit did not settle; leave terms out, or use trials with more variation of speed and turning",
+            "the fit did not converge; leave out terms, or use trials with more variation of speed and turning",
         ))
     }
 

@@ -190,7 +190,7 @@ fn hidden_drag(fit: &Fit, axes: &[AxisRecord]) -> Option<Caveat> {
     let is_blind = !axes.iter().any(AxisRecord::knows_velocity);
     (is_blind && !fit.terms.has(Term::Linear)).then(|| {
         let message = format!(
-            "no linear drag was found in {}, and acceleration alone hardly shows it: mass may be some ten per cent too large in its place; run at several steady speeds, or log a velocity, depth or position",
+            "no linear drag was found in {}, and acceleration alone hardly determines it: mass may be about 10 % too large instead; run at several steady speeds, or log a velocity, depth or position",
             fit.dof
         );
         Caveat::warning(CaveatCode::WideInterval, message)
@@ -207,7 +207,7 @@ fn accelerometer_doubts(fit: &Fit) -> Vec<Caveat> {
     let tilted = most.filter(|(_, offset)| offset.low95.max(-offset.high95) > TILTED);
     let tilted = tilted.map(|(trial, offset)| {
         let message = format!(
-            "trial `{trial}`: along {} the accelerometer reads {:.2} m/s² at rest, as if it were tilted by {:.1}° beside the attitude sensor; the offset is allowed for, but not what a tilt brings over from other axes: set [sensor.imu] rotation_deg, or level it",
+            "trial `{trial}`: along {} the accelerometer reads {:.2} m/s² at rest, as if it were tilted by {:.1}° relative to the attitude sensor; the offset is estimated, but not what a tilt adds from other axes: set [sensor.imu] rotation_deg, or level it",
             fit.dof,
             offset.value,
             (offset.value.abs() / 9.81).clamp(0.0, 1.0).asin().to_degrees()
@@ -272,7 +272,7 @@ fn lag_or_mass(fit: &Fit, fitted: &Fitted<'_>, search: &Search<'_>) -> Option<Ca
     (other.optimum.converged && as_likely && differs).then(|| {
         let units = fit.dof.units();
         let message = format!(
-            "the logs in {} explain as well a mass of {} {} with a propeller lag of {} s: the lag of the propeller and that of the vehicle exchange, and only what is usual for propellers{} decides for {} {}; state dry_mass_kg, or log the measured propeller speed",
+            "the logs in {} also agree with a mass of {} {} with a propeller lag of {} s: the lag of the propeller and that of the vehicle look alike, and only the usual lag of propellers{} favours {} {}; state dry_mass_kg, or log the measured propeller speed",
             fit.dof,
             spoken(other_mass),
             units.mass,
@@ -780,7 +780,7 @@ fn hurried_disturbance(fit: &Fit, axes: &[AxisRecord]) -> Option<Caveat> {
     let matters = disturbance.value > SLIGHT_DISTURBANCE * thrust;
     (matters && correlation_s.value < QUICK_S).then(|| {
         let message = format!(
-            "what moves the vehicle in {} beside its thrust changes within {} s and is {:.0} % as strong as the thrust: the model lacks something quick (another axis, the rudder, a smoothed or noisy sensor), and its intervals are rough",
+            "what moves the vehicle in {} beside its thrust changes within {} s and is {:.0} % as strong as the thrust: the model lacks a fast effect (another axis, the rudder, a smoothed or noisy sensor), and its intervals are approximate",
             fit.dof,
             spoken(correlation_s.value),
             100.0 * disturbance.value / thrust
@@ -815,7 +815,7 @@ fn caveats(fit: &Fit, innovations: &[Vec<f64>]) -> Vec<Caveat> {
         .fold(0.0_f64, |worst, r| if r.abs() > worst.abs() { r } else { worst });
     if correlation.abs() > CORRELATED {
         let message = format!(
-            "what the {} model fails to predict is correlated from one sample to the next ({correlation:+.2}): something moves the vehicle that the model does not know (waves, another axis, a smoothed sensor), and the intervals are too narrow",
+            "what the {} model fails to predict is correlated from one sample to the next ({correlation:+.2}): the model lacks something (waves, another axis, a smoothed sensor), and the intervals are too narrow",
             fit.dof
         );
         caveats.push(Caveat::warning(CaveatCode::ResidualsNotWhite, message));
@@ -824,7 +824,7 @@ fn caveats(fit: &Fit, innovations: &[Vec<f64>]) -> Vec<Caveat> {
     for (name, estimate) in late {
         if let Some(estimate) = estimate.filter(|estimate| !estimate.covers(0.0)) {
             let message = format!(
-                "thrust in {} follows its log with a {name} of {:.2} ± {:.2} s, which is allowed for here; methods that ignore it get the drag wrong",
+                "thrust in {} follows its log with a {name} of {:.2} ± {:.2} s, which this method estimates; methods that ignore it give a wrong drag",
                 fit.dof, estimate.value, estimate.std
             );
             caveats.push(Caveat::note(CaveatCode::LagOrDelay, message));

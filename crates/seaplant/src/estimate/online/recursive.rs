@@ -42,7 +42,7 @@ struct Axis {
 /// Recursive least squares with directional forgetting.
 ///
 /// Each column of the equation, force included, passes `1/(1 + s/ω)²`. Information is forgotten
-/// only along what a sample tells, so that rest forgets nothing.
+/// only along what a sample determines, so that rest forgets nothing.
 ///
 /// # Source
 /// [Cao2000]: directional forgetting of the information matrix.

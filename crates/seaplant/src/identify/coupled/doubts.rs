@@ -160,10 +160,9 @@ fn not_driven(
     let names: Vec<&str> = plant.axes.iter().filter(undriven).map(|dof| dof.name()).collect();
     (!names.is_empty()).then(|| {
         let message = format!(
-            "no force or moment acts on {}: {} coefficients follow from what other axes do to {}; map a wrench or thrusters there if there are any",
+            "no force or moment acts on {}: only coupling with other axes determines {} coefficients; map a wrench or thrusters there if there are any",
             names.join(" and "),
             if names.len() == 1 { "its" } else { "their" },
-            if names.len() == 1 { "it" } else { "them" },
         );
         Caveat::note(CaveatCode::UndrivenAxis, message)
     })
@@ -189,7 +188,7 @@ fn turned_round(fit: &CoupledFit) -> Option<Caveat> {
         structure.terms().iter().filter(is_zero).map(|term| structure.name_of(term)).collect();
     (!names.is_empty()).then(|| {
         let message = format!(
-            "{} ended at zero: the trials turn or push the vehicle the other way than vehicle.toml says, or hardly at all; turn the axis or direction round, or negate the channel",
+            "{} is estimated as zero: in the trials it acts against the direction in vehicle.toml, or hardly at all; reverse its axis or direction, or negate the channel",
             names.join(" and ")
         );
         Caveat::warning(CaveatCode::WrongSign, message)
@@ -203,7 +202,7 @@ fn not_dissipative(fit: &CoupledFit, records: &[&CoupledRecord]) -> Option<Cavea
         ranges.fold((0.0_f64, 0.0_f64), |all, own| (all.0.min(own.0), all.1.max(own.1)));
     (worst < -NEGLIGIBLE_POWER * greatest).then(|| {
         let message = format!(
-            "damping gives the vehicle up to {} W at speeds that it had in the trials, which is impossible; drop a coupled damping term, or use trials in which its axes move apart",
+            "damping adds up to {} W to the motion at speeds of the trials, which is unphysical; drop a coupled damping term, or use trials in which its axes move apart",
             spoken(-worst)
         );
         Caveat::warning(CaveatCode::NotDissipative, message)
@@ -220,7 +219,7 @@ fn restoring(fit: &CoupledFit, vehicle: &Vehicle) -> Option<Caveat> {
         let is_off = (value - stated).abs() > CONTRADICTION * std + CONTRADICTION_PART * stated.abs();
         is_off.then(|| {
             format!(
-                "`{term}` is {} ± {} {}, and the vehicle file makes it {}; weigh the vehicle in water, check the centres of gravity and buoyancy, and the scale of thrust",
+                "`{term}` is {} ± {} {}, but by the vehicle file it is {}; weigh the vehicle in water, check the centres of gravity and buoyancy, and the scale of thrust",
                 spoken(value),
                 spoken(std),
                 term.unit(),
@@ -242,7 +241,8 @@ fn scores(plant: &CoupledPlant) -> Vec<Caveat> {
     };
     let mut all = no_better(score, where_);
     if plant.hold_out.is_none() {
-        let message = "the error is that of the trials that were fitted; keep one trial aside with role = \"hold-out\"";
+        let message =
+            "the error is that on fitted trials; hold out one trial with role = \"hold-out\"";
         all.push(Caveat::note(CaveatCode::ScoredOnFit, message));
     }
     all
@@ -283,7 +283,7 @@ fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
         let message = if fails(score) {
             let why = match score.is_of_disturbance() {
                 true => {
-                    ", as much as forces that are not logged make: they say little of the plant there; drive the axis harder in them"
+                    ", about as much as forces that are not logged cause: these trials hardly test the plant there; excite the axis more"
                 }
                 false => "",
             };
@@ -335,7 +335,7 @@ fn not_white(fit: &CoupledFit) -> Option<Caveat> {
     let axes: Vec<String> = fit.whiteness.iter().filter_map(far).collect();
     (!axes.is_empty()).then(|| {
         let message = format!(
-            "what the plant fails to predict is correlated in time in {} (1 if not): something acts that the model does not have, such as waves, a thruster's lag or another coupling; intervals may be too narrow",
+            "what the plant fails to predict is correlated in time in {} (1 for white noise): the model lacks something, such as waves, a thruster's lag or another coupling; intervals may be too narrow",
             axes.join(", ")
         );
         Caveat::warning(CaveatCode::ResidualsNotWhite, message)

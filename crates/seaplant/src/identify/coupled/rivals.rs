@@ -35,7 +35,7 @@ pub(super) fn disagreement(
     let named: Vec<String> = apart.into_iter().map(|one| one.message).collect();
     (!named.is_empty()).then(|| {
         let message = format!(
-            "{} predicts about as well as {}, and finds another plant: {}; their intervals do not cover what causes it, and the trials do not show which is right",
+            "{} predicts about as well as {}, and finds another plant: {}; the intervals do not include the cause of this, and the trials do not show which is right",
             other.fit.method,
             chosen.fit.method,
             named.join("; ")

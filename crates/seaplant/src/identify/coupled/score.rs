@@ -147,7 +147,7 @@ fn mean_current(result: &CoupledPlant) -> [f64; 2] {
 /// so far does that alone take the true plant from what is measured.
 ///
 /// # Errors
-/// [`Error::Plant`] if M is singular; a simulation that runs away is no error but has no score.
+/// [`Error::Plant`] if M is singular; a simulation that diverges is no error but has no score.
 pub(super) fn score(
     plant: &Plant,
     stands: &Standing<'_>,

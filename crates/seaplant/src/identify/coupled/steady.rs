@@ -26,7 +26,7 @@ pub(super) fn reason(structure: &Structure, records: &[&CoupledRecord]) -> Optio
         .map(|((name, _), [mean, std])| format!("{name} is {} ± {}", spoken(*mean), spoken(*std)))
         .collect();
     let reason = format!(
-        "surge cannot be identified from these trials: {} in all of them, as at one order of the engine, so that nothing tells the mass in surge from thrust and resistance; leave surge out (axes = [\"yaw\"] gives the steering), or add trials with starts, stops or other shaft speeds",
+        "surge cannot be identified from these trials: {} in all of them, as at one engine order, so that the mass in surge cannot be separated from thrust and resistance; leave surge out (axes = [\"yaw\"] gives the steering), or add trials with starts, stops or other shaft speeds",
         named.join(" and ")
     );
     Some(Error::Plant { axes: structure.name(), reason })

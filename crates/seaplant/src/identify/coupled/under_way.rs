@@ -40,7 +40,7 @@ fn munk(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat> {
     let (ahead, side) = (rms(records, Dof::Surge)?, rms(records, Dof::Sway)?);
     (ahead > UNDER_WAY && side > DRIFTS * ahead).then(|| {
         let message = format!(
-            "{} is none of the plant's axes and the vehicle drifts while it is under way ({} m/s sideways, {} m/s ahead): its yaw inertia and damping hold part of Munk's moment, (m22 - m11) u v; fit surge, sway and yaw together",
+            "{} is not among the plant's axes, but the vehicle drifts while it is under way ({} m/s sideways, {} m/s ahead): its yaw inertia and damping include part of Munk's moment, (m22 - m11) u v; fit surge, sway and yaw together",
             lacks.join(" and "),
             spoken(side),
             spoken(ahead)
@@ -70,7 +70,7 @@ fn one_speed(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat>
     let (low, high) = (at(0.05)?, at(0.95)?);
     (turns && low > UNDER_WAY && high - low < ONE_SPEED_PART * high).then(|| {
         let message = format!(
-            "the trials turn at one speed, {} to {} m/s: what grows with speed cannot be told from what does not (r and ur, v and uv, resistance and thrust, the mass in surge from Y_r); drive the same manoeuvres at half and at full speed, too",
+            "the trials turn at one speed, {} to {} m/s: what grows with speed cannot be separated from what does not (r and ur, v and uv, resistance and thrust, the mass in surge from Y_r); drive the same manoeuvres at half and at full speed, too",
             spoken(low),
             spoken(high)
         );
@@ -92,7 +92,7 @@ fn free_scale(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat
         return None;
     }
     let message = format!(
-        "no force of known size acts in sway and yaw: their masses and damping are in proportion to `{}`, which little but the drag of a turned rudder and its place tells, and what hull and race do to it goes into the yaw inertia; motion is predicted all the same; state area_m2, lift_slope and flow of the rudder before the numbers are used by themselves",
+        "no force of known size acts in sway and yaw: masses and damping there are proportional to `{}`, which is determined only by the drag and the position of the deflected rudder; what the hull and the propeller race do to the rudder biases the yaw inertia; predicted motion is not affected; state area_m2, lift_slope and flow of the rudder before you use single coefficients",
         lifts[0]
     );
     Some(Caveat::warning(CaveatCode::ThrustScale, message))
@@ -116,14 +116,14 @@ fn drift_beyond(plant: &CoupledPlant, records: &Records<'_>) -> Option<Caveat> {
     let (fitted, held) = (greatest(&records.fit), greatest(&records.hold_out));
     if fitted > FAR_DRIFT {
         let message = format!(
-            "the trials drift by up to {:.0}°, where forces across the hull are no longer polynomials of sway and yaw rate near straight motion; trust the plant at the angles that its trials hold, and add model = \"mmg\", or terms such as \"sway: |v|r\" or \"yaw: |v|r\", if errors there matter",
+            "the trials drift by up to {:.0}°, where forces across the hull are no longer polynomials of sway and yaw rate near straight motion; trust the plant at the angles of its trials, and add model = \"mmg\", or terms such as \"sway: |v|r\" or \"yaw: |v|r\", if errors there matter",
             fitted.to_degrees()
         );
         return Some(Caveat::note(CaveatCode::DriftBeyond, message));
     }
     (held > FURTHER * fitted.max(SLIGHT)).then(|| {
         let message = format!(
-            "held-out trials drift by up to {:.0}°, and those that were fitted by up to {:.0}°: their errors are those of a plant beyond what it saw; fit a trial that turns as tightly",
+            "held-out trials drift by up to {:.0}°, and those that were fitted by up to {:.0}°: their errors are those of extrapolation; fit a trial that turns as tightly",
             held.to_degrees(),
             fitted.to_degrees()
         );
@@ -156,7 +156,7 @@ fn beyond_limit(fin: &Fin, records: &[&CoupledRecord]) -> Option<Caveat> {
     let greatest = angles(fin, records).fold(0.0, f64::max);
     (greatest > OVER * limit).then(|| {
         let message = format!(
-            "`{}` is logged at up to {:.1}° and turns no further than {:.1}°: what is logged is an order that it does not follow, and its lift comes out too low; log the angle itself, or clip the orders",
+            "`{}` is logged at up to {:.1}° and turns no further than {:.1}°: the log holds commands that it does not follow, so that its lift is estimated too low; log the measured angle, or limit the commands",
             fin.name,
             greatest.to_degrees(),
             limit.to_degrees()
@@ -185,7 +185,7 @@ fn at_limit(fin: &Fin, records: &[&CoupledRecord]) -> Option<Caveat> {
     }
     (there as f64 > MOSTLY * all as f64).then(|| {
         let message = format!(
-            "`{}` lies {what} ({:.0}°) for {:.0} % of the trials: they tell its force there, and neither how it grows with the angle nor what the hull does by itself; add zigzags and turns at smaller angles",
+            "`{}` lies {what} ({:.0}°) for {:.0} % of the trials: they determine its force there, but neither how that grows with the angle nor the hull's own forces; add zigzags and turns at smaller angles",
             fin.name,
             angle.to_degrees(),
             100.0 * there as f64 / all as f64

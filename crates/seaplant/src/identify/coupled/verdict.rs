@@ -41,11 +41,9 @@ pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
         (_, true) => {
             format!("predicts every axis of held-out trials with R² of {least:.2} or more")
         }
-        (true, _) => {
-            "forces that are not logged hide what it predicts of held-out trials".to_owned()
-        }
+        (true, _) => "forces that are not logged mask its prediction of held-out trials".to_owned(),
         _ => format!(
-            "predicts {} of held-out trials with R² of {least:.2} or more; forces that are not logged hide {} in them",
+            "predicts {} of held-out trials with R² of {least:.2} or more; forces that are not logged mask {} in them",
             names(&seen),
             names(&hidden)
         ),
@@ -113,7 +111,7 @@ fn beside_doubtful(score: Option<&AxisScore>, whole: &Verdict) -> Verdict {
     let r2 = score.and_then(|score| score.r2);
     let predicted = match r2.filter(|_| score.is_some_and(|score| !falls_short(score))) {
         Some(r2) => format!("predicts held-out trials with R² of {r2:.2}"),
-        None => "forces that are not logged hide it in held-out trials".to_owned(),
+        None => "forces that are not logged mask it in held-out trials".to_owned(),
     };
     let reason = format!("{predicted}; other axes of the plant are doubtful");
     Verdict { trust: Trust::UsableWithCare, reason, codes: whole.codes.clone() }
@@ -125,6 +123,6 @@ fn first_sentence(message: &str) -> String {
 
 fn lacks_something(dof: Dof) -> String {
     format!(
-        "what it fails to predict in {dof} is strongly correlated in time, so that it lacks something that its numbers make up for"
+        "what it fails to predict in {dof} is strongly correlated in time: the model lacks something, and its coefficients compensate for it"
     )
 }

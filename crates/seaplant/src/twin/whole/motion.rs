@@ -93,7 +93,7 @@ impl Whole {
     /// Lets the vehicle move for a trial, from rest and level.
     ///
     /// # Errors
-    /// [`Error::Diverged`] if it runs away.
+    /// [`Error::Diverged`] if it diverges.
     pub(super) fn moved(
         rig: &Rig<'_>,
         (pilot, mut thrusters, mut misreading): (WholePilot<'_>, Thrusters<'_>, Misreading),
