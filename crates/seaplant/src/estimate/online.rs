@@ -10,6 +10,7 @@
 //! Rudders, fins, propellers of unknown strength and wind are terms like any other, which read the
 //! signals of a sample; a coefficient that the structure holds stays as it is.
 
+mod acting;
 mod adaptive;
 mod change;
 mod factor;
@@ -19,15 +20,17 @@ mod options;
 mod possible;
 mod recursive;
 mod sample;
+mod single;
 mod step;
 
 use nalgebra::{DMatrix, Vector6};
 
 pub use change::Change;
-pub use logs::{OnlineFit, OnlineHistory, fit_online, fit_online_coupled};
+pub use logs::{OnlineFit, OnlineHistory, fit_online_coupled};
 pub use options::{OnlineOptions, Scheme};
 pub use possible::Possible;
 pub use sample::{MOST_SIGNALS, Sample};
+pub use single::fit_online;
 
 use crate::Error;
 use crate::motion::Whole;
