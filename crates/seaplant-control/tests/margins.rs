@@ -114,7 +114,11 @@ fn draws_with_which_the_loop_is_unstable_are_those_of_its_eigenvalues() {
         });
         let found = gains(case, &draws);
         assert_eq!(found.probability_unstable, 0.2);
-        assert!(found.notes.iter().any(|note| note.contains("20 % of 5 draws")), "{:?}", found.notes);
+        assert!(
+            found.notes.iter().any(|note| note.contains("20 % of 5 draws")),
+            "{:?}",
+            found.notes
+        );
     }
 }
 
@@ -129,6 +133,9 @@ fn regulators_are_those_of_the_riccati_equation() {
         let tuning = LqrWeights { error, force }.tuning(mass, damping).expect("sound");
         let omega = std::f64::consts::TAU * tuning.bandwidth_hz;
         let found = [mass * omega * omega, 2.0 * tuning.damping * omega * mass];
-        assert!((found[0] / kp - 1.0).abs() < 1e-8 && (found[1] / kd - 1.0).abs() < 1e-8, "{found:?}");
+        assert!(
+            (found[0] / kp - 1.0).abs() < 1e-8 && (found[1] / kd - 1.0).abs() < 1e-8,
+            "{found:?}"
+        );
     }
 }

@@ -14,6 +14,7 @@ mod acting;
 mod adaptive;
 mod change;
 mod factor;
+mod instruments;
 mod joint;
 pub(crate) mod logs;
 mod options;
@@ -243,7 +244,8 @@ impl Online {
         self.step.take(last.as_ref(), &from, sample);
         self.elapsed_s += self.step.length_s;
         self.measure(&[Some(*sample), before, last]);
-        self.recursive.update(&self.step);
+        let simulates = self.elapsed_s >= self.options.start_s;
+        self.recursive.update(&self.step, &self.possible, simulates);
         let change = self.changed();
         self.follow();
         if change.is_some() {
@@ -321,6 +323,25 @@ impl Online {
             Engine::Ekf(Some(joint)) => joint.update(&self.step, &self.possible),
             Engine::Ekf(None) => {}
         }
+        if self.is_started && self.coefficients().iter().any(|x| !x.is_finite()) {
+            self.stop();
+        }
+    }
+
+    /// What ran away begins anew from least squares.
+    fn stop(&mut self) {
+        self.is_started = false;
+        match &mut self.engine {
+            Engine::Recursive => {}
+            Engine::Adaptive(adaptive) => adaptive.restart(),
+            Engine::Ekf(joint) => *joint = None,
+        }
+    }
+
+    /// Whether the scheme itself works yet; until then its estimates are those of least squares,
+    /// which make its start.
+    pub fn has_started(&self) -> bool {
+        self.is_started
     }
 
     /// The observer's rate that the noise of measured velocity allows, 1/s.

@@ -117,11 +117,8 @@ impl Pushes {
             return Self { tau, gamma: vec![[0.0; 2]; count], turning: vec![0.0; count] };
         };
         let edges: Vec<f64> = (0..=count).map(|k| grid.start_s + k as f64 * part_s).collect();
-        let mut all = Self {
-            tau: vec![0.0; count],
-            gamma: vec![[0.0; 2]; count],
-            turning: vec![0.0; count],
-        };
+        let mut all =
+            Self { tau: vec![0.0; count], gamma: vec![[0.0; 2]; count], turning: vec![0.0; count] };
         let (tracks, mut k) = (axis.tracks(), 0);
         for step in drive_over(&tracks, axis.turning.as_ref(), &edges, &model.thrust) {
             let part = step.length_s / part_s;

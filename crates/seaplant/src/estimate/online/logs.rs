@@ -19,6 +19,8 @@ pub struct OnlineFit {
     pub changes: Vec<(String, Change)>,
     /// Samples taken.
     pub samples: usize,
+    /// Whether the scheme itself began; else the estimate is that of least squares.
+    pub has_started: bool,
 }
 
 /// Coefficients over time.
@@ -183,7 +185,8 @@ pub(super) fn run(
     }
     let estimate = online.estimate()?;
     history.push(online.elapsed_s, estimate.plant.coefficients());
-    Ok(OnlineFit { estimate, history, changes, samples })
+    let has_started = online.has_started();
+    Ok(OnlineFit { estimate, history, changes, samples, has_started })
 }
 
 impl OnlineHistory {
@@ -242,6 +245,13 @@ pub(crate) fn doubts(what: &str, names: &[String], fit: &OnlineFit) -> Vec<Cavea
         );
         all.push(Caveat::warning(CaveatCode::Collinear, message));
     }
+    if !fit.has_started {
+        let message = format!(
+            "{:.0} s of {what} motion do not determine every mass to 3 %, which the method starts from: the estimate is that of recursive least squares, its start; drive longer, or with more acceleration",
+            fit.estimate.elapsed_s
+        );
+        all.push(Caveat::warning(CaveatCode::ShortTrial, message));
+    }
     let unsettled = |k: &usize| fit.history.settled_s(*k).is_none();
     let late: Vec<&str> = (0..names.len()).filter(unsettled).map(|k| names[k].as_str()).collect();
     if !late.is_empty() {
@@ -261,4 +271,3 @@ fn worst(names: &[String], inflation: &[f64]) -> String {
     order.sort_by(|a, b| inflation[*b].total_cmp(&inflation[*a]));
     order.iter().take(2).map(|k| names[*k].as_str()).collect::<Vec<_>>().join(" and ")
 }
-

@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use super::{Records, coefficient_of, failure, score};
 use crate::estimate::CoupledFit;
 use crate::estimate::online::{OnlineFit, OnlineOptions, Scheme, fit_online_coupled, logs::doubts};
-use crate::results::{CoupledOnline, Failure};
 use crate::motion::{body_from_world, interpolated_attitude};
+use crate::results::{CoupledOnline, Failure};
 use crate::{CoupledRecord, Error, IdentifyOptions, Method, Timed, Vehicle};
 
 /// The plants of the methods that were asked for, with the terms that filter error found, under
