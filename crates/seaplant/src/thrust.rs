@@ -191,6 +191,17 @@ pub enum ThrustCurve {
 }
 
 impl ThrustCurve {
+    /// n of thrust k n|n| at an input: what a square law reads; of a table, the root of its thrust.
+    pub(crate) fn propeller_speed(&self, input: f64) -> f64 {
+        match self {
+            Self::Quadratic { law, .. } => law.effective(input),
+            Self::Table { .. } => {
+                let force = self.force(input, None);
+                force.abs().sqrt().copysign(force)
+            }
+        }
+    }
+
     /// A curve of measured tables, ordered by voltage.
     ///
     /// # Errors

@@ -131,7 +131,11 @@ fn fit_as(
         let problem = Problem::new(structure, records, rigid_body, is_free);
         let (first, least_squares, fitted) = begun::<N>(problem, records)?;
         let fitted = fitted.with_actuator_that_shows()?;
-        let fitted = if search { fitted.searched(records)? } else { fitted };
+        let fitted = match search {
+            // What a coupling explains an actuator need not.
+            true => fitted.searched(records)?.with_actuator_that_shows()?,
+            false => fitted,
+        };
         fitted.refined()?.finished(first, &least_squares, method)
     })
 }
@@ -179,7 +183,7 @@ impl<const N: usize> Fitted<N> {
         let optimum = if is_wider {
             problem.optimum(start, Tolerance::COARSE)?
         } else {
-            problem.descent(start, Tolerance::COARSE)?
+            problem.descent_at_noise(start, Tolerance::COARSE)?
         };
         Ok(Self { optimum, problem, tried: Vec::new() })
     }
@@ -198,7 +202,7 @@ impl<const N: usize> Fitted<N> {
                 numbers[k] = 0.0;
             }
             point.actuator = point.actuator.with(numbers);
-            let optimum = self.problem.descent(point, Tolerance::COARSE)?;
+            let optimum = self.problem.descent_at_noise(point, Tolerance::COARSE)?;
             let iterations = self.optimum.iterations + optimum.iterations;
             self.optimum = Optimum { iterations, ..optimum };
         }
@@ -276,9 +280,7 @@ impl<const N: usize> Fitted<N> {
         let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
         let covariance = problem.is_free.then(of_blocks).flatten();
         let covariance = covariance.unwrap_or_else(|| inverse(&optimum.information));
-        let noise = problem.by_noise(&optimum.point);
-        let noise_information = noise.map_or(DMatrix::zeros(3 * N, 3 * N), |x| x.information);
-        let noise_covariance = inverse(&noise_information);
+        let noise_covariance = inverse(&optimum.noise_information);
         let std_of_actuator = |k: usize| problem.fits[k].then(|| covariance[(p + k, p + k)].sqrt());
         let q = p + Actuator::COUNT;
         let std = |k: usize| covariance[(q + k, q + k)].sqrt();

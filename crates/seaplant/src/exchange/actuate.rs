@@ -85,6 +85,10 @@ impl PlantModel {
                         Err(_) => input.clone(),
                     })
                 }
+                Signal::PropellerSpeed(name) => {
+                    let input = drive.thrusters.get(name).zip(self.thruster(name).ok());
+                    input.map(|(input, thruster)| input.map(|x| thruster.curve.propeller_speed(x)))
+                }
                 Signal::AirForward | Signal::AirStarboard => None,
             };
             (signal.clone(), given.unwrap_or_else(|| still.clone()))

@@ -263,8 +263,17 @@ fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
 }
 
 /// Nuisances of thrust that no format has a place for.
-const LEFT_OUT: [&str; 7] =
-    ["inflow", "inflow_ahead", "lag_ratio", "slew", "thrust_exponent", "turning", "full_speed"];
+const LEFT_OUT: [&str; 9] = [
+    "inflow",
+    "inflow_ahead",
+    "lag_ratio",
+    "slew",
+    "thrust_exponent",
+    "thrust_change_within",
+    "thrust_change_between",
+    "turning",
+    "full_speed",
+];
 
 fn left_out(of: &str, nuisances: &BTreeMap<String, Parameter>, notes: &mut Vec<String>) {
     let fitted = LEFT_OUT.iter().filter(|name| nuisances.contains_key(**name));

@@ -288,7 +288,7 @@ fn best(
     let filtered = fit_coupled(structure, &records.fit, body, search);
     let filtered = filtered.and_then(|fit| Scored::new(fit, records));
     let filtered = match filtered {
-        Ok(only) if structure.signals().is_empty() => return Ok((only, None)),
+        Ok(only) if !structure.reads_beside_thrusters() => return Ok((only, None)),
         filtered => filtered,
     };
     let free = fit_coupled_freely(structure, &records.fit, body, search);
@@ -379,7 +379,9 @@ fn check_signals(structure: &Structure, record: &CoupledRecord) -> Result<(), Er
     let Some(signal) = structure.signals().iter().find(lacks) else { return Ok(()) };
     let advice = match signal {
         Signal::Angle { .. } => "map it under [channels], or take it away from vehicle.toml",
-        Signal::Drive(_) => "map its speed, pulse width or command under [channels]",
+        Signal::Drive(_) | Signal::PropellerSpeed(_) => {
+            "map its speed, pulse width or command under [channels]"
+        }
         Signal::AirForward | Signal::AirStarboard => {
             "map wind.true.speed and wind.true.direction, or those of wind.relative"
         }
@@ -558,12 +560,16 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
     let lag = if fit.has_thrusters { "lag" } else { "force_lag" };
     let actuator = fit.actuator;
     let (reverse, slowing) = (actuator.log_reverse_ratio.exp(), actuator.log_lag_ratio.exp());
+    let changes = [actuator.log_change_within, actuator.log_change_between];
+    let [within, between] = changes.map(f64::exp_m1);
     let numbers = [
         (lag, actuator.lag_s, 1.0, "s"),
         ("delay", actuator.delay_s, 1.0, "s"),
         ("reverse_ratio", reverse, reverse, "1"),
         ("lag_ratio", slowing, slowing, "1"),
         ("thrust_exponent", 2.0 + actuator.beyond_square, 1.0, "1"),
+        ("thrust_change_within", within, 1.0 + within, "1"),
+        ("thrust_change_between", between, 1.0 + between, "1"),
     ];
     for ((name, value, slope, unit), std) in numbers.into_iter().zip(fit.actuator_std) {
         if let Some(std) = std {

@@ -29,9 +29,9 @@ pub(crate) struct HeldForce {
     pub(crate) by: [Vector6<f64>; PUSHED_BY],
 }
 
-/// How many numbers of the actuators a force depends on: two of lag, delay, reverse-thrust ratio and
-/// exponent.
-pub(crate) const PUSHED_BY: usize = 5;
+/// How many numbers of the actuators a force depends on: two of lag, delay, reverse-thrust ratio,
+/// exponent, and two of slow changes.
+pub(crate) const PUSHED_BY: usize = 7;
 
 /// How each axis's disturbance fades: ḟ = −f/T.
 #[derive(Clone, Copy, Debug)]

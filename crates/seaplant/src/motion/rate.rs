@@ -82,7 +82,7 @@ impl Forces {
     ) -> impl Iterator<Item = (Vector6<f64>, Matrix6<f64>)> + 'a {
         self.effects.iter().map(move |&(k, value)| {
             let signals = self.structure.read(k, signals);
-            let (wrench, slope) = self.structure.effects()[k].wrench(velocity, signals);
+            let (wrench, slope) = self.structure.effects()[k].wrench(velocity, &signals);
             (wrench * value, slope * value)
         })
     }

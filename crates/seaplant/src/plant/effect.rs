@@ -25,6 +25,9 @@ pub enum Signal {
     /// How a thruster is driven: its thrust where its curve is known, N; else its speed, rad/s,
     /// or command, as a ratio.
     Drive(String),
+    /// How fast the propeller of a thruster turns whose curve is known: n of its thrust k n|n|, rad/s
+    /// or in units of its command; the root of thrust if only that is known.
+    PropellerSpeed(String),
     /// Velocity of the air over ground along the body's x axis, m/s.
     AirForward,
     /// Velocity of the air over ground along the body's y axis, m/s.
@@ -32,9 +35,14 @@ pub enum Signal {
 }
 
 impl Signal {
-    /// Whether a sample holds until the next: of a drive; angles and wind go straight.
+    /// Whether a sample holds until the next: of a drive or a propeller; angles and wind go straight.
     pub fn is_held(&self) -> bool {
-        matches!(self, Self::Drive(_))
+        matches!(self, Self::Drive(_) | Self::PropellerSpeed(_))
+    }
+
+    /// Whether it pushes a vehicle on which no known force acts.
+    pub(crate) fn pushes(&self) -> bool {
+        matches!(self, Self::Angle { .. } | Self::Drive(_))
     }
 
     /// Whether it is of wind.
@@ -54,6 +62,7 @@ impl fmt::Display for Signal {
         match self {
             Self::Angle { kind, name } => write!(f, "{}.{name}.angle", kind.name()),
             Self::Drive(name) => write!(f, "the drive of thruster `{name}`"),
+            Self::PropellerSpeed(name) => write!(f, "the propeller speed of thruster `{name}`"),
             Self::AirForward | Self::AirStarboard => write!(f, "the wind"),
         }
     }
@@ -146,6 +155,12 @@ pub enum EffectForce {
         /// The way of positive thrust, a unit vector.
         direction: [f64; 3],
     },
+    /// Thrust that all thrusters lose by their speed ahead: `−Σ |n| (w·ν) w`, with w the force and
+    /// moment of each for a newton of its thrust.
+    Inflow {
+        /// The thrusters, at most 16.
+        thrusters: Vec<Pusher>,
+    },
     /// What a propeller does otherwise when it turns astern: `n|n|` of negative n along a unit
     /// force and moment, N and N m.
     Astern {
@@ -168,6 +183,28 @@ pub enum EffectForce {
         scale: f64,
     },
 }
+
+/// A thruster as inflow acts on it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pusher {
+    /// What channels call it.
+    pub name: String,
+    /// Where it pushes, m.
+    pub position_m: [f64; 3],
+    /// The way of positive thrust, a unit vector.
+    pub direction: [f64; 3],
+}
+
+impl Pusher {
+    /// w, force and moment for a newton of thrust.
+    fn way(&self) -> Vector6<f64> {
+        at_place(&self.position_m.into(), &self.direction.into())
+    }
+}
+
+/// An effect reads no more signals than this.
+pub(crate) const MOST_READ: usize = 16;
 
 /// A foil at an instant.
 struct Flow {
@@ -253,6 +290,9 @@ impl Effect {
             | EffectForce::Astern { propeller, .. } => {
                 vec![Signal::Drive(propeller.clone())]
             }
+            EffectForce::Inflow { thrusters } => {
+                thrusters.iter().map(|own| Signal::PropellerSpeed(own.name.clone())).collect()
+            }
             EffectForce::Wind { .. } | EffectForce::WindAcross { .. } => {
                 vec![Signal::AirForward, Signal::AirStarboard]
             }
@@ -262,16 +302,12 @@ impl Effect {
     /// The force and moment that a coefficient of one makes on the vehicle, and `∂/∂ν` of it;
     /// shapes (6,) and (6, 6).
     ///
-    /// `signals` are the values of [`Self::signals`].
-    pub fn wrench(
-        &self,
-        velocity: &Vector6<f64>,
-        signals: [f64; 2],
-    ) -> (Vector6<f64>, Matrix6<f64>) {
+    /// `signals` are the values of [`Self::signals`]; one that is missing is zero.
+    pub fn wrench(&self, velocity: &Vector6<f64>, signals: &[f64]) -> (Vector6<f64>, Matrix6<f64>) {
         let along = |way: &Vector6<f64>, force: f64, slope: Vector6<f64>| {
             (way * force, way * slope.transpose())
         };
-        let [first, second] = signals;
+        let [first, second] = [0, 1].map(|k| signals.get(k).copied().unwrap_or(0.0));
         match &self.force {
             EffectForce::Lift { foil } => {
                 let flow = foil.at(velocity, first);
@@ -291,7 +327,7 @@ impl Effect {
                 along(&flow.normal, -speed * flow.along_normal, flow.normal * -speed)
             }
             EffectForce::Steering { foil, behind, flow } => {
-                let (way, force, slope) = flow.force(foil, behind, velocity, signals);
+                let (way, force, slope) = flow.force(foil, behind, velocity, [first, second]);
                 along(&way, force, slope)
             }
             EffectForce::OpenWater { curve } => {
@@ -307,6 +343,14 @@ impl Effect {
             EffectForce::Advance { position_m, direction, .. } => {
                 let way = at_place(&(*position_m).into(), &(*direction).into());
                 along(&way, -first.abs() * way.dot(velocity), way * -first.abs())
+            }
+            EffectForce::Inflow { thrusters } => {
+                let mut slope = Matrix6::zeros();
+                for (thruster, speed) in thrusters.iter().zip(signals) {
+                    let way = thruster.way();
+                    slope -= way * (way.transpose() * speed.abs());
+                }
+                (slope * velocity, slope)
             }
             EffectForce::Astern { way, .. } => {
                 let astern = first.min(0.0);
@@ -338,7 +382,7 @@ impl Effect {
             EffectForce::Race { squared: false, .. } => "√N/(m/s)",
             EffectForce::Race { .. } => "N/((m/s)(rad/s))",
             EffectForce::Thrust { .. } | EffectForce::Astern { .. } => "N/(rad/s)²",
-            EffectForce::Advance { .. } => "N/((m/s)(rad/s))",
+            EffectForce::Advance { .. } | EffectForce::Inflow { .. } => "N/((m/s)(rad/s))",
             EffectForce::Wind { scale, on } if *scale == 1.0 && *on == Dof::Yaw => "N m/(m/s)²",
             EffectForce::WindAcross { scale } if *scale == 1.0 => "N m/(m/s)²",
             EffectForce::Wind { scale, .. } if *scale == 1.0 => "N/(m/s)²",
@@ -365,6 +409,9 @@ impl Effect {
                 acts(&at_place(&(*position_m).into(), &(*direction).into()))
             }
             EffectForce::Astern { way, .. } => acts(&Vector6::from(*way)),
+            EffectForce::Inflow { thrusters } => {
+                acts(&thrusters.iter().map(|own| own.way().abs()).sum())
+            }
             EffectForce::OpenWater { curve } => {
                 acts(&at_place(&curve.position_m.into(), &curve.direction.into()))
             }
@@ -445,7 +492,7 @@ mod tests {
         // Y_uuδ = 9.64: N_uuδ = −6.15, Y_uv = −9.64, Y_ur = 6.15, N_uv = 6.15, N_ur = −3.92.
         let lift = effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], None) });
         let at = |v: f64, r: f64, angle: f64| {
-            9.64 * lift.wrench(&Vector6::new(1.0, v, 0.0, 0.0, 0.0, r), [angle, 0.0]).0
+            9.64 * lift.wrench(&Vector6::new(1.0, v, 0.0, 0.0, 0.0, r), &[angle, 0.0]).0
         };
         let small = 1e-4;
         let found = [at(0.0, 0.0, small), at(small, 0.0, 0.0), at(0.0, small, 0.0)];
@@ -460,7 +507,7 @@ mod tests {
     fn a_stern_plane_pushes_along_the_vertical_axis() {
         // Turned about +y, its trailing edge goes down: the stern is pushed up, the bow down.
         let lift = effect(EffectForce::Lift { foil: foil([0.0, 1.0, 0.0], None) });
-        let wrench = lift.wrench(&Vector6::new(2.0, 0.0, 0.0, 0.0, 0.0, 0.0), [0.1, 0.0]).0;
+        let wrench = lift.wrench(&Vector6::new(2.0, 0.0, 0.0, 0.0, 0.0, 0.0), &[0.1, 0.0]).0;
         assert!(wrench[2] < 0.0 && wrench[4] < 0.0 && wrench[1].abs() < 1e-12, "{wrench}");
         assert_eq!(lift.axes(), [Dof::Surge, Dof::Heave, Dof::Pitch]);
     }

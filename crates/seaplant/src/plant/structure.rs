@@ -6,7 +6,7 @@ use nalgebra::Vector6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Basis, Effect, Instant, Product, Signal};
+use super::{Basis, Effect, Instant, MOST_READ, Product, Signal};
 use crate::{Dof, Error};
 
 /// Which axes a vehicle's shape lets M couple.
@@ -80,7 +80,7 @@ pub struct Structure {
     /// What the effects read, each once.
     signals: Vec<Signal>,
     /// Where in `signals` those of each effect are.
-    places: Vec<[Option<usize>; 2]>,
+    places: Vec<Vec<usize>>,
     /// Coefficients that are known, and stay as they are.
     held: Vec<(Basis, f64)>,
     /// Terms that are tried beside these, in place of the usual ones.
@@ -191,20 +191,26 @@ impl Structure {
         if !effect.axes().iter().any(|dof| self.axes.contains(dof)) {
             return Err(refuse(format!("`{name}` acts on none of its axes; leave it out")));
         }
-        let mut places = [None; 2];
-        for (place, signal) in places.iter_mut().zip(effect.signals()) {
-            let known = self.signals.iter().position(|known| *known == signal);
-            *place = Some(known.unwrap_or(self.signals.len()));
-            if known.is_none() {
-                self.signals.push(signal);
-            }
+        let wanted = effect.signals();
+        if wanted.len() > MOST_READ {
+            let found = wanted.len();
+            return Err(refuse(format!("`{name}` reads {found} signals, more than {MOST_READ}")));
         }
+        let places = wanted.into_iter().map(|signal| self.place_of(signal)).collect();
         if as_term {
             self.terms.push(Basis::Effect(self.effects.len()));
         }
         self.places.push(places);
         self.effects.push(effect);
         Ok(self)
+    }
+
+    /// Where a signal stands among those that are read; it is taken in if it is new.
+    fn place_of(&mut self, signal: Signal) -> usize {
+        self.signals.iter().position(|known| *known == signal).unwrap_or_else(|| {
+            self.signals.push(signal);
+            self.signals.len() - 1
+        })
     }
 
     /// The same with the coefficient of a term held at what is known of it.
@@ -259,15 +265,8 @@ impl Structure {
             let mut own = *term;
             if let Basis::Effect(k) = term {
                 own = Basis::Effect(pruned.effects.len());
-                let mut place = |of: Option<usize>| {
-                    let signal = &self.signals[of?];
-                    let known = pruned.signals.iter().position(|known| known == signal);
-                    if known.is_none() {
-                        pruned.signals.push(signal.clone());
-                    }
-                    known.or(Some(pruned.signals.len() - 1))
-                };
-                let places = self.places[*k].map(&mut place);
+                let place = |of: &usize| pruned.place_of(self.signals[*of].clone());
+                let places = self.places[*k].iter().map(place).collect();
                 pruned.places.push(places);
                 pruned.effects.push(self.effects[*k].clone());
             }
@@ -287,10 +286,18 @@ impl Structure {
         &self.signals
     }
 
+    /// Whether an effect reads more than the speeds of thrusters whose force is known.
+    pub(crate) fn reads_beside_thrusters(&self) -> bool {
+        self.signals.iter().any(|signal| !matches!(signal, Signal::PropellerSpeed(_)))
+    }
+
     /// What an effect reads of the values of [`Self::signals`].
-    pub(crate) fn read(&self, effect: usize, signals: &[f64]) -> [f64; 2] {
-        let of = |place: Option<usize>| place.and_then(|at| signals.get(at)).copied();
-        self.places[effect].map(|place| of(place).unwrap_or(0.0))
+    pub(crate) fn read(&self, effect: usize, signals: &[f64]) -> [f64; MOST_READ] {
+        let mut read = [0.0; MOST_READ];
+        for (x, &at) in read.iter_mut().zip(&self.places[effect]) {
+            *x = signals.get(at).copied().unwrap_or(0.0);
+        }
+        read
     }
 
     /// What a coefficient of one makes each effect push with, N and N m, each of shape (6,); zero
@@ -301,7 +308,7 @@ impl Structure {
         let mut all = vec![Vector6::zeros(); self.effects.len()];
         for term in &self.terms {
             if let Basis::Effect(k) = *term {
-                all[k] = self.effects[k].wrench(velocity, self.read(k, signals)).0;
+                all[k] = self.effects[k].wrench(velocity, &self.read(k, signals)).0;
             }
         }
         all

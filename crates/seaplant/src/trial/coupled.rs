@@ -17,6 +17,8 @@ use crate::{Caveat, CaveatCode, Dof, Error, Grid, Timed, Vehicle};
 /// A thruster as a plant of several axes feels it: the wrench `w F`, with F its thrust.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoupledThruster {
+    /// What channels call it.
+    pub name: String,
     /// Its speed and what thrust that makes; its lever is 1.
     pub track: ThrusterTrack,
     /// w, force and moment on each axis for each newton of thrust, 1 and m, in SNAME order.
@@ -79,7 +81,8 @@ impl CoupledRecord {
         let mut caveats = Vec::new();
         let CoupledThrust { force, thrusters } = coupled_thrust(recording, vehicle);
         let force = force.map(|force| Some(held_means(&force?)));
-        let thrusters = thrusters.into_iter().map(CoupledThruster::thinned).collect();
+        let thrusters: Vec<CoupledThruster> =
+            thrusters.into_iter().map(CoupledThruster::thinned).collect();
         let mut velocity = Dof::ALL.map(|dof| navigated.measured.get(&dof).cloned());
         let (mut by_fixes, mut by_slope) = (None, [false; 6]);
         for &dof in axes {
@@ -105,11 +108,14 @@ impl CoupledRecord {
         let drives: Vec<Timed> = drives.map(|(_, x)| held_means(x)).collect();
         let pushes = force.iter().flatten().chain(&drives);
         let changes = union(pushes.map(Timed::time_s));
-        let signals: BTreeMap<Signal, Timed> = signals
+        let mut signals: BTreeMap<Signal, Timed> = signals
             .into_iter()
             .map(|(signal, x)| (signal.clone(), signal_means(&signal, &x, &changes)))
             .collect();
-        let is_pushed = signals.keys().any(|signal| !signal.is_of_wind());
+        signals.extend(thrusters.iter().map(|thruster: &CoupledThruster| {
+            (Signal::PropellerSpeed(thruster.name.clone()), thruster.track.speed.clone())
+        }));
+        let is_pushed = signals.keys().any(Signal::pushes);
         let has_force = |dof: &Dof| force[dof.index()].is_some();
         if !is_pushed && !axes.iter().any(has_force) {
             return Err(Error::MissingChannel {
@@ -151,8 +157,12 @@ impl CoupledRecord {
 
     /// The values of some signals at an instant; zero of one that it lacks.
     pub(crate) fn signals_at(&self, wanted: &[Signal], t_s: f64) -> Vec<f64> {
-        let of = |signal: &Signal| self.signals.get(signal).map_or(0.0, |x| signal.value(x, t_s));
-        wanted.iter().map(of).collect()
+        wanted.iter().map(|signal| self.signal_at(signal, t_s)).collect()
+    }
+
+    /// The value of a signal at an instant; zero of one that it lacks.
+    pub(crate) fn signal_at(&self, signal: &Signal, t_s: f64) -> f64 {
+        self.signals.get(signal).map_or(0.0, |x| signal.value(x, t_s))
     }
 
     fn common_window(&self, setup: &TrialSetup, axes: &[Dof]) -> Result<(f64, f64), Error> {

@@ -282,7 +282,8 @@ pub(super) fn coupled_thrust(recording: &Recording, vehicle: &Vehicle) -> Couple
             // One that turns pushes each axis in its own way.
             let place = known.filter(|_| thruster.azimuth_axis.is_none()).unwrap_or_else(|| {
                 let track = ThrusterTrack { lever: 1.0, ..track };
-                found.thrusters.push(CoupledThruster { track, wrench: Vector6::zeros() });
+                let (name, wrench) = (thruster.name.clone(), Vector6::zeros());
+                found.thrusters.push(CoupledThruster { name, track, wrench });
                 found.thrusters.len() - 1
             });
             places.insert(&thruster.name, place);

@@ -4,7 +4,9 @@
 use nalgebra::Vector3;
 
 use super::{Thruster, Vehicle};
-use crate::plant::{Effect, EffectForce, Foil, OpenWater, RudderFlow, WakeByDrift};
+use crate::plant::{
+    Effect, EffectForce, Foil, MOST_READ, OpenWater, Pusher, RudderFlow, WakeByDrift,
+};
 use crate::quantity::Surface;
 use crate::{Dof, Error, ThrusterInput};
 
@@ -241,6 +243,16 @@ impl Windage {
     }
 }
 
+impl Thruster {
+    fn pusher(&self) -> Pusher {
+        Pusher {
+            name: self.name.clone(),
+            position_m: self.position_body.into(),
+            direction: self.direction_body.into(),
+        }
+    }
+}
+
 /// An effect of a vehicle on its plants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VehicleEffect {
@@ -314,6 +326,11 @@ impl Vehicle {
                 false,
                 None,
             );
+        }
+        let pushers = self.thrusters.iter().filter(|own| own.azimuth_axis.is_none());
+        let thrusters: Vec<Pusher> = pushers.map(Thruster::pusher).collect();
+        if (1..=MOST_READ).contains(&thrusters.len()) {
+            push("thrusters.inflow".to_owned(), EffectForce::Inflow { thrusters }, false, None);
         }
         let of_wind = self.windage.unwrap_or_default().effects().into_iter();
         all.extend(of_wind.map(|effect| VehicleEffect { effect, is_usual: false, known: None }));

@@ -14,6 +14,9 @@
 //! T τ̇(t) + τ(t) = u(t − D)
 //! ```
 //!
+//! Thrust may change beside what its log says, as with the voltage of a battery: by a factor e^a from
+//! the beginning to the end of each trial, and by e^b from the first trial to the last, 1 on average.
+//!
 //! Both are held between samples. A step of the filter takes the mean of what acts over each slice
 //! in closed form; of a wrench `∫τ dt = ∫u(t − D) dt − T [τ]`.
 
@@ -39,6 +42,11 @@ pub struct Actuator {
     pub log_lag_ratio: f64,
     /// Exponent of thrust over propeller speed, less 2.
     pub beyond_square: f64,
+    /// Logarithm of thrust at the end of each trial over that at its beginning, beside what its log
+    /// says.
+    pub log_change_within: f64,
+    /// The same of the last trial over the first.
+    pub log_change_between: f64,
     /// The greatest propeller speed, where another exponent leaves thrust as its curve says.
     pub full_speed: f64,
 }
@@ -53,7 +61,7 @@ const OVER: f64 = 8.0;
 const NO_LAG_S: f64 = 1e-6;
 
 /// What of [`Drive`]'s derivatives belongs to each number of an actuator.
-const SHAPED_BY: [Unknown; PUSHED_BY] = [
+const SHAPED_BY: [Unknown; 5] = [
     Unknown::Lag,
     Unknown::Delay,
     Unknown::LogReverseRatio,
@@ -67,27 +75,55 @@ impl Actuator {
 
     /// Between what they stay.
     pub(super) const LIMITS: [(f64, f64); Self::COUNT] =
-        [(0.0, 3.0), (0.0, 3.0), (-1.5, 1.5), (-2.5, 2.5), (-1.0, 1.0)];
+        [(0.0, 3.0), (0.0, 3.0), (-1.5, 1.5), (-2.5, 2.5), (-1.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)];
 
     /// Their standard deviations before anything is measured.
-    pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3, 1.0, 0.3];
+    pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3, 1.0, 0.3, 0.3, 0.3];
 
     /// One is kept if its square is so many times its variance: chance makes as much of a lag or a
     /// delay once in 500; what contradicts the curve of a thruster has to be seen as clearly as a
     /// coupling.
-    pub(super) const SHOWS: [f64; Self::COUNT] = [9.0, 9.0, ADMITTED, ADMITTED, ADMITTED];
+    pub(super) const SHOWS: [f64; Self::COUNT] =
+        [9.0, 9.0, ADMITTED, ADMITTED, ADMITTED, ADMITTED, ADMITTED];
+
+    /// Which of its numbers are fitted: of a wrench that nobody knows the thrusters of, not how these
+    /// push, and of one trial, no change from trial to trial.
+    pub(super) const fn fitted(
+        has_force: bool,
+        has_thrusters: bool,
+        trials: usize,
+    ) -> [bool; Self::COUNT] {
+        let [lag, push, change] = [has_force, has_thrusters, has_force];
+        [lag, lag, push, push, push, change, change && trials > 1]
+    }
 
     /// What is fitted of it, in the order of its fields.
     pub(super) const fn numbers(&self) -> [f64; Self::COUNT] {
-        let Self { lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square, .. } = *self;
-        [lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square]
+        [
+            self.lag_s,
+            self.delay_s,
+            self.log_reverse_ratio,
+            self.log_lag_ratio,
+            self.beyond_square,
+            self.log_change_within,
+            self.log_change_between,
+        ]
     }
 
     /// The same with such numbers.
     pub(super) const fn with(&self, numbers: [f64; Self::COUNT]) -> Self {
-        let [lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square] = numbers;
-        let full_speed = self.full_speed;
-        Self { lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square, full_speed }
+        let [lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square, ..] = numbers;
+        let [.., log_change_within, log_change_between] = numbers;
+        Self {
+            lag_s,
+            delay_s,
+            log_reverse_ratio,
+            log_lag_ratio,
+            beyond_square,
+            log_change_within,
+            log_change_between,
+            full_speed: self.full_speed,
+        }
     }
 
     /// One that does nothing, for thrusters that turn as fast as in these trials.
@@ -107,7 +143,7 @@ impl Actuator {
             return Ok(record.force.clone());
         }
         let slices = self.slices(&record.force);
-        let pushes = self.pushes(&LoggedThrust::of(record), &slices);
+        let pushes = self.pushes(&LoggedThrust::of(record, 0.0), &slices);
         let mut acting = [const { None }; 6];
         for (axis, _) in record.force.iter().enumerate().filter(|(_, logged)| logged.is_some()) {
             let values = pushes.iter().map(|push| push.force[axis]).collect::<Vec<f64>>();
@@ -157,12 +193,25 @@ impl Actuator {
                 }
             }
         }
+        for (push, slice) in pushes.iter_mut().zip(slices) {
+            self.change(push, logged.phases(slice.from_s + 0.5 * slice.length_s));
+        }
         pushes
+    }
+
+    /// Changes a force by how far it is through its trial and through all trials, from −½ to ½.
+    fn change(&self, push: &mut HeldForce, [within, between]: [f64; 2]) {
+        let ratio = (self.log_change_within * within + self.log_change_between * between).exp();
+        push.force *= ratio;
+        push.by.iter_mut().for_each(|by| *by *= ratio);
+        let [.., by_within, by_between] = &mut push.by;
+        *by_within = push.force * within;
+        *by_between = push.force * between;
     }
 
     fn add_thruster(
         &self,
-        CoupledThruster { track, wrench }: &CoupledThruster,
+        CoupledThruster { track, wrench, .. }: &CoupledThruster,
         slices: &[Slice],
         pushes: &mut [HeldForce],
     ) {
@@ -198,17 +247,29 @@ pub(super) struct LoggedThrust {
     thrusters: Vec<CoupledThruster>,
     /// The force on each axis on which no thruster acts, held.
     wrench: [Option<Timed>; 6],
+    /// From when to when the trial lasts, s.
+    window_s: (f64, f64),
+    /// How far through all trials it is, from −½ to ½.
+    between: f64,
 }
 
 impl LoggedThrust {
-    pub(super) fn of(record: &CoupledRecord) -> Arc<Self> {
+    /// What pushes in a trial that is so far through all trials, from −½ of the first to ½ of the last.
+    pub(super) fn of(record: &CoupledRecord, between: f64) -> Arc<Self> {
         let is_of_thrusters =
             |axis: usize| record.thrusters.iter().any(|thruster| thruster.wrench[axis] != 0.0);
         let wrench = std::array::from_fn(|axis| match is_of_thrusters(axis) {
             true => None,
             false => record.force[axis].clone(),
         });
-        Arc::new(Self { thrusters: record.thrusters.clone(), wrench })
+        let (thrusters, window_s) = (record.thrusters.clone(), record.window_s);
+        Arc::new(Self { thrusters, wrench, window_s, between })
+    }
+
+    /// How far through its trial an instant is, and how far through all trials.
+    fn phases(&self, time_s: f64) -> [f64; 2] {
+        let (from_s, to_s) = self.window_s;
+        [((time_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0) - 0.5, self.between]
     }
 }
 
@@ -278,7 +339,9 @@ impl<'a> Lagging<'a> {
         let change = after.force - before.force;
         let mean = (after.integral - before.integral - lag * change) / length_s;
         let by_lag = -(change + lag * (after.by_lag - before.by_lag)) / length_s;
-        (mean, [by_lag, -change / length_s, 0.0, 0.0, 0.0])
+        let mut by = [0.0; Actuator::COUNT];
+        [by[0], by[1]] = [by_lag, -change / length_s];
+        (mean, by)
     }
 }
 
@@ -332,7 +395,7 @@ mod tests {
             reverse: 1.5,
             uncertainty: ThrustUncertainty::default(),
         };
-        CoupledThruster { track, wrench: WRENCH.into() }
+        CoupledThruster { name: "a".to_owned(), track, wrench: WRENCH.into() }
     }
 
     fn of_thruster() -> LoggedThrust {

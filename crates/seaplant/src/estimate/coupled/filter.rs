@@ -55,6 +55,8 @@ impl<const N: usize> Noise<N> {
 #[derive(Clone, Debug)]
 pub(super) struct Slope {
     pub(super) cost: f64,
+    /// What of the cost changes with the plant while the gains are kept: ½ Σ e²/S.
+    pub(super) misfit: f64,
     pub(super) gradient: DVector<f64>,
     pub(super) information: DMatrix<f64>,
 }
@@ -63,6 +65,7 @@ impl Slope {
     pub(super) fn zeros(count: usize) -> Self {
         Self {
             cost: 0.0,
+            misfit: 0.0,
             gradient: DVector::zeros(count),
             information: DMatrix::zeros(count, count),
         }
@@ -91,6 +94,7 @@ impl Slope {
 
     pub(super) fn plus(mut self, other: &Self) -> Self {
         self.cost += other.cost;
+        self.misfit += other.misfit;
         self.gradient += &other.gradient;
         self.information += &other.information;
         self
@@ -195,6 +199,7 @@ impl<const N: usize> Pass<'_, N> {
                     *disturbance += gain.disturbance * *x;
                 }
                 slope.cost += half_log(e, gain.variance);
+                slope.misfit += 0.5 * e * e / gain.variance;
                 slope.add(e, gain.variance, &row);
                 gains.push(gain);
             }
@@ -252,13 +257,11 @@ impl<const N: usize> Pass<'_, N> {
         let mut followers = self.noise_followers();
         let mut row = vec![0.0; Noise::<N>::COUNT];
         let mut variances = row.clone();
-        let mut process = Process::new(self, 0.0);
+        let mut processes: Vec<Process<N>> = Vec::new();
         for stop in &self.schedule.stops[1..] {
             let before = mean;
             let transition = self.predict(stop, &mut mean, &mut flow);
-            if (process.length_s - stop.length_s).abs() > ROUNDING_S {
-                process = Process::new(self, stop.length_s);
-            }
+            let process = self.process_over(stop.length_s, &mut processes);
             for (follower, change) in followers.iter_mut().zip(&process.changes) {
                 follower.predict(&transition, &covariance, &before, change);
             }
@@ -369,6 +372,19 @@ impl<const N: usize> Pass<'_, N> {
         sum
     }
 
+    /// A step of a length, from those that were met last.
+    fn process_over<'a>(&self, length_s: f64, met: &'a mut Vec<Process<N>>) -> &'a Process<N> {
+        let is_it = |process: &Process<N>| (process.length_s - length_s).abs() < ROUNDING_S;
+        let at = met.iter().position(is_it).unwrap_or_else(|| {
+            if met.len() == MOST_LENGTHS {
+                met.clear();
+            }
+            met.push(Process::new(self, length_s));
+            met.len() - 1
+        });
+        &met[at]
+    }
+
     /// How the k-th logarithm of the noise changes a step.
     fn process_change(&self, k: usize, h: f64) -> Change<N> {
         let axis = k % N;
@@ -457,6 +473,9 @@ impl<const N: usize> Covariance<N> {
         }
     }
 }
+
+/// Steps of so many lengths are kept: instruments of different rates make few.
+const MOST_LENGTHS: usize = 8;
 
 /// What a step of a length adds to the covariance, and how the noise changes that.
 struct Process<const N: usize> {

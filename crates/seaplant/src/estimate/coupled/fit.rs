@@ -1,6 +1,6 @@
 //! Filter error of a coupled plant: from a start to the optimum.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::{DMatrix, DVector, Matrix6, SVector};
 
@@ -8,7 +8,7 @@ use super::actuator::Actuator;
 use super::filter::{Gain, Innovation, Noise, Pass, Slope};
 use super::schedule::Schedule;
 use crate::estimate::descend::Parabola;
-use crate::motion::Prepared;
+use crate::motion::{HeldForce, Prepared};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::{CoupledRecord, Error};
 
@@ -35,6 +35,7 @@ pub(super) struct Problem {
     pub(super) schedules: Arc<[Schedule]>,
     /// Pieces of the trials, to begin with.
     pieces: Option<Arc<[Schedule]>>,
+    pushed: Arc<Pushed>,
     rigid_body: Option<Matrix6<f64>>,
     /// Which numbers of the actuator are fitted.
     pub(super) fits: [bool; Actuator::COUNT],
@@ -50,6 +51,26 @@ pub(super) struct Problem {
     pub(super) is_free: bool,
 }
 
+/// The force over every slice of all schedules, by the actuator that was asked for last: most passes
+/// ask for the same.
+#[derive(Default)]
+struct Pushed(Mutex<Option<(Actuator, Arc<[Vec<HeldForce>]>)>>);
+
+impl Pushed {
+    fn by(&self, actuator: &Actuator, schedules: &[Schedule]) -> Arc<[Vec<HeldForce>]> {
+        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match last.as_ref().filter(|(own, _)| own == actuator) {
+            Some((_, pushes)) => Arc::clone(pushes),
+            None => {
+                let of = |k: usize| actuator.pushes(&schedules[k].thrust, &schedules[k].slices);
+                let pushes: Arc<[_]> = in_threads(schedules.len(), of).into();
+                *last = Some((*actuator, Arc::clone(&pushes)));
+                pushes
+            }
+        }
+    }
+}
+
 /// The optimum.
 #[derive(Clone, Debug)]
 pub(super) struct Optimum<const N: usize> {
@@ -58,8 +79,17 @@ pub(super) struct Optimum<const N: usize> {
     pub(super) cost: f64,
     /// Fisher information of coefficients and currents, priors included.
     pub(super) information: DMatrix<f64>,
+    /// Fisher information of the logarithms of the noise; of motion left to itself, none.
+    pub(super) noise_information: DMatrix<f64>,
     /// Steps made.
     pub(super) iterations: usize,
+}
+
+/// What a descent does with the noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum WithNoise {
+    Fitted,
+    Kept,
 }
 
 /// Standard deviation of a current's component before anything is measured, m/s.
@@ -137,8 +167,9 @@ impl Problem {
             trials: records.iter().map(|record| record.trial.clone()).collect(),
             schedules: Schedule::whole(records, structure),
             pieces: are_enough.then_some(pieces),
+            pushed: Arc::default(),
             rigid_body,
-            fits: [has_force, has_force, has_thrusters, has_thrusters, has_thrusters],
+            fits: Actuator::fitted(has_force, has_thrusters, records.len()),
             has_thrusters,
             sample_noise: axes.iter().map(|dof| sample_noise(records, dof.index())).collect(),
             by_slope: std::array::from_fn(|k| records.iter().any(|record| record.by_slope[k])),
@@ -155,6 +186,7 @@ impl Problem {
             trials: Arc::clone(&self.trials),
             schedules: Arc::clone(&self.schedules),
             pieces: self.pieces.clone(),
+            pushed: Arc::clone(&self.pushed),
             rigid_body: self.rigid_body,
             fits: self.fits,
             has_thrusters: self.has_thrusters,
@@ -169,7 +201,7 @@ impl Problem {
     pub(super) fn in_pieces(&self) -> Option<Self> {
         let schedules = Arc::clone(self.pieces.as_ref()?);
         let whole = self.with_terms(self.structure.clone());
-        Some(Self { schedules, pieces: None, ..whole })
+        Some(Self { schedules, pieces: None, pushed: Arc::default(), ..whole })
     }
 
     pub(super) fn plant(&self, free: &DVector<f64>) -> Result<Plant, Error> {
@@ -188,11 +220,11 @@ impl Problem {
         plant: &Prepared<N>,
         work: impl Fn(usize, Pass<'_, N>) -> T + Sync,
     ) -> Vec<T> {
+        let pushes = self.pushed.by(&point.actuator, &self.schedules);
         in_threads(self.schedules.len(), |k| {
-            let schedule = &self.schedules[k];
-            let pushes = point.actuator.pushes(&schedule.thrust, &schedule.slices);
+            let (schedule, pushes) = (&self.schedules[k], &pushes[k]);
             let current = point.currents[schedule.trial];
-            work(k, Pass { plant, schedule, pushes: &pushes, current, noise: &point.noise })
+            work(k, Pass { plant, schedule, pushes, current, noise: &point.noise })
         })
     }
 
@@ -210,6 +242,7 @@ impl Problem {
             let trial = schedule.trial;
             let place = |k: usize| if k < p { k } else { 2 * trial + k };
             sum.cost += slope.cost;
+            sum.misfit += slope.misfit;
             for i in 0..p + 2 {
                 sum.gradient[place(i)] += slope.gradient[i];
                 for j in 0..p + 2 {
@@ -280,7 +313,7 @@ impl Problem {
 
     /// Whether output error is there if this does not settle: no second try is worth its time.
     pub(super) fn has_rival(&self) -> bool {
-        !self.is_free && !self.structure.signals().is_empty()
+        !self.is_free && self.structure.reads_beside_thrusters()
     }
 
     /// Goes from a start to the optimum, at first on pieces of the trials.
@@ -313,15 +346,37 @@ impl Problem {
         start: Point<N>,
         tolerance: Tolerance,
     ) -> Result<Optimum<N>, Error> {
+        self.descend(start, tolerance, WithNoise::Fitted)
+    }
+
+    /// The same with the noise as it is: for a plant that lacks little of the one it was fitted with.
+    ///
+    /// # Errors
+    /// As [`Self::descent`].
+    pub(super) fn descent_at_noise<const N: usize>(
+        &self,
+        start: Point<N>,
+        tolerance: Tolerance,
+    ) -> Result<Optimum<N>, Error> {
+        self.descend(start, tolerance, WithNoise::Kept)
+    }
+
+    fn descend<const N: usize>(
+        &self,
+        start: Point<N>,
+        tolerance: Tolerance,
+        noise: WithNoise,
+    ) -> Result<Optimum<N>, Error> {
         let refuse =
             |reason: &str| Error::Plant { axes: self.structure.name(), reason: reason.to_owned() };
         let tolerance = if self.is_free { tolerance.of_free() } else { tolerance };
         let mut point = start;
         let mut damping = DAMPING;
-        let mut noise_is_settled = false;
+        let mut noise_information = DMatrix::zeros(Noise::<N>::COUNT, Noise::<N>::COUNT);
+        let mut noise_is_settled = noise == WithNoise::Kept;
         for iterations in 0..MOST_STEPS {
             if !noise_is_settled {
-                noise_is_settled = self.step_noise(&mut point, tolerance);
+                noise_is_settled = self.step_noise(&mut point, tolerance, &mut noise_information);
             }
             let (slope, gains) = self
                 .by_plant(&point)
@@ -330,9 +385,11 @@ impl Problem {
             let is_last = gain < tolerance.plant;
             if is_last && noise_is_settled {
                 let Slope { cost, information, .. } = slope;
-                return Ok(Optimum { point, cost, information, iterations: iterations + 1 });
+                let iterations = iterations + 1;
+                return Ok(Optimum { point, cost, information, noise_information, iterations });
             }
-            noise_is_settled = is_last && self.step_noise(&mut point, tolerance);
+            noise_is_settled = noise == WithNoise::Kept
+                || is_last && self.step_noise(&mut point, tolerance, &mut noise_information);
         }
         Err(refuse(
             "the fit did not settle; leave terms out, or use trials with more variation of speed and turning",
@@ -352,7 +409,7 @@ impl Problem {
         let (numbers, limits) = (point.numbers(), self.limits(point));
         let parabola =
             Parabola::new((&gradient, &hessian), (&numbers, &limits), |k| self.is_held(point, k));
-        let at = self.at_gains(point, gains);
+        let at = slope.misfit + self.prior(point);
         let whole = parabola.step(LEAST_DAMPING);
         let expected = whole.map_or(f64::INFINITY, |step| 0.5 * parabola.promise(&step));
         while *damping < MOST_DAMPING {
@@ -407,12 +464,18 @@ impl Problem {
         (jacobian.transpose() * &slope.gradient, hessian)
     }
 
-    /// One step of the noise; whether it is settled.
-    fn step_noise<const N: usize>(&self, point: &mut Point<N>, tolerance: Tolerance) -> bool {
+    /// One step of the noise, whose information comes with it; whether it is settled.
+    fn step_noise<const N: usize>(
+        &self,
+        point: &mut Point<N>,
+        tolerance: Tolerance,
+        noise_information: &mut DMatrix<f64>,
+    ) -> bool {
         if self.is_free {
             return self.step_misfit(point, tolerance);
         }
         let Some(slope) = self.by_noise(point) else { return true };
+        noise_information.copy_from(&slope.information);
         let mut damping = DAMPING;
         let logarithms = point.noise.logarithms();
         let limits = self.noise_limits::<N>();

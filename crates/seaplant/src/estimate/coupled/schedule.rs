@@ -7,13 +7,18 @@ use nalgebra::{Matrix3x2, Vector6};
 
 use super::actuator::LoggedThrust;
 use crate::motion::{Slice, body_from_world, down_body, interpolated_attitude};
-use crate::plant::Structure;
+use crate::plant::{Signal, Structure};
 use crate::series::{ROUNDING_S, union};
 use crate::{CoupledRecord, Dof, Timed};
 
 /// The longest slice, s: a Runge–Kutta step of a vehicle that rolls at 4 rad/s is then right
 /// to 1e-4.
 const LONGEST_SLICE_S: f64 = 0.05;
+
+/// How far through some trials one is, from −½ of the first to ½ of the last; 0 of the only one.
+fn place(trial: usize, trials: usize) -> f64 {
+    if trials > 1 { trial as f64 / (trials - 1) as f64 - 0.5 } else { 0.0 }
+}
 
 /// Pieces of each trial, evenly spread, on which a fit begins, and what part of it they are.
 const PIECES: usize = 4;
@@ -49,7 +54,8 @@ impl Schedule {
     /// Cuts every record for a plant of some axes.
     pub(super) fn whole(records: &[&CoupledRecord], structure: &Structure) -> Arc<[Self]> {
         let of = |(trial, record): (usize, &&CoupledRecord)| {
-            Self::of(trial, record, &LoggedThrust::of(record), record.window_s, structure)
+            let thrust = LoggedThrust::of(record, place(trial, records.len()));
+            Self::of(trial, record, &thrust, record.window_s, structure)
         };
         records.iter().enumerate().filter_map(of).collect()
     }
@@ -59,7 +65,7 @@ impl Schedule {
     pub(super) fn pieces(records: &[&CoupledRecord], structure: &Structure) -> Arc<[Self]> {
         let of = |(trial, record): (usize, &&CoupledRecord)| {
             let (from, to) = record.window_s;
-            let thrust = LoggedThrust::of(record);
+            let thrust = LoggedThrust::of(record, place(trial, records.len()));
             let spacing = (to - from) / PIECES as f64;
             let piece = |k: usize| {
                 let middle = from + (k as f64 + 0.5) * spacing;
@@ -164,11 +170,11 @@ fn slice(record: &CoupledRecord, structure: &Structure, from: f64, h: f64) -> Sl
     };
     // Like force, a drive is that of the slice's middle.
     let held = record.signals_at(structure.signals(), instants[1]);
+    let changing = structure.signals().iter().enumerate().filter(|(_, x)| !x.is_held());
+    let changing: Vec<(usize, &Signal)> = changing.collect();
     let signals = |t: f64| {
-        let mut now = record.signals_at(structure.signals(), t);
-        for (k, _) in structure.signals().iter().enumerate().filter(|(_, x)| x.is_held()) {
-            now[k] = held[k];
-        }
+        let mut now = held.clone();
+        changing.iter().for_each(|(k, signal)| now[*k] = record.signal_at(signal, t));
         now
     };
     Slice {

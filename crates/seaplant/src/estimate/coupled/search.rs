@@ -76,7 +76,9 @@ pub(super) fn scores<const N: usize>(
     let of = |c: usize| {
         let cross = DVector::from_fn(rest.len(), |i, _| slope.information[(rest[i], c)]);
         let left = slope.information[(c, c)] - cross.dot(&(&own * &cross));
-        if left > COLLINEAR_PART * slope.information[(c, c)] {
+        let is_barred = slope.gradient[c] > 0.0
+            && matches!(candidates[c - p], Basis::Effect(k) if base.structure.effects()[k].is_positive());
+        if left > COLLINEAR_PART * slope.information[(c, c)] && !is_barred {
             slope.gradient[c].powi(2) / left
         } else {
             0.0

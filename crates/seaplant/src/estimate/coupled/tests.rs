@@ -63,7 +63,7 @@ fn of_thrusters(mut record: CoupledRecord) -> CoupledRecord {
         let track = ThrusterTrack::of_force(1.0, force.as_ref()?);
         let mut wrench = Vector6::zeros();
         wrench[axis] = 1.0;
-        Some(CoupledThruster { track, wrench })
+        Some(CoupledThruster { name: format!("{axis}"), track, wrench })
     };
     record.thrusters = record.force.iter().enumerate().filter_map(of).collect();
     record

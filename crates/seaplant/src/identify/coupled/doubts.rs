@@ -2,7 +2,7 @@
 
 use super::{Records, under_way};
 use crate::caveat::spoken;
-use crate::estimate::{CoupledFit, NEGLIGIBLE_POWER, damping_power};
+use crate::estimate::{Actuator, CoupledFit, NEGLIGIBLE_POWER, damping_power};
 use crate::judge::PREDICTS;
 use crate::plant::{Basis, EffectForce};
 use crate::results::{AxisScore, CoupledPlant, CoupledScore, ToldBy};
@@ -44,13 +44,14 @@ pub(super) fn doubts(
     all.extend(scores(plant));
     all.extend(not_white(fit));
     all.extend(another_power(fit));
+    all.extend(changing_thrust(fit));
     all.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
     all
 }
 
 /// That thrust is no square law, so that its scale depends on where its curve is right.
 fn another_power(fit: &CoupledFit) -> Option<Caveat> {
-    let (actuator, [.., exponent_std]) = (fit.actuator, fit.actuator_std);
+    let (actuator, [_, _, _, _, exponent_std, ..]) = (fit.actuator, fit.actuator_std);
     exponent_std.map(|_| {
         let at_half = 100.0 * (actuator.beyond_square.exp2() - 1.0).abs();
         let message = format!(
@@ -60,6 +61,41 @@ fn another_power(fit: &CoupledFit) -> Option<Caveat> {
         Caveat::warning(CaveatCode::ThrustScale, message)
     })
 }
+
+/// That thrust changes from the beginning of a trial to its end, or from the first trial to the last,
+/// so that its scale depends on when its curve is right.
+fn changing_thrust(fit: &CoupledFit) -> Option<Caveat> {
+    let Actuator { log_change_within, log_change_between, .. } = fit.actuator;
+    let [.., within_std, between_std] = fit.actuator_std;
+    let of = |change: f64, std: Option<f64>, over: &str| {
+        let said = format!(
+            "by {:+.0} ± {:.0} % {over}",
+            100.0 * change.exp_m1(),
+            196.0 * std? * change.exp()
+        );
+        (change.exp_m1().abs() > CHANGING_PART).then_some((change, said))
+    };
+    let found: Vec<(f64, String)> = [
+        of(log_change_within, within_std, "from the beginning to the end of each trial"),
+        of(log_change_between, between_std, "from the first trial to the last"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let said: Vec<&str> = found.iter().map(|(_, said)| said.as_str()).collect();
+    let to_mean: f64 = found.iter().map(|(change, _)| 0.5 * change).sum();
+    (!found.is_empty()).then(|| {
+        let message = format!(
+            "thrust changes {} beside what its log says, as with a battery that loses voltage; mass and drag are right if the thruster curve holds for the mean; if it holds at the beginning, they are {:+.0} % off; log the voltage or the propeller speed",
+            said.join(" and "),
+            100.0 * (-to_mean).exp_m1(),
+        );
+        Caveat::warning(CaveatCode::PlantDrifts, message)
+    })
+}
+
+/// A change of thrust below this part is none that a user minds.
+const CHANGING_PART: f64 = 0.05;
 
 fn untold(plant: &CoupledPlant) -> Option<Caveat> {
     let of = |told_by| {

@@ -306,6 +306,8 @@ impl<'a> Standing<'a> {
             log_reverse_ratio: ratio("reverse_ratio").ln(),
             log_lag_ratio: ratio("lag_ratio").ln(),
             beyond_square: exponent.map_or(0.0, |exponent| exponent.value - 2.0),
+            log_change_within: number("thrust_change_within").ln_1p(),
+            log_change_between: number("thrust_change_between").ln_1p(),
             full_speed: ratio("full_speed"),
         };
         Self { actuator, disturbances: None }
