@@ -101,8 +101,12 @@ impl Loop {
                 }
             }
             let pi = std::f64::consts::PI;
-            if (phase + pi) * (next + pi) <= 0.0 && now.norm() < 1.0 {
-                found.gain = found.gain.min(1.0 / now.norm());
+            if (phase + pi) * (next + pi) <= 0.0 {
+                let part = if turned == 0.0 { 1.0 } else { -(phase + pi) / turned };
+                let gain = before.norm().powf(1.0 - part) * now.norm().powf(part);
+                if gain < 1.0 {
+                    found.gain = found.gain.min(1.0 / gain);
+                }
             }
             (before, phase) = (now, next);
         }

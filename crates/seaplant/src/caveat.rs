@@ -119,6 +119,8 @@ pub enum CaveatCode {
     LagOrDelay,
     /// The lags of propeller and vehicle exchange: another mass explains the logs as well.
     LagOrMass,
+    /// Lag, delay, current and terms that another method found.
+    TakenFromAnother,
     /// Fits that a test of their difference does not suit.
     NotComparable,
     /// What the model fails to predict is correlated in time.

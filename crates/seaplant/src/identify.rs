@@ -130,7 +130,8 @@ pub fn identify_watched(
     let of = Dof::ALL.iter().filter(with_fits).count() * options.methods.len();
     let mut done = 0;
     for dof in Dof::ALL {
-        let work = Work { dof, vehicle, options, trials: &TrialsOf::new(dof, trials) };
+        let trials = &TrialsOf::new(dof, trials);
+        let work = Work { dof, vehicle, options, trials, batch: None };
         let recommended = work.unsteady(&mut found, &mut |method| {
             watch(Stage { dof, method, done, of });
             done += 1;
@@ -225,6 +226,8 @@ struct Work<'a> {
     vehicle: &'a Vehicle,
     options: &'a IdentifyOptions,
     trials: &'a TrialsOf<'a>,
+    /// What filter error found, for methods that go on from there.
+    batch: Option<&'a Fit>,
 }
 
 impl Work<'_> {
@@ -300,7 +303,9 @@ impl Work<'_> {
                 fit_output_error(dof, axes, chosen, &start, &options.output_error)
             }
             Method::Adaptive | Method::Recursive | Method::Ekf => {
-                fit_online(dof, method, axes, chosen, &options.online)
+                let found = self.batch.map_or(chosen, |batch| batch.terms);
+                let chosen = terms.unwrap_or(found);
+                fit_online(dof, method, axes, chosen, self.batch, &options.online)
             }
             Method::FilterError => {
                 let dry_mass_kg = self.vehicle.dry_mass_kg;
@@ -320,8 +325,10 @@ impl Work<'_> {
     /// Whether thrust acts later than it was logged, of each method that takes it as
     /// logged; the scan is one for all of them.
     fn lateness(&self, fits: &[(Fit, Vec<AxisRecord>)]) -> BTreeMap<Method, Caveat> {
-        let takes_as_logged =
-            |(fit, _): &&(Fit, Vec<AxisRecord>)| fit.method.takes_force_as_logged();
+        let takes_as_logged = |(fit, _): &&(Fit, Vec<AxisRecord>)| {
+            let goes_on = fit.method.scheme().is_some() && self.batch.is_some();
+            fit.method.takes_force_as_logged() && !goes_on
+        };
         let doubted: Vec<_> = fits.iter().filter(takes_as_logged).collect();
         let options = &self.options.equation_error;
         let Some((first, axes)) = doubted.first() else { return BTreeMap::new() };

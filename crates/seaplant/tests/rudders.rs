@@ -268,6 +268,9 @@ const SCHEMES: [Scheme; 3] = [Scheme::Adaptive, Scheme::Recursive, Scheme::Ekf];
 const NEAR: f64 = 0.12;
 const NEAR_FILTER: f64 = 0.25;
 
+/// Where only Coriolis forces tell the scale of sway and yaw.
+const NEAR_TORPEDO: f64 = 0.2;
+
 /// A plant with some coefficients held, taken in sample by sample.
 fn online(case: &Case, scheme: Scheme) -> Result<OnlineFit, seaplant::Error> {
     let trials = [("a", Role::Fit, 1), ("b", Role::Fit, 2)];
@@ -306,6 +309,18 @@ fn lift_is_found_sample_by_sample_where_only_surge_has_a_known_force() {
     }
     let message = online(&ship, Scheme::Adaptive).expect_err("no force").to_string();
     assert!(message.contains("sway and yaw") && message.contains("lift_slope"), "{message}");
+}
+
+#[test]
+fn a_torpedo_keeps_its_sway_mass_sample_by_sample() {
+    // Known force acts on surge alone; all else is told through its Coriolis forces.
+    let case = remus();
+    let found = online(&case, Scheme::Recursive).expect("determined").estimate.plant;
+    for (name, mass) in [("mass.surge", 31.41), ("mass.sway", 65.98), ("mass.yaw", 8.33)] {
+        let k = found.structure().names().iter().position(|known| known == name).expect("there");
+        let value = found.coefficients()[k];
+        assert!((value / mass - 1.0).abs() < NEAR_TORPEDO, "{name}: {value} of {mass}");
+    }
 }
 
 #[test]

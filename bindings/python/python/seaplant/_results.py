@@ -180,6 +180,7 @@ CaveatCode: TypeAlias = Literal[
     "thrust-between-samples",
     "lag-or-delay",
     "lag-or-mass",
+    "taken-from-another",
     "not-comparable",
     "residuals-not-white",
     "more-than-noise",

@@ -10,24 +10,28 @@
 //! Rudders, fins, propellers of unknown strength and wind are terms like any other, which read the
 //! signals of a sample; a coefficient that the structure holds stays as it is.
 
+mod acting;
 mod adaptive;
 mod change;
 mod factor;
+mod instruments;
 mod joint;
 pub(crate) mod logs;
 mod options;
 mod possible;
 mod recursive;
 mod sample;
+mod single;
 mod step;
 
 use nalgebra::{DMatrix, Vector6};
 
 pub use change::Change;
-pub use logs::{OnlineFit, OnlineHistory, fit_online, fit_online_coupled};
+pub use logs::{OnlineFit, OnlineHistory, fit_online_coupled};
 pub use options::{OnlineOptions, Scheme};
 pub use possible::Possible;
 pub use sample::{MOST_SIGNALS, Sample};
+pub use single::fit_online;
 
 use crate::Error;
 use crate::motion::Whole;
@@ -240,7 +244,8 @@ impl Online {
         self.step.take(last.as_ref(), &from, sample);
         self.elapsed_s += self.step.length_s;
         self.measure(&[Some(*sample), before, last]);
-        self.recursive.update(&self.step);
+        let simulates = self.elapsed_s >= self.options.start_s;
+        self.recursive.update(&self.step, &self.possible, simulates);
         let change = self.changed();
         self.follow();
         if change.is_some() {
@@ -318,6 +323,25 @@ impl Online {
             Engine::Ekf(Some(joint)) => joint.update(&self.step, &self.possible),
             Engine::Ekf(None) => {}
         }
+        if self.is_started && self.coefficients().iter().any(|x| !x.is_finite()) {
+            self.stop();
+        }
+    }
+
+    /// What ran away begins anew from least squares.
+    fn stop(&mut self) {
+        self.is_started = false;
+        match &mut self.engine {
+            Engine::Recursive => {}
+            Engine::Adaptive(adaptive) => adaptive.restart(),
+            Engine::Ekf(joint) => *joint = None,
+        }
+    }
+
+    /// Whether the scheme itself works yet; until then its estimates are those of least squares,
+    /// which make its start.
+    pub fn has_started(&self) -> bool {
+        self.is_started
     }
 
     /// The observer's rate that the noise of measured velocity allows, 1/s.

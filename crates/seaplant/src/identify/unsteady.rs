@@ -51,6 +51,11 @@ struct Bench {
 }
 
 impl Bench {
+    /// The trials that a plant is tested on: held out, or else fitted.
+    fn tested(&self) -> &[AxisRecord] {
+        if self.held_out.is_empty() { &self.fitted } else { &self.held_out }
+    }
+
     /// The usual speed; as a model simulates it where nobody measured it.
     fn speed_of(&self, model: &Model) -> f64 {
         match self.fitted.iter().any(AxisRecord::knows_velocity) {
@@ -77,24 +82,68 @@ impl Work<'_> {
                 return None;
             }
         };
-        let mut fits = Vec::new();
-        for method in self.methods() {
+        let (fits, batch) = self.fits(&bench, found, watch);
+        let own = Work { batch: batch.as_ref(), ..*self };
+        own.judge_all(fits, &bench, found)
+    }
+
+    /// The fit of every method, in the order that was asked for; with that of filter error, where
+    /// its plant is one that a vehicle can have.
+    ///
+    /// Methods that work sample by sample come after the others: they take thrust and water as
+    /// that fit found them.
+    fn fits(
+        &self,
+        bench: &Bench,
+        found: &mut Identification,
+        watch: &mut dyn FnMut(Method),
+    ) -> (Vec<(Fit, Vec<AxisRecord>)>, Option<Fit>) {
+        let asked = self.methods();
+        let mut order = asked.clone();
+        order.sort_by_key(|method| method.scheme().is_some());
+        let (mut fits, mut batch) = (Vec::new(), None);
+        for method in order {
             watch(method);
-            match self.fit(method, self.options.terms_for(self.dof)) {
-                Ok(fit) => fits.push(fit),
+            let work = Work { batch: batch.as_ref(), ..*self };
+            match work.fit(method, self.options.terms_for(self.dof)) {
+                Ok(fit) => {
+                    if method == Method::FilterError && self.is_possible(&fit.0, bench) {
+                        batch = Some(fit.0.clone());
+                    }
+                    fits.push(fit);
+                }
                 Err(error) => found.results.failures.push(self.failure(method.name(), &error)),
             }
         }
+        fits.sort_by_key(|(fit, _)| asked.iter().position(|method| *method == fit.method));
+        (fits, batch)
+    }
+
+    fn is_possible(&self, fit: &Fit, bench: &Bench) -> bool {
+        let model = fit.model();
+        let tested = score(&model, bench.tested(), &bench.nulls);
+        tested.is_ok_and(|tested| {
+            impossible(fit, self.vehicle, bench.speed_of(&model), &tested).is_none()
+        })
+    }
+
+    /// Judges every fit; with the recommended one.
+    fn judge_all(
+        &self,
+        fits: Vec<(Fit, Vec<AxisRecord>)>,
+        bench: &Bench,
+        found: &mut Identification,
+    ) -> Option<Fit> {
         let late = self.lateness(&fits);
         let mut judged = Vec::new();
         for (fit, axes) in fits {
             let method = fit.method;
-            match self.judged(fit, axes, &bench) {
+            match self.judged(fit, axes, bench) {
                 Ok(one) => judged.push(one),
                 Err(error) => found.results.failures.push(self.failure(method.name(), &error)),
             }
         }
-        self.recommend(judged, &bench, &late, found)
+        self.recommend(judged, bench, &late, found)
     }
 
     /// The methods that were asked for; of the default ones, those that these logs allow.

@@ -161,6 +161,25 @@ impl ReadyStretch {
             Motion::Acceleration(_) => Err(Error::NoVelocity),
         }
     }
+
+    /// Velocity as it was measured at each instant of a grid; where position was, what leads from
+    /// one instant to the next, in the middle between them.
+    ///
+    /// # Errors
+    /// [`Error::NoVelocity`] without either.
+    pub fn velocity_between(&self, grid: Grid) -> Result<(Grid, Vec<f64>), Error> {
+        let values = self.motion.series().interpolate(grid);
+        match self.motion {
+            Motion::Velocity(_) => Ok((grid, values)),
+            Motion::Position(_) => {
+                let slope = |pair: &[f64]| (pair[1] - pair[0]) / grid.period_s;
+                let start_s = grid.start_s + 0.5 * grid.period_s;
+                let between = Grid { start_s, len: grid.len.saturating_sub(1), ..grid };
+                Ok((between, values.windows(2).map(slope).collect()))
+            }
+            Motion::Acceleration(_) => Err(Error::NoVelocity),
+        }
+    }
 }
 
 impl ReadyAxis {

@@ -1,17 +1,12 @@
 //! Online identification over logs: trials one after the other, sample by sample.
 
-use nalgebra::{DMatrix, Matrix4, Vector6};
+use nalgebra::Vector6;
 
 use super::{Change, Online, OnlineEstimate, OnlineOptions, Sample, Scheme};
-use crate::estimate::{Fit, Method};
 use crate::motion::{down_body, interpolated_attitude};
-use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
-use crate::regression::LeastSquares;
+use crate::plant::{Basis, RigidBody, Signal, Structure};
 use crate::results::{OnlineHistory as HistoryResult, PlantChanged};
-use crate::terms::Term;
-use crate::{
-    AxisRecord, Caveat, CaveatCode, CoupledRecord, Dof, Error, Grid, LumpedParameters, Terms, Timed,
-};
+use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Error, Grid, Timed};
 
 /// What online identification of some trials ends with.
 #[derive(Clone, Debug)]
@@ -24,6 +19,8 @@ pub struct OnlineFit {
     pub changes: Vec<(String, Change)>,
     /// Samples taken.
     pub samples: usize,
+    /// Whether the scheme itself began; else the estimate is that of least squares.
+    pub has_started: bool,
 }
 
 /// Coefficients over time.
@@ -36,16 +33,24 @@ pub struct OnlineHistory {
 }
 
 /// A part of a trial without gaps.
-struct Stretch {
-    trial: String,
-    samples: Vec<Sample>,
+#[derive(Clone)]
+pub(super) struct Stretch {
+    pub(super) trial: String,
+    pub(super) samples: Vec<Sample>,
+}
+
+impl Stretch {
+    /// The steps between its samples, s.
+    pub(super) fn steps_s(&self) -> impl Iterator<Item = f64> + '_ {
+        self.samples.windows(2).map(|pair| pair[1].time_s - pair[0].time_s)
+    }
 }
 
 /// Instants that a history keeps.
 const INSTANTS: usize = 240;
 
 /// Stretches of fewer samples are left out.
-const LEAST_SAMPLES: usize = 30;
+pub(super) const LEAST_SAMPLES: usize = 30;
 
 /// Within this part of its last value a coefficient has settled.
 const SETTLED_PART: f64 = 0.05;
@@ -55,33 +60,6 @@ const SETTLED_BY: f64 = 0.9;
 
 /// A combination of coefficients with less information than this part is not told.
 const LEAST_EXCITATION: f64 = 1e-4;
-
-/// Samples of one degree of freedom are taken in as those of a plant of one axis.
-///
-/// # Errors
-/// [`Error::NoTrial`] without records; [`Error::TooShort`] for records that are shorter than the
-/// start; those of [`Online`].
-///
-/// # Source
-/// \[Smallwood2003\]: adaptive identification of one axis.
-pub fn fit_online(
-    dof: Dof,
-    method: Method,
-    axes: &[AxisRecord],
-    terms: Terms,
-    options: &OnlineOptions,
-) -> Result<Fit, Error> {
-    if axes.is_empty() {
-        return Err(Error::NoTrial { dof });
-    }
-    let scheme = method.scheme().unwrap_or_default();
-    let structure = single(dof, terms)?;
-    let stretches =
-        axes.iter().map(|axis| of_axis(dof, axis)).collect::<Result<Vec<_>, Error>>()?.concat();
-    let online = Online::new(structure, scheme, *options, None)?;
-    let fit = run(online, &stretches, options)?;
-    Ok(single_fit(dof, method, terms, &fit))
-}
 
 /// Takes the samples of coupled records in.
 ///
@@ -127,45 +105,6 @@ fn check_forces(structure: &Structure, records: &[&CoupledRecord]) -> Result<(),
         open.join(" and ")
     );
     Err(Error::Plant { axes: structure.name(), reason })
-}
-
-impl Clone for Stretch {
-    fn clone(&self) -> Self {
-        Self { trial: self.trial.clone(), samples: self.samples.clone() }
-    }
-}
-
-/// The plant of one axis with the terms asked for.
-fn single(dof: Dof, terms: Terms) -> Result<Structure, Error> {
-    let (linear, quadratic) = (Product::linear(dof), Product::quadratic(dof));
-    let structure = Structure::of(&[dof], Symmetry::Diagonal)?.without(|term| match term {
-        Basis::Product(_, product) if *product == linear => !terms.has(Term::Linear),
-        Basis::Product(_, product) if *product == quadratic => !terms.has(Term::Quadratic),
-        Basis::WeightExcess | Basis::Lever(_) | Basis::Effect(_) => true,
-        _ => false,
-    });
-    if terms.has(Term::Bias) { structure.with(Basis::One(dof)) } else { Ok(structure) }
-}
-
-fn of_axis(dof: Dof, axis: &AxisRecord) -> Result<Vec<Stretch>, Error> {
-    let unit = Vector6::from_fn(|i, _| f64::from(u8::from(i == dof.index())));
-    let stretches = axis.ready(LEAST_SAMPLES)?.stretches;
-    let of = |stretch: &crate::trial::ReadyStretch| {
-        let grid = stretch.grid;
-        let v = stretch.velocity(grid)?;
-        let tau = stretch.force(after(grid));
-        if v.iter().chain(tau.iter()).any(|x| !(x * x).is_finite()) {
-            return Err(Error::TooLarge { dof });
-        }
-        let samples = grid.times().zip(v.iter().zip(&tau)).map(|(time_s, (v, tau))| Sample {
-            time_s,
-            velocity: unit * *v,
-            force: unit * *tau,
-            ..Sample::default()
-        });
-        Ok(Stretch { trial: axis.trial.clone(), samples: samples.collect() })
-    };
-    stretches.iter().map(of).collect()
 }
 
 /// The grid whose intervals begin where those of another have their middle.
@@ -214,7 +153,8 @@ fn column(record: &CoupledRecord, signal: &Signal, grid: Grid) -> Result<Vec<f64
     Ok(if signal.is_held() { series.held_means(after(grid)) } else { series.interpolate(grid) })
 }
 
-fn run(
+/// Feeds stretches, one after the other.
+pub(super) fn run(
     mut online: Online,
     stretches: &[Stretch],
     options: &OnlineOptions,
@@ -245,7 +185,8 @@ fn run(
     }
     let estimate = online.estimate()?;
     history.push(online.elapsed_s, estimate.plant.coefficients());
-    Ok(OnlineFit { estimate, history, changes, samples })
+    let has_started = online.has_started();
+    Ok(OnlineFit { estimate, history, changes, samples, has_started })
 }
 
 impl OnlineHistory {
@@ -304,6 +245,13 @@ pub(crate) fn doubts(what: &str, names: &[String], fit: &OnlineFit) -> Vec<Cavea
         );
         all.push(Caveat::warning(CaveatCode::Collinear, message));
     }
+    if !fit.has_started {
+        let message = format!(
+            "{:.0} s of {what} motion do not determine every mass to 3 %, which the method starts from: the estimate is that of recursive least squares, its start; drive longer, or with more acceleration",
+            fit.estimate.elapsed_s
+        );
+        all.push(Caveat::warning(CaveatCode::ShortTrial, message));
+    }
     let unsettled = |k: &usize| fit.history.settled_s(*k).is_none();
     let late: Vec<&str> = (0..names.len()).filter(unsettled).map(|k| names[k].as_str()).collect();
     if !late.is_empty() {
@@ -322,75 +270,4 @@ fn worst(names: &[String], inflation: &[f64]) -> String {
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by(|a, b| inflation[*b].total_cmp(&inflation[*a]));
     order.iter().take(2).map(|k| names[*k].as_str()).collect::<Vec<_>>().join(" and ")
-}
-
-/// Which lumped parameter a term of one axis is.
-fn term_of(term: &Basis) -> Term {
-    match term {
-        Basis::Mass(..) => Term::Force,
-        Basis::Product(_, product)
-            if product.factors().count() + usize::from(product.speed() != 0) == 1 =>
-        {
-            Term::Linear
-        }
-        Basis::Product(..) => Term::Quadratic,
-        _ => Term::Bias,
-    }
-}
-
-/// As results name it.
-fn name_of(term: &Basis) -> &'static str {
-    match term_of(term) {
-        Term::Force => "mass",
-        Term::Quadratic => "quadratic_drag",
-        Term::Linear => "linear_drag",
-        Term::Bias => "bias_force",
-    }
-}
-
-fn single_fit(dof: Dof, method: Method, terms: Terms, fit: &OnlineFit) -> Fit {
-    let plant = &fit.estimate.plant;
-    let all = plant.structure().terms();
-    let names: Vec<String> = all.iter().map(|term| name_of(term).to_owned()).collect();
-    let (lumped, covariance) = lumped(plant, &fit.estimate.covariance);
-    let inflation = all.iter().zip(&fit.estimate.inflation);
-    let found = LeastSquares {
-        lumped,
-        covariance,
-        t_freedom: fit.samples as f64,
-        condition: (1.0 / fit.estimate.excitation.max(f64::MIN_POSITIVE)).sqrt(),
-        inflation: inflation
-            .map(|(term, x)| (term_of(term), *x))
-            .filter(|(term, _)| *term != Term::Bias)
-            .collect(),
-        samples: fit.samples,
-        effective_samples: fit.estimate.independent_samples,
-        residual_rms: fit.estimate.residual[dof.index()] * lumped.alpha,
-    };
-    let caveats = doubts(dof.name(), &names, fit);
-    let fitted = Fit::of_regression(dof, method, terms, found, Default::default(), caveats);
-    Fit { history: Some(fit.history.result(&names, fit)), ..fitted }
-}
-
-/// The lumped parameters of a plant of one axis, and their covariance.
-fn lumped(plant: &Plant, covariance: &DMatrix<f64>) -> (LumpedParameters, Matrix4<f64>) {
-    let places: Vec<usize> =
-        plant.structure().terms().iter().map(|term| term_of(term) as usize).collect();
-    // m, d_Q, d_L and b become α, β, μ and bias by the same formulas that lead back.
-    let (mut physical, mut of_physical) = ([0.0; 4], Matrix4::zeros());
-    for (a, &i) in places.iter().enumerate() {
-        physical[i] = plant.coefficients()[a];
-        for (b, &j) in places.iter().enumerate() {
-            of_physical[(i, j)] = covariance[(a, b)];
-        }
-    }
-    let [alpha, beta, mu, bias] = physical;
-    let physical = LumpedParameters { alpha, beta, mu, bias };
-    let lumped = LumpedParameters {
-        alpha: 1.0 / alpha,
-        beta: -beta / alpha,
-        mu: -mu / alpha,
-        bias: -bias / alpha,
-    };
-    (lumped, physical.physical_covariance(&of_physical))
 }

@@ -3,6 +3,8 @@
 use nalgebra::Vector6;
 
 use super::factor::Factor;
+use super::instruments::Instruments;
+use super::possible::Possible;
 use super::step::Step;
 
 /// Scaled by its diagonal, information has this added: what nothing tells stays near zero.
@@ -20,6 +22,9 @@ const COLOUR_LAGS: f64 = 3.0;
 /// A sample with less than this part of the usual power is one of rest.
 const REST_PART: f64 = 0.01;
 
+/// Of the power of what the coefficients explain, noise may have this part.
+const MOST_NOISE: f64 = 0.9;
+
 /// The longest such lag, samples.
 const MOST_LAGS: usize = 256;
 
@@ -29,7 +34,11 @@ struct Axis {
     terms: Vec<usize>,
     information: Vec<f64>,
     vector: Vec<f64>,
+    /// What noise adds to both: Σ (φ − z) φᵀ and Σ (φ − z) y, z the regressors of simulated motion.
+    excess: Vec<f64>,
+    excess_vector: Vec<f64>,
     row: Vec<f64>,
+    instrument: Vec<f64>,
     along: Vec<f64>,
     residual: f64,
     /// Mean squares of residual and terms.
@@ -44,8 +53,11 @@ struct Axis {
 /// Each column of the equation, force included, passes `1/(1 + s/ω)²`. Information is forgotten
 /// only along what a sample determines, so that rest forgets nothing.
 ///
+/// What noise adds to the products of regressors is taken off: with z the regressors of simulated
+/// motion, θ solves `Σ z φᵀ θ = Σ z y`, by one step of `Σ φ φᵀ θ ← Σ z y + Σ (φ − z) φᵀ θ` a sample.
+///
 /// # Source
-/// [Cao2000]: directional forgetting of the information matrix.
+/// [Cao2000]: directional forgetting of the information matrix; [Young2011]: instruments.
 pub(super) struct Recursive {
     cutoff_rad_s: f64,
     memory_s: f64,
@@ -55,6 +67,8 @@ pub(super) struct Recursive {
     sum: Vec<f64>,
     factor: Factor,
     theta: Vec<f64>,
+    before: Vec<f64>,
+    instruments: Instruments,
     /// The coefficients that are known.
     held: Vec<Option<f64>>,
     elapsed_s: f64,
@@ -74,7 +88,10 @@ impl Recursive {
             terms: touched[index].clone(),
             information: vec![0.0; touched[index].len().pow(2)],
             vector: vec![0.0; touched[index].len()],
+            excess: vec![0.0; touched[index].len().pow(2)],
+            excess_vector: vec![0.0; touched[index].len()],
             row: vec![0.0; touched[index].len()],
+            instrument: vec![0.0; touched[index].len()],
             along: vec![0.0; touched[index].len()],
             residual: 0.0,
             variance: 0.0,
@@ -91,6 +108,8 @@ impl Recursive {
             sum: vec![0.0; p * p],
             factor: Factor::of(p),
             theta: held.iter().map(|held| held.unwrap_or(0.0)).collect(),
+            before: vec![0.0; p],
+            instruments: Instruments::of(step),
             held,
             elapsed_s: 0.0,
             samples: 0,
@@ -102,11 +121,17 @@ impl Recursive {
         self.filtered.iter_mut().flatten().for_each(|column| *column = Vector6::zeros());
         self.force = [Vector6::zeros(); 2];
         self.axes.iter_mut().for_each(|axis| axis.past.clear());
+        self.instruments.restart();
     }
 
-    /// Takes a step in; the residuals of it, before it, are then [`Self::rows`].
-    pub(super) fn update(&mut self, step: &Step) {
-        self.filter(step);
+    /// Takes a step in; the residuals of it, before it, are then [`Self::rows`]. Motion is
+    /// simulated once the coefficients make a plant.
+    pub(super) fn update(&mut self, step: &Step, possible: &Possible, simulates: bool) {
+        let part = self.filter(step);
+        if simulates {
+            let measured = (part, &self.filtered);
+            self.instruments.update(step, &self.theta, possible, measured);
+        }
         let h = step.length_s;
         self.elapsed_s += h;
         self.samples += 1;
@@ -116,8 +141,10 @@ impl Recursive {
         let held = (self.elapsed_s.min(self.memory_s) / h).max(1.0);
         let lag = ((COLOUR_LAGS / (self.cutoff_rad_s * h)).ceil() as usize).clamp(1, MOST_LAGS);
         for axis in &mut self.axes {
-            for (x, k) in axis.row.iter_mut().zip(&axis.terms) {
-                *x = self.filtered[1][*k][axis.index];
+            let instruments = if simulates { &self.instruments.filtered } else { &self.filtered };
+            for (a, k) in axis.terms.iter().enumerate() {
+                axis.row[a] = self.filtered[1][*k][axis.index];
+                axis.instrument[a] = instruments[1][*k][axis.index];
             }
             let y = self.force[1][axis.index];
             axis.weigh(&self.theta, y, weight, lag);
@@ -127,7 +154,7 @@ impl Recursive {
         self.solve();
     }
 
-    fn filter(&mut self, step: &Step) {
+    fn filter(&mut self, step: &Step) -> f64 {
         let part = 1.0 - (-self.cutoff_rad_s * step.length_s).exp();
         let [first, second] = &mut self.filtered;
         for (k, (first, second)) in first.iter_mut().zip(second).enumerate() {
@@ -136,20 +163,42 @@ impl Recursive {
         }
         self.force[0] += (step.force - self.force[0]) * part;
         self.force[1] += (self.force[0] - self.force[1]) * part;
+        part
     }
 
-    /// θ of the information of all axes, each weighted by its residual.
+    /// θ of the information of all axes, each weighted by its residual; instruments that tell next
+    /// to nothing are left, and begin anew.
     fn solve(&mut self) {
+        self.before.copy_from_slice(&self.theta);
+        if self.step_to_solution() {
+            return;
+        }
+        for axis in &mut self.axes {
+            axis.excess.iter_mut().chain(&mut axis.excess_vector).for_each(|x| *x = 0.0);
+        }
+        self.instruments.restart();
+        self.before.fill(0.0);
+        self.step_to_solution();
+    }
+
+    /// A step of the iteration; whether it is one that converges.
+    fn step_to_solution(&mut self) -> bool {
         let p = self.theta.len();
+        let (mut power, mut noise) = (0.0, 0.0);
         self.sum.fill(0.0);
         self.theta.fill(0.0);
         for axis in self.axes.iter().filter(|axis| axis.is_scaled()) {
             let weight = 1.0 / axis.floored();
             let n = axis.terms.len();
             for (a, &i) in axis.terms.iter().enumerate() {
-                self.theta[i] += weight * axis.vector[a];
+                self.theta[i] += weight * (axis.vector[a] - axis.excess_vector[a]);
                 for (b, &j) in axis.terms.iter().enumerate() {
                     self.sum[i * p + j] += weight * axis.information[a * n + b];
+                    let excess = weight * axis.excess[a * n + b] * self.before[j];
+                    self.theta[i] += excess;
+                    noise += self.before[i] * excess;
+                    let own = weight * axis.information[a * n + b];
+                    power += self.before[i] * own * self.before[j];
                 }
             }
         }
@@ -165,6 +214,8 @@ impl Recursive {
         for (theta, held) in self.theta.iter_mut().zip(&self.held) {
             *theta = held.unwrap_or(*theta);
         }
+        let is_less = noise == 0.0 || noise.abs() < MOST_NOISE * power;
+        is_less && self.theta.iter().all(|theta| theta.is_finite())
     }
 
     /// The standard deviation of a coefficient if residuals were white; `scratch` has shape (p,).
@@ -187,7 +238,8 @@ impl Recursive {
     /// Keeps so much of what was learnt only.
     pub(super) fn forget(&mut self, keep: f64) {
         for axis in &mut self.axes {
-            axis.information.iter_mut().chain(&mut axis.vector).for_each(|x| *x *= keep);
+            let all = axis.information.iter_mut().chain(&mut axis.vector);
+            all.chain(&mut axis.excess).chain(&mut axis.excess_vector).for_each(|x| *x *= keep);
         }
     }
 
@@ -218,7 +270,8 @@ impl Recursive {
             let n = axis.terms.len();
             for (a, &i) in axis.terms.iter().enumerate() {
                 for (b, &j) in axis.terms.iter().enumerate() {
-                    sum[i * p + j] += weight * axis.information[a * n + b];
+                    let excess = 0.5 * (axis.excess[a * n + b] + axis.excess[b * n + a]);
+                    sum[i * p + j] += weight * (axis.information[a * n + b] - excess);
                 }
             }
         }
@@ -322,9 +375,13 @@ impl Axis {
             }
         }
         for a in 0..n {
+            let noise = self.row[a] - self.instrument[a];
             self.vector[a] += self.row[a] * y;
+            self.excess_vector[a] = keep * self.excess_vector[a] + noise * y;
             for b in 0..n {
                 self.information[a * n + b] += self.row[a] * self.row[b];
+                let excess = &mut self.excess[a * n + b];
+                *excess = keep * *excess + noise * self.row[b];
             }
         }
     }

@@ -13,6 +13,7 @@ use crate::plant::{Basis, Instant, Signal, Structure};
 ///
 /// with the integral by Simpson's rule: nothing is differentiated but what M multiplies, and
 /// that is an increment.
+#[derive(Clone)]
 pub(super) struct Step {
     structure: Structure,
     /// Which signals hold from one sample to the next.

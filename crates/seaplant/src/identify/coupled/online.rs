@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
+
 use super::{Records, coefficient_of, failure, score};
 use crate::estimate::CoupledFit;
 use crate::estimate::online::{OnlineFit, OnlineOptions, Scheme, fit_online_coupled, logs::doubts};
+use crate::motion::{body_from_world, interpolated_attitude};
 use crate::results::{CoupledOnline, Failure};
-use crate::{CoupledRecord, Error, IdentifyOptions, Method, Vehicle};
+use crate::{CoupledRecord, Error, IdentifyOptions, Method, Timed, Vehicle};
 
 /// The plants of the methods that were asked for, with the terms that filter error found, under
 /// thrust as it acts by what it found, scored with its currents; and which methods could
@@ -58,11 +61,33 @@ fn plant(
     Ok(plant)
 }
 
-/// A record with thrust as it acts.
+/// A record with thrust as it acts and velocity through the water.
 fn acting(found: &CoupledFit, record: &CoupledRecord) -> Result<CoupledRecord, Error> {
     // As it acts it is a wrench: what the thrusters do to it is done.
     let (force, thrusters) = (found.actuator.acting(record)?, Vec::new());
-    Ok(CoupledRecord { force, thrusters, ..record.clone() })
+    let velocity = through_water(record, found.current_of(&record.trial))?;
+    Ok(CoupledRecord { force, thrusters, velocity, ..record.clone() })
+}
+
+/// ν − R(η)ᵀ u_c of a current to the north and east, m/s.
+fn through_water(
+    record: &CoupledRecord,
+    [north, east]: [f64; 2],
+) -> Result<[Option<Timed>; 6], Error> {
+    let mut velocity = record.velocity.clone();
+    if [north, east] == [0.0; 2] {
+        return Ok(velocity);
+    }
+    for (axis, series) in velocity.iter_mut().take(3).enumerate() {
+        let Some(over_ground) = series else { continue };
+        let relative = over_ground.time_s().iter().zip(over_ground.values()).map(|(t, v)| {
+            let angles = record.attitude.each_ref().map(|x| interpolated_attitude(x.as_ref(), *t));
+            v - (body_from_world(angles) * Vector3::new(north, east, 0.0))[axis]
+        });
+        let relative: Vec<f64> = relative.collect();
+        *series = Some(Timed::new("velocity", over_ground.time_s(), relative)?);
+    }
+    Ok(velocity)
 }
 
 fn result(method: Method, fit: &OnlineFit) -> CoupledOnline {

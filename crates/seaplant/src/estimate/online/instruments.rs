@@ -1,0 +1,115 @@
+//! A motion that noise and unlogged forces do not touch, and its regressors.
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::Sample;
+use super::possible::Possible;
+use super::step::Step;
+
+/// Simulated velocity comes back to the measured one within so long, s: forces that wander more
+/// slowly hardly show in acceleration, and a plant that does not keep its course stays near.
+const BACK_S: f64 = 20.0;
+
+/// A simulation further off than so many times the usual speed begins anew.
+const FAR: f64 = 3.0;
+
+/// The plant as it is estimated, driven by the logged force.
+///
+/// Noise of velocity, and forces that nobody logs, are in the regressors as they are in the
+/// residual: least squares take their product for less mass. The regressors of the simulated motion
+/// have none of it.
+///
+/// # Source
+/// [Young2011]: instruments from the simulated plant.
+pub(super) struct Instruments {
+    step: Step,
+    velocity: Option<Vector6<f64>>,
+    rate: Vector6<f64>,
+    usual: Vector6<f64>,
+    theta: Vec<f64>,
+    /// Its regressors, filtered once and twice.
+    pub(super) filtered: [Vec<Vector6<f64>>; 2],
+}
+
+impl Instruments {
+    pub(super) fn of(step: &Step) -> Self {
+        let zeros = || vec![Vector6::zeros(); step.count()];
+        Self {
+            step: step.clone(),
+            velocity: None,
+            rate: Vector6::zeros(),
+            usual: Vector6::zeros(),
+            theta: vec![0.0; step.count()],
+            filtered: [zeros(), zeros()],
+        }
+    }
+
+    /// Begins anew from measured motion with the next step.
+    pub(super) fn restart(&mut self) {
+        self.velocity = None;
+    }
+
+    /// Takes a step in: `part` is that of the filter, `measured` are the filtered regressors of
+    /// measured motion, from which it begins.
+    pub(super) fn update(
+        &mut self,
+        step: &Step,
+        theta: &[f64],
+        possible: &Possible,
+        (part, measured): (f64, &[Vec<Vector6<f64>>; 2]),
+    ) {
+        self.theta.copy_from_slice(theta);
+        possible.project(&mut self.theta);
+        let h = step.length_s;
+        let square = |x: &Vector6<f64>| x.component_mul(x);
+        self.usual += (square(&step.velocity[2]) - self.usual) * (h / BACK_S).min(1.0);
+        let inverse = possible.mass(&self.theta).try_inverse();
+        let (Some(from), Some(inverse)) = (self.velocity, inverse) else {
+            return self.begin(step, measured);
+        };
+        let to = self.advance(step, from, &inverse);
+        for (k, first) in self.filtered[0].iter_mut().enumerate() {
+            *first += (self.step.column(k, &self.rate) - *first) * part;
+        }
+        let [first, second] = &mut self.filtered;
+        for (first, second) in first.iter().zip(second) {
+            *second += (*first - *second) * part;
+        }
+        let off = to - step.velocity[2];
+        let is_far =
+            (0..6).any(|i| step.own()[i] && !(off[i] * off[i] <= FAR * FAR * self.usual[i]));
+        if is_far {
+            return self.begin(step, measured);
+        }
+        self.velocity = Some(to - off * (1.0 - (-h / BACK_S).exp()));
+    }
+
+    fn begin(&mut self, step: &Step, measured: &[Vec<Vector6<f64>>; 2]) {
+        for (own, measured) in self.filtered.iter_mut().zip(measured) {
+            own.copy_from_slice(measured);
+        }
+        self.velocity = Some(step.velocity[2]);
+        self.rate = step.acceleration;
+    }
+
+    /// The simulated velocity at the end of a step.
+    fn advance(&mut self, step: &Step, from: Vector6<f64>, inverse: &Matrix6<f64>) -> Vector6<f64> {
+        let (h, own) = (step.length_s, step.own());
+        let of_plant = |simulated: Vector6<f64>, measured: &Vector6<f64>| {
+            Vector6::from_fn(|i, _| if own[i] { simulated[i] } else { measured[i] })
+        };
+        let sample = |at: usize, time_s: f64, velocity: Vector6<f64>| Sample {
+            time_s,
+            velocity: of_plant(velocity, &step.velocity[at]),
+            down_body: step.down_body[at],
+            force: step.force,
+            signals: step.signals[at],
+        };
+        let from_sample = sample(0, 0.0, from);
+        let to_sample = sample(2, h, from + self.rate * h);
+        self.step.take(None, &from_sample, &to_sample);
+        let rate = inverse * (step.force - self.step.resistance(&self.theta));
+        self.rate = of_plant(rate, &Vector6::zeros());
+        of_plant(from + self.rate * h, &step.velocity[2])
+    }
+}
