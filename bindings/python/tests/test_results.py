@@ -127,7 +127,9 @@ def test_nothing_is_written_over_what_seaplant_did_not_write(fit, dive, tmp_path
     elsewhere.mkdir()
     (tmp_path / "linked").mkdir()
     (tmp_path / "linked" / "figures").symlink_to(elsewhere)
-    with pytest.raises(sp.InputError, match="figures is a symbolic link, which may point elsewhere"):
+    with pytest.raises(
+        sp.InputError, match="figures is a symbolic link, which may point elsewhere"
+    ):
         fit.save(tmp_path / "linked")
     assert not list(elsewhere.iterdir())
 

@@ -124,15 +124,10 @@ impl Trial {
     ) -> Result<Self, Error> {
         let mut caveats = suspicious_units(&recording);
         caveats.extend(propeller::impossible(&recording, vehicle));
-        let of_units = caveats.clone();
         caveats.extend(coarse_thrust(&setup.name, &recording));
         mask(&mut recording, &mut caveats);
         let rates_hz = recording.iter().map(|(what, x)| (what.clone(), rate_hz(x))).collect();
-        let coupled_of = |axes: &Vec<Dof>| {
-            let mut record = CoupledRecord::new(&setup, &recording, vehicle, axes)?;
-            record.caveats.extend_from_slice(&of_units);
-            Ok(record)
-        };
+        let coupled_of = |axes: &Vec<Dof>| CoupledRecord::new(&setup, &recording, vehicle, axes);
         let coupled = setup.coupled.iter().map(coupled_of).collect();
         let (of_thrust, recording) =
             recording.into_iter().partition(|(quantity, _)| quantity.is_of_thrust());

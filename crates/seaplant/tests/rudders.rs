@@ -344,7 +344,7 @@ fn sway_and_yaw_without_surge_hold_part_of_munks_moment() {
     let plant = &results.coupled["sway-yaw"];
     let found = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::MunkMoment);
     let message = &found.expect("it drifts under way").message;
-    assert!(message.contains("surge is none of the plant's axes"), "{message}");
+    assert!(message.contains("surge is not among the plant's axes"), "{message}");
     // 180 kg m² with all three axes.
     let inertia = plant.parameters["mass.yaw"].value;
     assert!((inertia / 180.0 - 1.0).abs() > 0.05, "{inertia}");

@@ -93,7 +93,9 @@ def _check(folder: Path, path: str, listed: Mapping[str, Any], *, force: bool) -
     target = folder / path
     for inner in [folder / part for part in Path(path).parents if part != Path()]:
         if inner.is_symlink():
-            raise InputError(f"{inner} is a symbolic link, which may point elsewhere; remove it")
+            raise InputError(
+                f"{inner} is a symbolic link, which may point elsewhere; remove it"
+            )
     if target.is_dir():
         raise InputError(f"{target} is a folder where a file is needed; move it away")
     is_there = target.exists() or target.is_symlink()

@@ -68,6 +68,7 @@ __all__ = [
     "PrimeCoefficient",
     "PrimeSystem",
     "Provenance",
+    "Pusher",
     "RegressionResult",
     "Results",
     "RigidBodyResult",
@@ -888,8 +889,8 @@ class EffectForce(Record):
     """What scales with one coefficient."""
 
     kind: str
-    """One of lift, slipstream, race, steering, open-water, thrust, advance, astern, wind,
-    wind-across."""
+    """One of lift, slipstream, race, steering, open-water, thrust, advance, inflow, astern,
+    wind, wind-across."""
 
     foil: Foil | None = None
     """The rudder."""
@@ -914,6 +915,9 @@ class EffectForce(Record):
 
     position_m: Floats | None = None
     """Where it pushes, m."""
+
+    thrusters: tuple[Pusher, ...] | None = None
+    """The thrusters, at most 16."""
 
     way: Floats | None = None
     """Force and moment by axis."""
@@ -1539,6 +1543,20 @@ class Provenance(Record):
 
     seed: int | None
     """The seed of every random number; absent if none was drawn."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Pusher(Record):
+    """A thruster as inflow acts on it."""
+
+    name: str
+    """What channels call it."""
+
+    position_m: Floats
+    """Where it pushes, m."""
+
+    direction: Floats
+    """The way of positive thrust, a unit vector."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

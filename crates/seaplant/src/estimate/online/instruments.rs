@@ -76,9 +76,10 @@ impl Instruments {
             *second += (*first - *second) * part;
         }
         let off = to - step.velocity[2];
-        let is_far =
-            (0..6).any(|i| step.own()[i] && !(off[i] * off[i] <= FAR * FAR * self.usual[i]));
-        if is_far {
+        // What is no number is not near.
+        let is_near =
+            (0..6).all(|i| !step.own()[i] || off[i] * off[i] <= FAR * FAR * self.usual[i]);
+        if !is_near {
             return self.begin(step, measured);
         }
         self.velocity = Some(to - off * (1.0 - (-h / BACK_S).exp()));
