@@ -113,6 +113,8 @@ pub enum CaveatCode {
     InstrumentsDisagree,
     /// The filter could not be as designed at this sampling rate.
     SampledSlowly,
+    /// Terms that were decided on a part of a long record.
+    SearchedOnPart,
     /// Thrust that was logged slowly and changed in between.
     ThrustBetweenSamples,
     /// Thrust acts later than it was logged.

@@ -94,7 +94,9 @@ pub fn fit_filter_error(
     let all_of = |axes: &[AxisRecord], kind| -> Vec<Record> {
         axes.iter().map(|axis| Record::of(axis, kind)).collect()
     };
-    let mut unsteady = all_of(axes, Kind::Unsteady);
+    let whole = all_of(axes, Kind::Unsteady);
+    let mut unsteady = part_to_search(&whole).unwrap_or_else(|| whole.clone());
+    let is_part = samples_of(&unsteady) < samples_of(&whole);
     let mut others = all_of(records.hold_out, Kind::Unsteady);
     let first = Beginning::of(axes, start, records.dry_mass_kg);
     let can_be = |candidate: &&Candidate| {
@@ -125,13 +127,26 @@ pub fn fit_filter_error(
     if !fitted.optimum.converged {
         return Err(Error::NotConverged { dof, iterations: fitted.optimum.iterations });
     }
+    let (of_search, on_part) = (fitted.clone(), search.clone());
     // A model that knows more takes less for a spike.
-    let mut clean = unsteady.clone();
-    let found = |k, _: &Record| fitted.problem.innovations(&fitted.optimum.theta, k);
-    let more = strike_out(&mut clean, found);
-    spiked += more;
+    let (mut clean, more);
+    if is_part {
+        clean = whole;
+        let Fitted { problem, optimum } = &fitted;
+        more =
+            strike_out(&mut clean, |_, own| innovations_of_another(problem, &optimum.theta, own));
+        spiked = more;
+    } else {
+        clean = unsteady.clone();
+        let found = |k, _: &Record| fitted.problem.innovations(&fitted.optimum.theta, k);
+        more = strike_out(&mut clean, found);
+        spiked += more;
+    }
     let search = Search { records: &clean, ..search.clone() };
-    let fitted = if more == 0 { fitted } else { search.again(&fitted) };
+    let fitted = if more == 0 && !is_part { fitted } else { search.again(&fitted) };
+    if is_part && !fitted.optimum.converged {
+        return Err(Error::NotConverged { dof, iterations: fitted.optimum.iterations });
+    }
     let mut fit = into_fit(dof, &fitted, structure, axes)?;
     if !records.steady.is_empty() {
         let steady = all_of(records.steady, Kind::Steady);
@@ -144,9 +159,38 @@ pub fn fit_filter_error(
     fit.caveats.extend(hidden_drag(&fit, axes));
     fit.caveats.extend(struck_out(dof, spiked, &clean));
     if !candidates.is_empty() {
-        fit.caveats.extend(lag_or_mass(&fit, &fitted, &search));
+        let (fitted, search) = if is_part { (&of_search, &on_part) } else { (&fitted, &search) };
+        fit.caveats.extend(lag_or_mass(&fit, fitted, search));
+    }
+    if is_part {
+        fit.caveats.push(searched_on_part(dof, samples_of(&unsteady), samples_of(&clean)));
     }
     Ok(fit)
+}
+
+/// Of more samples than this, what the model has is searched on a part: the search takes a hundred
+/// times what the last fit does, and more samples hardly change which terms there are.
+const MOST_SEARCHED: usize = 40_000;
+
+fn samples_of(records: &[Record]) -> usize {
+    records.iter().map(Record::samples).sum()
+}
+
+/// Evenly spread pieces of long records; `None` of short ones, and where a piece has nothing to
+/// start from.
+fn part_to_search(records: &[Record]) -> Option<Vec<Record>> {
+    let part = MOST_SEARCHED as f64 / samples_of(records) as f64;
+    if part >= 1.0 {
+        return None;
+    }
+    records.iter().map(|record| record.spread(part)).collect()
+}
+
+fn searched_on_part(dof: Dof, part: usize, whole: usize) -> Caveat {
+    let message = format!(
+        "which terms the model of {dof} has was decided on {part} of {whole} samples, in pieces spread over the record; the numbers are fitted to all of them"
+    );
+    Caveat::note(CaveatCode::SearchedOnPart, message)
 }
 
 /// Strikes out what the simplest model takes for spikes, from fitted and held-out records; how

@@ -100,6 +100,13 @@ impl Record {
         }
     }
 
+    /// Evenly spread pieces that hold a part of it; `None` if velocity was not measured, so that a
+    /// piece has nothing to start from.
+    pub(crate) fn spread(&self, part: f64) -> Option<Self> {
+        let pieces = self.parts.iter().map(|own| own.pieces(part)).collect::<Option<Vec<_>>>()?;
+        Some(Self { parts: pieces.concat(), ..self.clone() })
+    }
+
     /// How many measurements there are.
     pub(crate) fn samples(&self) -> usize {
         self.parts.iter().map(|part| part.measurements.samples()).sum()
@@ -169,7 +176,29 @@ impl Part {
         };
         Self { measurements, start }
     }
+
+    /// Evenly spread pieces that hold a part of it, each with a start of its own.
+    fn pieces(&self, part: f64) -> Option<Vec<Self>> {
+        let velocity = self.measurements.velocity()?;
+        let (from_s, length_s) = (velocity.first_s(), velocity.last_s() - velocity.first_s());
+        let count = (part * length_s / PIECE_S).ceil().max(1.0);
+        let spread = self.start.velocity_variance.sqrt();
+        let piece = |k: usize| {
+            let middle_s = from_s + (k as f64 + 0.5) * length_s / count;
+            let half_s = 0.5 * part * length_s / count;
+            let measurements = self.measurements.window(middle_s - half_s, middle_s + half_s);
+            Self::of(measurements, Some(velocity), spread)
+        };
+        let pieces = (0..count as usize).map(piece);
+        Some(pieces.filter(|piece| piece.measurements.samples() >= LEAST_OF_PIECE).collect())
+    }
 }
+
+/// How long the pieces of a long record are, s: many time constants of a vehicle.
+const PIECE_S: f64 = 120.0;
+
+/// A piece with fewer measurements says nothing.
+const LEAST_OF_PIECE: usize = 30;
 
 /// Whose a number is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -92,7 +92,7 @@ impl Measurements {
         parts.filter(|part| part.samples() >= LEAST_SAMPLES).collect()
     }
 
-    fn window(&self, from_s: f64, to_s: f64) -> Self {
+    pub(crate) fn window(&self, from_s: f64, to_s: f64) -> Self {
         let cut = |series: &Timed| series.window(from_s, to_s);
         let velocity = self.velocity.as_ref().and_then(cut);
         let before = |velocity: &Timed| velocity.time_s().partition_point(|t| *t < from_s);
