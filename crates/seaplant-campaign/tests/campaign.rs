@@ -268,7 +268,7 @@ fn a_flow_at_a_rudder_needs_a_propeller_by_its_open_water_curve() {
     let message = rudder(flow, quadratic);
     assert!(message.contains("helm") && message.contains("open-water"), "{message}");
     let message = rudder(&flow.replace("0.5, flow", "-0.5, flow"), OPEN_WATER);
-    assert!(message.contains("straightening must not be below 0"), "{message}");
+    assert!(message.contains("straightening of its flow must not be negative"), "{message}");
     let message = rudder(&flow.replace("0.5, flow", "\"all\", flow"), OPEN_WATER);
     assert!(message.contains("from starboard, from port"), "{message}");
 }

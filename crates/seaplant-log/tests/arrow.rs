@@ -163,7 +163,7 @@ fn a_compression_that_is_not_read_is_named() {
     assert_eq!(
         without_folder(&error.to_string(), &path),
         "brotli.parquet is a Parquet file with BROTLI(BrotliLevel(1)) compression, which is not \
-         read; write it with zstd, snappy, gzip or lz4"
+         supported; write it with zstd, snappy, gzip or lz4"
     );
 }
 

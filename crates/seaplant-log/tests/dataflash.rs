@@ -120,9 +120,9 @@ fn what_cannot_be_read_is_told_and_the_rest_is_read() {
         [
             "odd.BIN: times are seconds since the autopilot started, which was \
              2022-03-09T23:59:32Z by satellite",
+            "odd.BIN: \"NEW\" has fields of an unknown type; left out",
             "odd.BIN: \"BARE\" has no time of its own; left out",
             "odd.BIN: \"LONG\" is of a type whose fields contradict its length; left out",
-            "odd.BIN: \"NEW\" has fields of an unknown type; left out",
         ]
     );
 }

@@ -234,7 +234,7 @@ fn what_a_file_holds_in_place_of_numbers_is_told() {
         failure(&made.file("table.mat")),
         "table.mat is a file of arrays without a series of numbers (\"trials\" is an object, such \
          as a table, timetable, datetime or string: save its columns as arrays of numbers, times by \
-         posixtime or seconds), which is not read; save each series as an array of numbers, with \
+         posixtime or seconds), which is not supported; save each series as an array of numbers, with \
          one of times beside it"
     );
     let message = failure(&made.file("datetime.mat"));

@@ -91,7 +91,7 @@ fn sentences_without_a_time_before_them_lie_between_those_with_utc() {
     assert_eq!(
         failure(&made.file("timeless.log")),
         "timeless.log is NMEA 0183 text without a time in any sentence or before it, which is not \
-         read; log again with the time of receipt before each sentence, or with RMC or ZDA \
+         supported; log again with the time of receipt before each sentence, or with RMC or ZDA \
          sentences among them"
     );
 }

@@ -97,6 +97,6 @@ fn an_archive_in_an_archive_in_an_archive_is_refused() {
     let error = read(sample.path(), &ReadOptions::default()).unwrap_err();
     assert_eq!(
         without_folder(&error.to_string(), sample.path()),
-        "log.gz is an archive in archives in archives, which is not read; unpack it first"
+        "log.gz is an archive in archives in archives, which is not supported; unpack it first"
     );
 }

@@ -293,7 +293,7 @@ fn messages_that_do_not_fit_their_definition_are_counted() {
     let error = file("float32 a\n", &[&[0; 12], &[0; 12]]).unwrap_err();
     assert!(error.to_string().ends_with(
         "a.mcap is an MCAP file in which \"/a\" has messages that are not as their definition \
-         says, which is not read; record topics of numbers as ROS messages, with their definitions"
+         says, which is not supported; record topics of numbers as ROS messages, with their definitions"
     ));
 }
 
@@ -319,12 +319,12 @@ fn what_is_no_bag_is_refused() {
     };
     assert_eq!(
         refused(b"\x89MCAP9\r\n\0\0\0"),
-        "a.log is an MCAP file of an unknown version, which is not read; convert it with the \
+        "a.log is an MCAP file of an unknown version, which is not supported; convert it with the \
          `mcap` command, or copy it again if it is damaged"
     );
     assert_eq!(
         refused(b"#ROSBAG V1.2\n\0\0\0"),
-        "a.log is a ROS 1 bag of another version than 2.0, which is not read; run `rosbag \
+        "a.log is a ROS 1 bag of another version than 2.0, which is not supported; run `rosbag \
          migrate` on it, or copy it again if it is damaged"
     );
     assert_eq!(
@@ -337,7 +337,7 @@ fn what_is_no_bag_is_refused() {
     assert_eq!(
         refused(&file.finish()),
         "a.log is an MCAP file in which \"/scan\" has no message encoding of ROS, which is not \
-         read; record topics of numbers as ROS messages, with their definitions"
+         supported; record topics of numbers as ROS messages, with their definitions"
     );
 }
 
@@ -409,7 +409,7 @@ fn a_packing_that_is_not_known_is_named() {
     let error = read(sample.path(), &ReadOptions::default()).unwrap_err();
     assert_eq!(
         without_folder(&error.to_string(), sample.path()),
-        "a.mcap is an MCAP file whose chunks are packed by \"lzo\", which is not read; convert it: \
+        "a.mcap is an MCAP file whose chunks are packed by \"lzo\", which is not supported; convert it: \
          `mcap convert` or `mcap compress` write zstd"
     );
 }

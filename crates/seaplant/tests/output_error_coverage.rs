@@ -110,6 +110,7 @@ fn record(name: &str, seed: u64) -> CoupledRecord {
         signals: BTreeMap::from([
             (Signal::Angle { kind: Surface::Rudder, name: "rudder".into() }, series(angle.clone())),
             (Signal::Drive("propeller".into()), drive),
+            (Signal::PropellerSpeed("propeller".into()), series(shaft.clone())),
         ]),
         ..Inputs::default()
     };

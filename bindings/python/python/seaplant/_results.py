@@ -178,6 +178,7 @@ CaveatCode: TypeAlias = Literal[
     "tilted-accelerometer",
     "instruments-disagree",
     "sampled-slowly",
+    "searched-on-part",
     "thrust-between-samples",
     "lag-or-delay",
     "lag-or-mass",

@@ -90,7 +90,11 @@ fn init_does_not_write_over_files_unless_told_to() {
         "./vehicle.toml exists; choose another --out, or overwrite it with --force"
     );
     workshop.success(&["init", "log.csv", "--force"]);
-    assert!(workshop.read("vehicle.toml").starts_with("# The vehicle, begun from its log."));
+    assert!(
+        workshop
+            .read("vehicle.toml")
+            .starts_with("# A first version of the vehicle, from its log.")
+    );
 }
 
 #[test]

@@ -258,7 +258,7 @@ mod tests {
             said(|s| s.thrust_exponent = 0.0),
             "the twin's strength.thrust_exponent is 0; it must be from 1 to 3"
         );
-        assert!(said(|s| s.stamp_jitter_s = 0.05).contains("change places"));
+        assert!(said(|s| s.stamp_jitter_s = 0.05).contains("keep their order"));
         assert!(said(|s| s.swell_damping = f64::NAN).contains("swell_damping is NaN"));
         assert!(said(|s| s.sag_part = 1.0).contains("from 0 to 0.9"));
         assert!(said(|s| s.dvl_scale_error = -1.0).contains("from −0.5 to 0.5"));
