@@ -64,7 +64,7 @@ const LEAST_EXCITATION: f64 = 1e-4;
 /// Takes the samples of coupled records in.
 ///
 /// # Errors
-/// As [`fit_online`]; [`Error::MissingChannel`] if a record lacks what the plant's effects read;
+/// As [`fit_online`](super::fit_online); [`Error::MissingChannel`] if a record lacks what the plant's effects read;
 /// [`Error::Plant`] for axes on which no known force acts, which the adaptive observer needs.
 pub fn fit_online_coupled(
     structure: &Structure,
