@@ -139,6 +139,7 @@ fn noise() -> Noise<3> {
         disturbance: [0.5, 0.4, 0.02].into(),
         correlation_s: [4.0, 6.0, 3.0].into(),
         velocity: [0.006, 0.005, 0.004].into(),
+        drift: Some(filter::Drift { std_m_s: 0.03, correlation_s: 25.0 }),
     }
 }
 
