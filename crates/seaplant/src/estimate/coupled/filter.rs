@@ -247,6 +247,7 @@ struct Transition<const N: usize> {
     by_velocity: SMatrix<f64, N, N>,
     by_disturbance: SMatrix<f64, N, N>,
     fade: SVector<f64, N>,
+    /// 1 of a constant current.
     fade_of_water: f64,
 }
 
@@ -555,6 +556,17 @@ impl<const N: usize> Pass<'_, N> {
     }
 }
 
+/// The mean of a matrix and its transpose.
+fn symmetrise<const N: usize>(matrix: &mut SMatrix<f64, N, N>) {
+    for j in 0..N {
+        for i in 0..j {
+            let mean = 0.5 * (matrix[(i, j)] + matrix[(j, i)]);
+            matrix[(i, j)] = mean;
+            matrix[(j, i)] = mean;
+        }
+    }
+}
+
 fn half_log(e: f64, variance: f64) -> f64 {
     0.5 * (variance.ln() + e * e / variance)
 }
@@ -596,6 +608,9 @@ impl<const N: usize> Covariance<N> {
         subtract_outer(&mut self.vv, &a.velocity, &b.velocity);
         subtract_outer(&mut self.vf, &a.velocity, &b.disturbance);
         subtract_outer(&mut self.ff, &a.disturbance, &b.disturbance);
+        if b.water == Vector2::zeros() {
+            return;
+        }
         self.vw -= a.velocity * b.water.transpose();
         self.fw -= a.disturbance * b.water.transpose();
         self.ww -= a.water * b.water.transpose();
@@ -620,7 +635,13 @@ impl<const N: usize> Covariance<N> {
                 self.ff[(i, j)] = fade[i] * self.ff[(i, j)] * fade[j] + process.ff[(i, j)];
             }
         }
-        self.predict_water(step, process);
+        // Measurements take nothing of what rounding makes of it that is not symmetric, and where
+        // motion is unstable, as by Munk's moment, that grows until variances are negative.
+        symmetrise(&mut self.vv);
+        symmetrise(&mut self.ff);
+        if step.fade_of_water < 1.0 {
+            self.predict_water(step, process);
+        }
     }
 
     fn predict_water(&mut self, step: &Transition<N>, process: &Self) {
