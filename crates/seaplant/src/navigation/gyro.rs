@@ -152,7 +152,7 @@ impl Spans {
 }
 
 /// The noise of one sample, from third differences, whose variance is 20 σ².
-fn sample_noise(series: &Timed) -> f64 {
+pub(crate) fn sample_noise(series: &Timed) -> f64 {
     let thirds = series.values().windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]);
     rms(thirds) / 20_f64.sqrt()
 }

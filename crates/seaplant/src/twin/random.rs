@@ -35,7 +35,7 @@ fn fnv_1a(parts: &[&str]) -> u64 {
 }
 
 /// A draw from the standard normal distribution.
-pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
+pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     rng.sample(StandardNormal)
 }
 

@@ -7,12 +7,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::plant_of_result;
-use crate::estimate::{Actuator, AxisNoise, CoupledFit, CurrentDrift};
+use crate::estimate::{Actuator, CoupledFit};
 use crate::motion::{Inputs, Simulated, body_from_world, interpolated_attitude, simulate};
+use crate::navigation::sample_noise;
 use crate::plant::Plant;
 use crate::results::{AxisScore, CoupledPlant, CoupledScore};
 use crate::series::union;
-use crate::twin::random::gauss_markov;
+use crate::twin::random::{gauss_markov, normal};
 use crate::{Agreement, Comparison, CoupledRecord, Dof, Error, Method, ScoredMotion, Timed, Trial};
 
 /// Sums that make a score.
@@ -143,8 +144,9 @@ fn mean_current(result: &CoupledPlant) -> [f64; 2] {
 
 /// Simulates trials freely from their start, with thrust as it acts, and compares velocities.
 ///
-/// The plant is simulated once more with a draw of the disturbance that was found on each axis:
-/// so far does that alone take the true plant from what is measured.
+/// The plant is simulated again with draws of what nobody knows: the disturbance that was found on
+/// each axis, the start, the coefficients within their covariance. So far does that alone take the
+/// true plant from what is measured, and far where motion is unstable.
 ///
 /// # Errors
 /// [`Error::Plant`] if M is singular; a simulation that diverges is no error but has no score.
@@ -188,12 +190,12 @@ struct AxisMotion {
     measured: Timed,
     /// At the instants of `measured`; `None` if the simulation runs away.
     simulated: Option<Vec<f64>>,
-    /// The same with a draw of the disturbance; `None` also where none is known.
-    disturbed: Option<Vec<f64>>,
+    /// The same with each draw of what is not known that does not run away.
+    drawn: Vec<Vec<f64>>,
 }
 
-/// Simulates a trial freely from its start, with thrust as it acts, and once more with a draw of
-/// the disturbance of each axis and of how the current changes.
+/// Simulates a trial freely from its start, with thrust as it acts, and again with draws of what is
+/// not known.
 fn motions(
     plant: &Plant,
     stands: &Standing<'_>,
@@ -215,30 +217,32 @@ fn motions(
     let start =
         Vector6::from_fn(|k, _| record.velocity[k].as_ref().map_or(0.0, |series| series.at(first)));
     let inputs = stands.inputs(record, current)?;
-    let followed = |inputs: &Inputs| match simulate(plant, inputs, &start, &times) {
+    let followed = |plant: &Plant, inputs: &Inputs, start: &Vector6<f64>| match simulate(
+        plant, inputs, start, &times,
+    ) {
         Ok(simulated) => Ok(Some(simulated)),
         Err(Error::Diverged { .. }) => Ok(None),
         Err(other) => Err(other),
     };
-    let simulated = followed(&inputs)?;
-    let disturbed = match stands.disturbed(&inputs, record)? {
-        Some(inputs) => followed(&inputs)?,
-        None => None,
-    };
-    let water = stands.water(record)?;
+    let simulated = followed(plant, &inputs, &start)?;
+    let mut drawn = Vec::new();
+    for draw in stands.draws() {
+        let (plant, inputs, start) = draw.of(plant, &inputs, &start, record)?;
+        let water = draw.water(record)?;
+        drawn.extend(followed(&plant, &inputs, &start)?.map(|motion| (motion, water)));
+    }
     let motion = |(dof, measured): (Dof, Timed)| {
         let at = |t: &f64| times.partition_point(|known| known < t);
         let places: Vec<usize> = measured.time_s().iter().map(at).collect();
-        let of = |found: &Option<Simulated>| {
-            let found = found.as_ref()?;
-            Some(places.iter().map(|k| found.velocity[*k][dof.index()]).collect())
+        let of = |found: &Simulated| -> Vec<f64> {
+            places.iter().map(|k| found.velocity[*k][dof.index()]).collect()
         };
-        let mut disturbed: Option<Vec<f64>> = of(&disturbed);
-        if let (Some(disturbed), Some(water)) = (&mut disturbed, &water) {
-            let own = measured.time_s().iter().map(|t| water.seen(record, dof, *t));
-            disturbed.iter_mut().zip(own).for_each(|(v, own)| *v += own);
-        }
-        AxisMotion { dof, simulated: of(&simulated), disturbed, measured }
+        let in_water = |(found, water): &(Simulated, Option<Water>)| {
+            let seen = |t: f64| water.as_ref().map_or(0.0, |water| water.seen(record, dof, t));
+            of(found).iter().zip(measured.time_s()).map(|(v, t)| v + seen(*t)).collect()
+        };
+        let drawn = drawn.iter().map(in_water).collect();
+        AxisMotion { dof, simulated: simulated.as_ref().map(of), drawn, measured }
     };
     Ok(measured.into_iter().map(motion).collect())
 }
@@ -255,13 +259,17 @@ impl AxisMotion {
             let places = few[0].0..few[0].0 + few.len();
             let part = 1.0 / few.len() as f64;
             let mean = |x: &[f64]| part * x[places.clone()].iter().sum::<f64>();
-            let of = |x: &Option<Vec<f64>>| x.as_deref().map(mean);
-            let (model, other) = (of(&self.simulated), of(&self.disturbed));
+            let model = self.simulated.as_deref().map(mean);
             sums.add(model, mean(series.values()));
             // What one slope is too large by its neighbour is too small by: their sum has the noise
             // of one.
             let noise = MEAN_OF_NORMAL * part * slopes.unwrap_or(0.0);
-            sums.disturbed += model.zip(other).map_or(f64::NAN, |(a, b)| (a - b).hypot(noise));
+            let off = self
+                .drawn
+                .iter()
+                .map(|other| model.map_or(f64::NAN, |model| (mean(other) - model).hypot(noise)));
+            // Nothing is known where there are no draws.
+            sums.disturbed += off.sum::<f64>() / self.drawn.len() as f64;
         }
         sums
     }
@@ -273,13 +281,11 @@ const MEAN_OF_NORMAL: f64 = 0.797_884_56;
 /// Slopes of positions are compared as means over so long, s, in which their noise cancels.
 const SPAN_OF_SLOPES_S: f64 = 1.0;
 
-/// What stands beside a plant: how thrust acts, and what disturbs each axis.
+/// What stands beside a plant: how thrust acts, and what is not known.
 pub(super) struct Standing<'a> {
     actuator: Actuator,
-    /// None where the fit knows none.
-    disturbances: Option<&'a BTreeMap<Dof, AxisNoise>>,
-    /// How the current changes, if it does.
-    drift: Option<CurrentDrift>,
+    /// The fit, where it knows what disturbs the axes.
+    fit: Option<&'a CoupledFit>,
 }
 
 /// A draw of how the current changes: north and east, m/s.
@@ -306,18 +312,26 @@ const LEAST_DRAW_S: f64 = 0.05;
 /// The draws are the same at every call.
 const DRAW_SEED: u64 = 5;
 
+/// How many there are.
+const DRAWS: u64 = 3;
+
 impl<'a> Standing<'a> {
     /// What a fit found beside its plant; output error takes all misfit for the measurement's.
     pub(super) fn beside(fit: &'a CoupledFit) -> Self {
         let has_disturbances = fit.method != Method::OutputError;
-        let disturbances = has_disturbances.then_some(&fit.disturbances);
-        Self { actuator: fit.actuator, disturbances, drift: fit.current_drift }
+        Self { actuator: fit.actuator, fit: has_disturbances.then_some(fit) }
     }
 
     /// Standard deviation of a sample of an axis's velocity, m/s or rad/s; zero if not known.
     fn noise(&self, dof: Dof) -> f64 {
-        let of_axis = self.disturbances.and_then(|all| all.get(&dof));
+        let of_axis = self.fit.and_then(|fit| fit.disturbances.get(&dof));
         of_axis.map_or(0.0, |noise| noise.velocity.0)
+    }
+
+    fn draws(&self) -> impl Iterator<Item = Draw<'a>> {
+        self.fit
+            .into_iter()
+            .flat_map(|fit| (0..DRAWS).map(move |k| Draw { fit, seed: DRAW_SEED + k }))
     }
 
     /// What results hold of it; they do not keep the disturbances as they were fitted.
@@ -335,7 +349,7 @@ impl<'a> Standing<'a> {
             log_change_between: number("thrust_change_between").ln_1p(),
             full_speed: ratio("full_speed"),
         };
-        Self { actuator, disturbances: None, drift: None }
+        Self { actuator, fit: None }
     }
 
     /// What drives a trial, with thrust as it acts.
@@ -349,44 +363,90 @@ impl<'a> Standing<'a> {
             wind: None,
         })
     }
+}
 
-    /// The inputs of a trial with a draw of the disturbance of each axis: a Gauss–Markov force.
-    fn disturbed(&self, inputs: &Inputs, record: &CoupledRecord) -> Result<Option<Inputs>, Error> {
-        let Some(disturbances) = self.disturbances else { return Ok(None) };
-        let mut inputs = inputs.clone();
-        for (dof, noise) in disturbances {
-            let pull =
-                drawn(dof.index(), (noise.disturbance.0, noise.correlation_s.0), record.window_s)?;
-            let force = &mut inputs.force[dof.index()];
+/// A draw of what is not known beside a fit.
+struct Draw<'a> {
+    fit: &'a CoupledFit,
+    seed: u64,
+}
+
+/// Streams of a draw, after those of the axes.
+const OF_WATER: usize = 6;
+const OF_START: usize = 8;
+const OF_PLANT: usize = 9;
+
+impl Draw<'_> {
+    fn random(&self, stream: usize) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(stream as u64);
+        random
+    }
+
+    /// The plant within its covariance; inputs with a Gauss–Markov force on each axis; a start with
+    /// the noise of the instruments.
+    fn of(
+        &self,
+        plant: &Plant,
+        inputs: &Inputs,
+        start: &Vector6<f64>,
+        record: &CoupledRecord,
+    ) -> Result<(Plant, Inputs, Vector6<f64>), Error> {
+        let (mut inputs, mut start) = (inputs.clone(), *start);
+        let mut random = self.random(OF_START);
+        for (dof, noise) in &self.fit.disturbances {
+            let k = dof.index();
+            start[k] += noise.velocity.0 * normal(&mut random);
+            let process = (noise.disturbance.0, noise.correlation_s.0);
+            let pull = drawn(self.random(k), process, record.window_s)?;
+            let force = &mut inputs.force[k];
             *force = Some(match force.take() {
                 Some(force) => held_sum(&force, &pull)?,
                 None => pull,
             });
         }
-        Ok(Some(inputs))
+        for angle in inputs.attitude.iter_mut().flatten() {
+            let off = sample_noise(angle) * normal(&mut random);
+            *angle = angle.map(|x| x + off);
+        }
+        Ok((self.plant(plant), inputs, start))
     }
 
-    /// A draw of how the current changes in a trial, if it does.
+    /// One that no vehicle can have is as it was.
+    fn plant(&self, plant: &Plant) -> Plant {
+        let covariance = &self.fit.covariance;
+        if covariance.nrows() != plant.coefficients().len() {
+            return plant.clone();
+        }
+        let mut random = self.random(OF_PLANT);
+        let eigen = covariance.clone().symmetric_eigen();
+        let along = eigen.eigenvalues.map(|x| x.max(0.0).sqrt() * normal(&mut random));
+        let off = eigen.eigenvectors * along;
+        let coefficients = plant.coefficients().iter().zip(off.iter()).map(|(x, off)| x + off);
+        let drawn = Plant::new(plant.structure().clone(), coefficients.collect());
+        let is_possible = |plant: &Plant| plant.mass_matrix().cholesky().is_some();
+        drawn.ok().filter(is_possible).unwrap_or_else(|| plant.clone())
+    }
+
+    /// How the current changes, if it does.
     fn water(&self, record: &CoupledRecord) -> Result<Option<Water>, Error> {
-        let Some(drift) = self.drift else { return Ok(None) };
-        let (std_m_s, correlation_s) = (drift.std_m_s.0, drift.correlation_s.0);
-        let of = |k: usize| drawn(Dof::ALL.len() + k, (std_m_s, correlation_s), record.window_s);
+        let Some(drift) = self.fit.current_drift else { return Ok(None) };
+        let process = (drift.std_m_s.0, drift.correlation_s.0);
+        let of = |k: usize| drawn(self.random(OF_WATER + k), process, record.window_s);
         Ok(Some(Water([of(0)?, of(1)?])))
     }
 }
 
 /// A Gauss–Markov process of some standard deviation and correlation time over a trial.
 fn drawn(
-    stream: usize,
+    random: ChaCha8Rng,
     (std, correlation_s): (f64, f64),
     (from, to): (f64, f64),
 ) -> Result<Timed, Error> {
-    let mut rng = ChaCha8Rng::seed_from_u64(DRAW_SEED);
-    rng.set_stream(stream as u64);
     let h = (DRAWN_PART * correlation_s).max(LEAST_DRAW_S);
     let count = ((to - from) / h).ceil().max(1.0) as usize;
     let times: Vec<f64> = (0..count).map(|k| from + k as f64 * h).collect();
-    Timed::new("disturbance", times, gauss_markov(rng, std, correlation_s / h, count))
+    Timed::new("disturbance", times, gauss_markov(random, std, correlation_s / h, count))
 }
 
 /// The sum of two held series.
