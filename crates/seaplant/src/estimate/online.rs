@@ -323,7 +323,8 @@ impl Online {
             Engine::Recursive => {}
             Engine::Adaptive(adaptive) => {
                 if self.is_started {
-                    adaptive.update(&self.step, &self.possible, true);
+                    let simulated = Some(self.recursive.instruments());
+                    adaptive.update(&self.step, &self.possible, simulated);
                 }
             }
             Engine::Ekf(Some(joint)) => joint.update(&self.step, &self.possible),

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix6, Vector6};
 
 use super::factor::Factor;
+use super::instruments::Instruments;
 use super::possible::Possible;
 use super::step::Step;
 
@@ -98,7 +99,15 @@ impl Adaptive {
     }
 
     /// Takes a step in, solved exactly for coefficients that stay within it.
-    pub(super) fn update(&mut self, step: &Step, possible: &Possible, adapts: bool) {
+    ///
+    /// Y is that of `simulated` motion where there is one: forces that nobody logs are in ν̂̇ as they
+    /// are in Δ, and coefficients would take their product.
+    pub(super) fn update(
+        &mut self,
+        step: &Step,
+        possible: &Possible,
+        simulated: Option<&Instruments>,
+    ) {
         let (h, a) = (step.length_s, self.observer_rate);
         let rate = self.rate(step);
         let fade = (-a * h).exp();
@@ -106,14 +115,15 @@ impl Adaptive {
         let mean = (self.delta + after) * 0.5;
         self.delta = after;
         for (k, column) in self.columns.iter_mut().enumerate() {
-            *column = step.column(k, &rate);
+            let simulated = simulated.and_then(|simulated| simulated.column(k));
+            *column = simulated.unwrap_or_else(|| step.column(k, &rate));
             if possible.is_held(k) {
                 *column = Vector6::zeros();
             }
             self.slope[k] = column.dot(&mean);
         }
         self.measure_power(h);
-        if !(adapts && self.has_gain) {
+        if !self.has_gain {
             return;
         }
         self.gain.solve(&mut self.slope);
@@ -246,7 +256,7 @@ mod tests {
             step.take(before, &samples[k - 1], &samples[k]);
             // After 20 s the gains stay as they are.
             let had = adaptive.next_gain_s;
-            adaptive.update(&step, &possible, true);
+            adaptive.update(&step, &possible, None);
             if adaptive.next_gain_s < 40.0 {
                 continue;
             }
