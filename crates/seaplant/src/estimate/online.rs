@@ -323,8 +323,7 @@ impl Online {
             Engine::Recursive => {}
             Engine::Adaptive(adaptive) => {
                 if self.is_started {
-                    let simulated = Some(self.recursive.instruments());
-                    adaptive.update(&self.step, &self.possible, simulated);
+                    adaptive.update(&self.step, &self.possible, true);
                 }
             }
             Engine::Ekf(Some(joint)) => joint.update(&self.step, &self.possible),

@@ -3,7 +3,6 @@
 use nalgebra::{Matrix6, Vector6};
 
 use super::factor::Factor;
-use super::instruments::Instruments;
 use super::possible::Possible;
 use super::step::Step;
 
@@ -99,15 +98,7 @@ impl Adaptive {
     }
 
     /// Takes a step in, solved exactly for coefficients that stay within it.
-    ///
-    /// Y is that of `simulated` motion where there is one: forces that nobody logs are in ν̂̇ as they
-    /// are in Δ, and coefficients would take their product.
-    pub(super) fn update(
-        &mut self,
-        step: &Step,
-        possible: &Possible,
-        simulated: Option<&Instruments>,
-    ) {
+    pub(super) fn update(&mut self, step: &Step, possible: &Possible, adapts: bool) {
         let (h, a) = (step.length_s, self.observer_rate);
         let rate = self.rate(step);
         let fade = (-a * h).exp();
@@ -115,15 +106,14 @@ impl Adaptive {
         let mean = (self.delta + after) * 0.5;
         self.delta = after;
         for (k, column) in self.columns.iter_mut().enumerate() {
-            let simulated = simulated.and_then(|simulated| simulated.column(k));
-            *column = simulated.unwrap_or_else(|| step.column(k, &rate));
+            *column = step.column(k, &rate);
             if possible.is_held(k) {
                 *column = Vector6::zeros();
             }
             self.slope[k] = column.dot(&mean);
         }
         self.measure_power(h);
-        if !self.has_gain {
+        if !(adapts && self.has_gain) {
             return;
         }
         self.gain.solve(&mut self.slope);
@@ -256,7 +246,7 @@ mod tests {
             step.take(before, &samples[k - 1], &samples[k]);
             // After 20 s the gains stay as they are.
             let had = adaptive.next_gain_s;
-            adaptive.update(&step, &possible, None);
+            adaptive.update(&step, &possible, true);
             if adaptive.next_gain_s < 40.0 {
                 continue;
             }

@@ -24,7 +24,6 @@ const FAR: f64 = 3.0;
 pub(super) struct Instruments {
     step: Step,
     velocity: Option<Vector6<f64>>,
-    is_simulated: bool,
     rate: Vector6<f64>,
     usual: Vector6<f64>,
     theta: Vec<f64>,
@@ -38,7 +37,6 @@ impl Instruments {
         Self {
             step: step.clone(),
             velocity: None,
-            is_simulated: false,
             rate: Vector6::zeros(),
             usual: Vector6::zeros(),
             theta: vec![0.0; step.count()],
@@ -48,7 +46,6 @@ impl Instruments {
 
     /// Begins anew from measured motion with the next step.
     pub(super) fn restart(&mut self) {
-        self.is_simulated = false;
         self.velocity = None;
     }
 
@@ -85,20 +82,13 @@ impl Instruments {
         if !is_near {
             return self.begin(step, measured);
         }
-        self.is_simulated = true;
         self.velocity = Some(to - off * (1.0 - (-h / BACK_S).exp()));
-    }
-
-    /// Ȳ_k of the simulated motion over the last step; `None` where it begins anew.
-    pub(super) fn column(&self, k: usize) -> Option<Vector6<f64>> {
-        self.is_simulated.then(|| self.step.column(k, &self.rate))
     }
 
     fn begin(&mut self, step: &Step, measured: &[Vec<Vector6<f64>>; 2]) {
         for (own, measured) in self.filtered.iter_mut().zip(measured) {
             own.copy_from_slice(measured);
         }
-        self.is_simulated = false;
         self.velocity = Some(step.velocity[2]);
         self.rate = step.acceleration;
     }

@@ -233,11 +233,6 @@ impl Recursive {
         if scratch[k] > 0.0 { scratch[k].sqrt() } else { f64::INFINITY }
     }
 
-    /// The regressors of simulated motion.
-    pub(super) fn instruments(&self) -> &Instruments {
-        &self.instruments
-    }
-
     /// What each coefficient is held at, if it is.
     pub(super) fn held(&self) -> &[Option<f64>] {
         &self.held
