@@ -46,13 +46,15 @@ pub struct Online(Estimator);
 type Changed = (f64, f64, f64);
 
 /// The plant, and of its coefficients the standard deviations and by how much others inflate
-/// their variances; excitation, the residual of each axis, motion so far.
+/// their variances; excitation, the residual of each axis, the change that would be noticed,
+/// motion so far.
 type Estimated<'py> = (
     Plant,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
     f64,
     Bound<'py, PyArray1<f64>>,
+    Option<f64>,
     f64,
 );
 
@@ -137,8 +139,14 @@ impl Online {
             PyArray1::from_slice(py, &found.inflation),
             found.excitation,
             PyArray1::from_slice(py, found.residual.as_slice()),
+            found.noticeable_change,
             found.elapsed_s,
         ))
+    }
+
+    /// Whether the scheme itself works yet.
+    fn has_started(&self) -> bool {
+        self.0.has_started()
     }
 
     /// What the plant's effects read, by the names that `update` takes.

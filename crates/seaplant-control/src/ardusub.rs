@@ -33,12 +33,10 @@ const SAME: [Same; 3] = [
 /// # Source
 /// ArduPilot, `AC_AttitudeControl`: angle P gives a rate, rate PID gives a part of full torque.
 pub fn ardusub(gains: &Gains) -> (String, Vec<String>) {
-    let (mut text, mut notes) = (String::new(), Vec::new());
+    let (mut text, mut notes, mut others) = (String::new(), Vec::new(), Vec::new());
     for (dof, axis) in &gains.axes {
         let Some(same) = SAME.iter().find(|same| same.dof == *dof) else {
-            notes.push(format!(
-                "{dof}: ArduSub's position and velocity gains (PSC_…) count in throttle and lean, not in newtons; set them by trial"
-            ));
+            others.push(dof.name());
             continue;
         };
         text += &format!("{},{:.4}\n", same.position, axis.kp / axis.kd);
@@ -56,6 +54,12 @@ pub fn ardusub(gains: &Gains) -> (String, Vec<String>) {
                 "{dof}: the integral acts on the angle here and on the rate in ArduSub; it is left out"
             ));
         }
+    }
+    if !others.is_empty() {
+        notes.push(format!(
+            "{}: ArduSub's position and velocity gains (PSC_…) count in throttle and lean, not in newtons; set them by trial",
+            others.join(", ")
+        ));
     }
     if gains.law.is_model_based() {
         notes.push("ArduSub has no model of the plant: only feedback is written".to_owned());

@@ -265,7 +265,8 @@ impl Controller {
 
     /// The force for the next period, within the limits, N and N m, shape (6,).
     ///
-    /// While an axis is at its limit neither its integral nor the model moves on.
+    /// While an axis is at its limit neither its integral nor the model moves on. Where a number of
+    /// state or reference is none, the force on the axes that need it is zero, and neither moves on.
     pub fn command(&mut self, state: &State, reference: &Reference) -> Vector6<f64> {
         let wanted = wanted(state, reference);
         let period_s = 1.0 / self.gains.sample_hz;
@@ -275,10 +276,13 @@ impl Controller {
         for (column, theta) in columns.iter().zip(self.coefficients()) {
             force += column * *theta;
         }
-        let mut is_limited = false;
+        let mut is_limited = force.iter().any(|force| !force.is_finite());
         let mut limited = Vector6::zeros();
         for (&dof, axis) in &self.gains.axes {
             let i = dof.index();
+            if !force[i].is_finite() {
+                continue;
+            }
             let most = axis.limit.unwrap_or(f64::INFINITY);
             limited[i] = force[i].clamp(-most, most);
             if force[i].abs() > most {

@@ -489,16 +489,21 @@ fn notes(plant: &Plant, gains: &Gains, own: f64) -> Vec<String> {
                 axis.worst.phase_deg
             ));
         }
-        if axis.limit.is_none() {
-            notes.push(format!(
-                "{dof}: the greatest force is not known, so that saturation is not counted with; give it by --limit"
-            ));
-        }
-        if axis.lag_s == 0.0 && axis.delay_s == 0.0 {
-            notes.push(format!(
-                "{dof}: neither lag nor delay of its thrusters is known; real margins are smaller"
-            ));
-        }
+    }
+    let with = |is_so: &dyn Fn(&AxisGains) -> bool| {
+        let axes = gains.axes.iter().filter(|(_, axis)| is_so(axis));
+        let names: Vec<&str> = axes.map(|(dof, _)| dof.name()).collect();
+        (!names.is_empty()).then(|| names.join(", "))
+    };
+    if let Some(axes) = with(&|axis| axis.limit.is_none()) {
+        notes.push(format!(
+            "{axes}: the greatest force is not known, so that saturation is not counted with; give it by --limit"
+        ));
+    }
+    if let Some(axes) = with(&|axis| axis.lag_s == 0.0 && axis.delay_s == 0.0) {
+        notes.push(format!(
+            "{axes}: neither lag nor delay of thrust is known; real margins are smaller"
+        ));
     }
     if own > STABLE {
         notes.push(format!("the closed loop is unstable: disturbances grow by {own:.3} a step"));

@@ -7,7 +7,8 @@
  * State x[13] as in seaplant_plant.h. Reference: position [m] and its two rates north, east and
  * down; quaternion w, x, y, z of the desired attitude; rate of turn [rad/s] and its rate in
  * desired body axes. Call seaplant_control() every SEAPLANT_CONTROL_PERIOD seconds; tau[6] is the
- * force to ask for until the next call, within the limits [N, N m].
+ * force to ask for until the next call, within the limits [N, N m]; zero, and nothing remembered,
+ * where a number that it was given is none.
  */
 #ifndef SEAPLANT_CONTROL_H
 #define SEAPLANT_CONTROL_H
@@ -85,6 +86,10 @@ static inline void seaplant_control(const double x[13], const struct seaplant_re
         if (!seaplant_controlled[i])
             continue;
         tau[i] = model[i]@FEEDBACK@;
+        if (!isfinite(tau[i])) {
+            tau[i] = 0.0;
+            continue;
+        }
         if (seaplant_limit[i] >= 0.0 && fabs(tau[i]) > seaplant_limit[i])
             tau[i] = tau[i] < 0.0 ? -seaplant_limit[i] : seaplant_limit[i];
         else

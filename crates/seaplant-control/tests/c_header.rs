@@ -64,6 +64,11 @@ int main(void)
     for (i = 0; i < 4; ++i)
         to.attitude[i] = i == 0 ? 1.0 : 0.0;
     to.position[0] = 0.5;
+    x[0] = NAN;
+    seaplant_control(x, &to, &memory, tau);
+    if (tau[0] != 0.0)
+        return 2;
+    x[0] = 0.0;
     for (k = 0; k < 1200; ++k) {
         if (k % 2 == 0)
             seaplant_control(x, &to, &memory, tau);

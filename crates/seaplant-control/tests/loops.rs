@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use seaplant::Dof;
 use seaplant::plant::{Basis, Plant, Structure, Symmetry};
 use seaplant_control::{
-    Actuators, Controller, Design, Error, Gains, Law, Path, Sea, Tracked, Tuning, c_header, design,
-    gains_of_toml, track,
+    Actuators, Controller, Design, Error, Gains, Law, Path, Reference, Sea, State, Tracked, Tuning,
+    c_header, design, gains_of_toml, track,
 };
 
 /// A small six-axis vehicle, near the published BlueROV2 Heavy.
@@ -172,4 +173,22 @@ fn what_the_header_has_no_place_for_is_told() {
     let gains = design(&six_axes(), &[], &Actuators::default(), &asked(Law::SlotineLi, false, 0.1));
     let error = c_header("x", &gains.expect("sound")).expect_err("no place").to_string();
     assert!(error.contains("non-exact"), "{error}");
+}
+
+#[test]
+fn a_state_without_a_number_gives_no_force_and_leaves_no_trace() {
+    let plant = six_axes();
+    let asked = asked(Law::Pid, false, 0.1);
+    let gains = design(&plant, &[], &Actuators::default(), &asked).expect("gains");
+    let mut controller = Controller::new(plant, gains, &asked.speed);
+    let state = State {
+        position_ned: Vector3::zeros(),
+        attitude: UnitQuaternion::identity(),
+        velocity: Vector6::zeros(),
+    };
+    let to = Reference::at(Vector3::x(), UnitQuaternion::identity());
+    let lost = State { position_ned: Vector3::repeat(f64::NAN), ..state };
+    assert_eq!(controller.command(&lost, &to)[0], 0.0);
+    let force = controller.command(&state, &to)[0];
+    assert!(force.is_finite() && force > 0.0, "{force}");
 }

@@ -27,20 +27,44 @@ pub struct CurveChart {
     pub band: Option<[Vec<f64>; 2]>,
 }
 
-/// The page of a controller: what it is in lines, what to mind, then its charts.
+/// The numbers of a controller, a row for each axis.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ControlTable {
+    /// What each column holds; the first names the axis.
+    pub columns: Vec<String>,
+    /// Of each axis, with units; as many as there are columns.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl ControlTable {
+    fn html(&self) -> String {
+        let cells = |cells: &[String], tag: &str| -> String {
+            let cell = |text: &String| format!("<{tag}>{}</{tag}>", escaped(text));
+            format!("<tr>{}</tr>\n", cells.iter().map(cell).collect::<String>())
+        };
+        let rows: String = self.rows.iter().map(|row| cells(row, "td")).collect();
+        format!("<div class=\"wide\"><table>\n{}{rows}</table></div>\n", cells(&self.columns, "th"))
+    }
+}
+
+/// The page of a controller: its numbers, what to mind, then its charts.
 ///
 /// # Errors
 /// [`Error::Figure`].
 ///
 /// ```
-/// use seaplant_report::{control_page, is_control_page};
-/// let page = control_page("BlueROV2", &["surge: 0.1 Hz".to_owned()], &[], &[])?;
+/// use seaplant_report::{ControlTable, control_page, is_control_page};
+/// let table = ControlTable {
+///     columns: ["axis", "bandwidth"].map(str::to_owned).into(),
+///     rows: vec![["surge", "0.1 Hz"].map(str::to_owned).into()],
+/// };
+/// let page = control_page("BlueROV2", &table, &[], &[])?;
 /// assert!(is_control_page(&page));
 /// # Ok::<(), seaplant_report::Error>(())
 /// ```
 pub fn control_page(
     name: &str,
-    lines: &[String],
+    table: &ControlTable,
     notes: &[String],
     charts: &[CurveChart],
 ) -> Result<Vec<u8>, Error> {
@@ -61,12 +85,21 @@ pub fn control_page(
         notes => format!("<h2>Mind</h2>\n<ul>\n{}</ul>\n", list(notes)),
     };
     let page = format!(
-        "{MARK}\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{name}: controller</title>\n<style>body{{font-family:sans-serif;max-width:44rem;margin:1rem auto;padding:0 1rem}}figure{{margin:0 0 1rem}}\n{}</style></head>\n<body><h1>{name}: a controller</h1>\n<ul>\n{}</ul>\n{mind}{figures}</body></html>\n",
+        "{MARK}\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{name}: controller</title>\n<style>{STYLE}\n{}</style></head>\n<body><h1>{name}: a controller</h1>\n{}{mind}<div class=\"charts\">\n{figures}</div></body></html>\n",
         style_sheet(),
-        list(lines)
+        table.html()
     );
     Ok(page.into_bytes())
 }
+
+/// Charts stand side by side where there is room, and a wide table scrolls by itself.
+const STYLE: &str = "body{font-family:sans-serif;max-width:76rem;margin:1rem auto;padding:0 1rem}\
+h1{font-size:1.5rem}h2{font-size:1.2rem}ul,h1{max-width:48rem}\
+.wide{overflow-x:auto}table{border-collapse:collapse;font-size:.9rem}\
+th,td{padding:.3rem .7rem;text-align:left;vertical-align:top;border-bottom:1px solid #ddd}\
+td{white-space:nowrap}\
+.charts{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,30rem),1fr));gap:1rem}\
+figure{margin:0}figure svg{max-width:100%;height:auto}figcaption{font-size:.9rem}";
 
 /// What every such page begins with.
 const MARK: &str = "<!DOCTYPE html><!-- seaplant control -->";

@@ -27,7 +27,7 @@ use std::io::{self, Write};
 use seaplant::results::{BollardPullResult, Results, Series};
 use seaplant::{Comparison, Dof, PositionComparison};
 
-pub use control::{CurveChart, control_page, is_control_page};
+pub use control::{ControlTable, CurveChart, control_page, is_control_page};
 pub use error::Error;
 pub use figure::Figure;
 pub use json::{parse_results, results_schema};

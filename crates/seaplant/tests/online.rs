@@ -293,6 +293,12 @@ fn bad_samples_are_refused_and_change_nothing() {
     assert!(error.contains("after that of the one before"), "{error}");
     let broken = Sample { time_s: 2.0, velocity: Vector6::repeat(f64::NAN), ..sample };
     assert!(online.update(&broken).expect_err("not finite").to_string().contains("not finite"));
+    let wild = Sample { time_s: 2.0, velocity: Vector6::repeat(1e300), ..sample };
+    assert!(online.update(&wild).expect_err("too fast").to_string().contains("at most 1e12"));
+    for duration_s in [-1.0, f64::NAN, 1e12] {
+        let error = online.predict(duration_s).expect_err("no such time").to_string();
+        assert!(error.contains("from 0 to 3600 s"), "{error}");
+    }
     let options = OnlineOptions { adaptation_s: 0.0, ..OnlineOptions::default() };
     let structure = Structure::of(&[Dof::Surge], Symmetry::None).expect("surge");
     let error = Online::new(structure, Scheme::Adaptive, options, None).err().expect("no time");

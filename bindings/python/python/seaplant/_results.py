@@ -1282,6 +1282,10 @@ class OnlineHistory(Record):
     changes: tuple[PlantChanged, ...]
     """When the plant seemed to change."""
 
+    noticeable_change: float | None
+    """By what part every mass would have had to change at once to be noticed within two
+    minutes; absent where the motion is too short to tell."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OpenWater(Record):

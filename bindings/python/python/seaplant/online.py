@@ -52,6 +52,9 @@ class OnlineEstimate:
         1 if every coefficient is told by itself, 0 if some combination is not told at all.
     residual
         Root mean square of what the equation misses on each axis, N and N m, shape (6,).
+    noticeable_change
+        By what part every mass must change at once for `Online.update` to tell of it within two
+        minutes; ``None`` before two minutes have told what is usual.
     elapsed_s
         Motion so far, s.
     """
@@ -61,6 +64,7 @@ class OnlineEstimate:
     inflation: dict[str, float]
     excitation: float
     residual: Floats
+    noticeable_change: float | None
     elapsed_s: float
 
     def __repr__(self) -> str:
@@ -208,7 +212,7 @@ class Online:
         Raises
         ------
         InputError
-            If nothing was learnt yet.
+            If nothing was learnt yet, or the time is not from 0 to 3600 s.
         """
         return self._native.predict(float(duration_s))
 
@@ -225,11 +229,13 @@ class Online:
         InputError
             If nothing was learnt yet.
         """
-        plant, std, inflation, excitation, residual, elapsed_s = self._native.estimate()
+        plant, std, inflation, excitation, residual, change, elapsed_s = self._native.estimate()
         named = [
             dict(zip(self._names, all_.tolist(), strict=True)) for all_ in (std, inflation)
         ]
-        return OnlineEstimate(Plant(plant), named[0], named[1], excitation, residual, elapsed_s)
+        return OnlineEstimate(
+            Plant(plant), named[0], named[1], excitation, residual, change, elapsed_s
+        )
 
     @property
     def signal_names(self) -> tuple[str, ...]:
@@ -240,6 +246,11 @@ class Online:
         in body axes (``wind.forward``, ``wind.starboard``, m/s).
         """
         return tuple(self._native.signal_names())
+
+    @property
+    def has_started(self) -> bool:
+        """Whether the scheme itself works yet; until then its estimates are of least squares."""
+        return bool(self._native.has_started())
 
     @property
     def coefficients(self) -> dict[str, float]:

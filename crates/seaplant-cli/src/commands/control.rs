@@ -1,6 +1,7 @@
 //! A controller for a plant.
 
 mod charts;
+mod words;
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -18,10 +19,11 @@ use seaplant_report::control_page;
 use serde_json::{Value, json};
 
 use self::charts::charts;
+use self::words::{in_current, table, words};
 use super::plant::{file_of, read_plant};
 use super::predict::quantity;
 use crate::args::Control;
-use crate::output::{Output, WARNING};
+use crate::output::Output;
 use crate::writing::{File, Made, Permit, Target};
 
 /// How long the two runs are, s.
@@ -52,12 +54,13 @@ pub fn run(arguments: &Control, output: Output) -> Result<ExitCode> {
         Some(_) => files(arguments, &model, &gains)?,
         None => (Vec::new(), Vec::new()),
     };
-    notes.splice(0..0, gains.notes.iter().cloned().chain(saturation(&runs)));
+    notes.splice(
+        0..0,
+        gains.notes.iter().cloned().chain(saturation(&runs)).chain(in_current(&gains, &runs)),
+    );
     if arguments.out.is_some() {
-        let lines: Vec<String> =
-            words(&gains, &runs, &[], &[]).lines().map(str::to_owned).collect();
         let charts = charts(&gains, &responses, &runs);
-        let bytes = control_page(&model.name, &lines, &notes, &charts)?;
+        let bytes = control_page(&model.name, &table(&gains, &runs), &notes, &charts)?;
         files.push(File { path: "control.html".to_owned(), bytes });
     }
     if let Some(folder) = &arguments.out {
@@ -236,44 +239,4 @@ fn files(
     }
     notes.extend(more);
     Ok((files, notes))
-}
-
-fn words(gains: &Gains, runs: &[Run], paths: &[String], notes: &[String]) -> String {
-    let mut text = String::new();
-    for (dof, axis) in &gains.axes {
-        let units = dof.units();
-        text += &format!(
-            "{dof}: {:.4} Hz, damping {:.2}: K_p {:.4e} {}/{}, K_d {:.4e} {}",
-            axis.bandwidth_hz,
-            axis.damping,
-            axis.kp,
-            units.force,
-            units.position,
-            axis.kd,
-            units.linear_drag
-        );
-        if axis.ki > 0.0 {
-            text += &format!(", K_i {:.4e} {}/({} s)", axis.ki, units.force, units.position);
-        }
-        text += &format!(
-            "\n  phase margin {:.0}° (at worst {:.0}°), thrust may act {:.2} s later (at worst {:.2} s)\n",
-            axis.margins.phase_deg, axis.worst.phase_deg, axis.margins.delay_s, axis.worst.delay_s
-        );
-        if let Some(error) = axis.saturates_at {
-            text += &format!("  saturates at an error of {error:.3} {}\n", units.position);
-        }
-        for run in runs {
-            text += &format!(
-                "  follows a sine in {} with an error of {:.4} {} RMS\n",
-                run.name, run.tracked.rms[dof], units.position
-            );
-        }
-    }
-    for path in paths {
-        text += &format!("{path}\n");
-    }
-    for note in notes {
-        text += &format!("{WARNING}mind:{WARNING:#} {note}\n");
-    }
-    text
 }

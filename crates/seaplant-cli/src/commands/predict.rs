@@ -93,6 +93,9 @@ pub(super) fn quantity(
         .ok_or_else(|| refuse(format!("has no number; write it as \"{dof} 1.0 {expected}\"")))?;
     let found = words.collect::<Vec<_>>().join(" ");
     let same = |a: &str, b: &str| a.replace(['·', ' ', '.'], "") == b.replace(' ', "");
+    if found.is_empty() {
+        return Err(refuse(format!("has no unit; write \"{dof} {value} {expected}\"")));
+    }
     if !same(&found, expected) {
         return Err(refuse(format!(
             "is in `{found}`, and {dof} is in {expected}; write \"{dof} {value} {expected}\""

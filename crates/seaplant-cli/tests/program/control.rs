@@ -34,7 +34,12 @@ fn a_controller_is_written_with_its_margins() {
     assert!(workshop.read("made/seaplant_control.h").contains("seaplant_plant.h"));
     assert!(workshop.read("made/ardusub.param").contains("ATC_RAT_YAW_P,"));
     let page = workshop.read("made/control.html");
-    for words in ["surge: phase of the open loop", "yaw: a step", "error while it follows a sine"] {
+    for words in [
+        "<td>surge</td>",
+        "surge: phase of the open loop",
+        "yaw: a step",
+        "error while it follows a sine",
+    ] {
         assert!(page.contains(words), "{words}");
     }
     let step = &found["responses"]["surge"]["step"]["estimate"];
@@ -54,6 +59,7 @@ fn what_cannot_be_is_told_with_what_would_do() {
     let message = fails(&["--bandwidth", "surge 2 Hz", "--lag", "surge 0.5 s"]);
     assert!(message.contains("Hz would do"), "{message}");
     assert!(fails(&["--bandwidth", "surge 0.1 m"]).contains("surge is in Hz"));
+    assert!(fails(&["--bandwidth", "surge 0.1"]).contains("has no unit; write \"surge 0.1 Hz\""));
     assert!(fails(&["--bandwidth", "surge -1 Hz"]).contains("above zero"));
     assert!(fails(&["--lqr", "surge 0.1 m"]).contains("surge 0.1 m 400 N"));
     let output = seaplant().args(["control", BLUEROV, "--law", "magic"]).output().expect("runs");

@@ -7,7 +7,7 @@ use seaplant::results::{OnlineHistory, Results};
 use serde::Serialize;
 
 use super::table::{Row, Table};
-use crate::number::{ABSENT, or_absent};
+use crate::number::{ABSENT, or_absent, significant};
 use crate::words;
 
 /// One plant by one method.
@@ -37,7 +37,7 @@ pub(crate) fn views(results: &Results) -> Vec<OnlinePlant> {
 fn view(name: &str, method: Method, history: &OnlineHistory) -> OnlinePlant {
     let last_s = history.time_s.last().copied().unwrap_or(0.0);
     let changes = match history.changes.len() {
-        0 => "No change of the plant was noticed.".to_owned(),
+        0 => unnoticed(history.noticeable_change),
         _ => {
             let of = |change: &seaplant::results::PlantChanged| {
                 format!("{:.0} s of {}", change.since_s, change.trial)
@@ -69,6 +69,22 @@ fn view(name: &str, method: Method, history: &OnlineHistory) -> OnlinePlant {
         )
         .noted(&note),
     }
+}
+
+/// That no change was noticed, and which one would have been.
+fn unnoticed(noticeable: Option<f64>) -> String {
+    let which = match noticeable {
+        None => "the motion is too short to tell of one".to_owned(),
+        Some(part) if part > 1.0 => {
+            "even twice the mass would have gone unnoticed, for forces that are not logged hide it"
+                .to_owned()
+        }
+        Some(part) => format!(
+            "one of {} % of every mass would have been, within two minutes",
+            significant(100.0 * part, 2)
+        ),
+    };
+    format!("No change of the plant was noticed: {which}.")
 }
 
 /// Width and height of the drawing, and its margin.
@@ -135,10 +151,12 @@ mod tests {
             settled_s: BTreeMap::from([("sway: |v|v".to_owned(), Some(30.0))]),
             excitation: 0.25,
             changes: Vec::new(),
+            noticeable_change: Some(0.123),
         };
         let view = view("sway-yaw", Method::Adaptive, &history);
         assert!(view.svg.matches("<polyline").count() == 1, "{}", view.svg);
         assert!(view.svg.contains("712.0,110.0"), "the last value is in the middle: {}", view.svg);
         assert_eq!(view.table.rows[0].cells[2], "30");
+        assert!(view.caption.contains("one of 12 % of every mass"), "{}", view.caption);
     }
 }

@@ -13,16 +13,20 @@
 mod acting;
 mod adaptive;
 mod change;
+mod colour;
 mod factor;
 mod instruments;
 mod joint;
 pub(crate) mod logs;
+mod noise;
 mod options;
 mod possible;
 mod recursive;
 mod sample;
 mod single;
+mod start;
 mod step;
+mod told;
 
 use nalgebra::{DMatrix, Vector6};
 
@@ -38,8 +42,7 @@ use crate::motion::Whole;
 use crate::plant::{Basis, Plant, RigidBody, Structure};
 use adaptive::Adaptive;
 use change::Changes;
-use factor::Factor;
-use joint::{Joint, JointNoise};
+use joint::Joint;
 use recursive::Recursive;
 use step::Step;
 
@@ -62,6 +65,9 @@ pub struct OnlineEstimate {
     pub residual: Vector6<f64>,
     /// Samples that would say as much if they were independent.
     pub independent_samples: f64,
+    /// By what part every mass must change at once for [`Online::update`] to tell of it within two
+    /// minutes; `None` before two minutes have told what is usual.
+    pub noticeable_change: Option<f64>,
     /// Motion so far, s.
     pub elapsed_s: f64,
 }
@@ -115,29 +121,17 @@ pub struct Online {
     force: Vector6<f64>,
     acceleration: Vector6<f64>,
     projected: Vec<f64>,
+    next_noise_s: f64,
 }
 
 /// The variance of a third difference of white noise over that of the noise.
 const THIRD_DIFFERENCE: f64 = 20.0;
 
-/// The observer's rate is at most this times the power of velocity over that of its noise, 1/s:
-/// noise biases damping by `a M σ²`.
-const QUIET_RATE: f64 = 0.002;
+/// No vehicle moves so fast, or is pushed so hard, SI units.
+const LARGEST_NUMBER: f64 = 1e12;
 
-/// … but no less than this, 1/s.
-const LEAST_RATE: f64 = 0.5;
-
-/// No start before the standard deviation of every own mass is below this part of it …
-const KNOWN_PART: f64 = 0.03;
-
-/// … but no later than after so many times the usual start.
-const LONGEST_START: f64 = 10.0;
-
-/// The variances that a filter starts from are those of least squares times this.
-const START_VARIANCE: f64 = 4.0;
-
-/// No own mass is below this part of typical force over typical acceleration.
-const LEAST_MASS: f64 = 0.05;
+/// Predictions go no further, s.
+const LONGEST_PREDICTION_S: f64 = 3600.0;
 
 /// What a change of the plant leaves of what was learnt.
 const KEPT: f64 = 0.05;
@@ -163,6 +157,8 @@ impl Online {
         let held: Vec<Option<f64>> =
             structure.terms().iter().map(|term| structure.held(term)).collect();
         let p = step.count();
+        let is_mass =
+            structure.terms().iter().map(|term| matches!(term, Basis::Mass(..))).collect();
         let memory_s = options.memory_s.unwrap_or(f64::INFINITY);
         Ok(Self {
             possible: Possible::of(&structure, rigid_body.map(RigidBody::mass_matrix)),
@@ -180,7 +176,7 @@ impl Online {
                 }
                 Scheme::Ekf => Engine::Ekf(None),
             },
-            changes: Changes::new(p, options.change_threshold),
+            changes: Changes::new(is_mass, options.change_threshold),
             step,
             recent: [None; 3],
             elapsed_s: 0.0,
@@ -190,6 +186,7 @@ impl Online {
             force: Vector6::zeros(),
             acceleration: Vector6::zeros(),
             projected: vec![0.0; p],
+            next_noise_s: 0.0,
             options,
             structure,
         })
@@ -229,8 +226,8 @@ impl Online {
     /// learnt stays.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] or [`Error::Setting`] for a sample that is not finite, or not after
-    /// the one before; the estimator is then as it was.
+    /// [`Error::NotFinite`] or [`Error::Setting`] for a sample that is not finite, beyond 1e12, or
+    /// not after the one before; the estimator is then as it was.
     pub fn update(&mut self, sample: &Sample) -> Result<Option<Change>, Error> {
         self.check(sample)?;
         let [before, last, _] = self.recent;
@@ -259,6 +256,7 @@ impl Online {
     pub fn restart(&mut self) {
         self.recent = [None; 3];
         self.recursive.restart();
+        self.changes.restart();
         match &mut self.engine {
             Engine::Adaptive(adaptive) => adaptive.restart(),
             Engine::Ekf(Some(joint)) => joint.restart(),
@@ -273,6 +271,14 @@ impl Online {
             return Err(Error::NotFinite {
                 name: "the sample".to_owned(),
                 index: self.recursive.samples(),
+            });
+        }
+        let greatest = sample.velocity.amax().max(sample.force.amax());
+        if greatest > LARGEST_NUMBER {
+            return Err(Error::Setting {
+                name: "the sample's velocity or force".to_owned(),
+                found: format!("{greatest:e}"),
+                expected: format!("at most {LARGEST_NUMBER:e} in SI units; leave such samples out"),
             });
         }
         let after = self.recent[0].is_none_or(|last| sample.time_s > last.time_s);
@@ -302,10 +308,10 @@ impl Online {
             return None;
         }
         for row in self.recursive.rows() {
-            self.changes.add(&row);
+            self.changes.add(&row, self.step.length_s);
         }
         let until_s = self.recent[0].map_or(0.0, |sample| sample.time_s);
-        self.changes.end(until_s, self.step.length_s)
+        self.changes.end(until_s, self.step.length_s, self.recursive.theta())
     }
 
     /// Lets the estimator itself follow.
@@ -323,6 +329,7 @@ impl Online {
             Engine::Ekf(Some(joint)) => joint.update(&self.step, &self.possible),
             Engine::Ekf(None) => {}
         }
+        self.listen();
         if self.is_started && self.coefficients().iter().any(|x| !x.is_finite()) {
             self.stop();
         }
@@ -342,75 +349,6 @@ impl Online {
     /// which make its start.
     pub fn has_started(&self) -> bool {
         self.is_started
-    }
-
-    /// The observer's rate that the noise of measured velocity allows, 1/s.
-    fn quiet_rate(&self) -> f64 {
-        let of = |i: usize| {
-            let noise = self.rough[i] / THIRD_DIFFERENCE;
-            if noise > 0.0 { QUIET_RATE * self.speed[i] / noise } else { f64::INFINITY }
-        };
-        let least = self.structure.axes().iter().map(|dof| of(dof.index()));
-        let least = least.fold(f64::INFINITY, f64::min);
-        least.max(LEAST_RATE).min(self.options.observer_rate)
-    }
-
-    /// Whether least squares know every own mass well enough to go on from, or have had long
-    /// enough to.
-    fn may_start(&mut self) -> bool {
-        let (elapsed_s, start_s) = (self.elapsed_s, self.options.start_s);
-        if elapsed_s < start_s || elapsed_s >= LONGEST_START * start_s {
-            return elapsed_s >= start_s;
-        }
-        let Self { structure, recursive, projected, .. } = self;
-        let mut own = structure.terms().iter().enumerate();
-        own.all(|(k, term)| match term {
-            Basis::Mass(i, j) if i == j => {
-                recursive.white_std(k, projected) < KNOWN_PART * recursive.theta()[k]
-            }
-            _ => true,
-        })
-    }
-
-    fn start(&mut self) {
-        let rate = self.quiet_rate();
-        for dof in self.structure.axes() {
-            let i = dof.index();
-            if self.acceleration[i] > 0.0 && self.force[i] > 0.0 {
-                let typical = (self.force[i] / self.acceleration[i]).sqrt();
-                self.possible.set_least(*dof, LEAST_MASS * typical);
-            }
-        }
-        self.projected.copy_from_slice(self.recursive.theta());
-        self.possible.project(&mut self.projected);
-        self.is_started = match &mut self.engine {
-            Engine::Recursive => true,
-            Engine::Adaptive(adaptive) => {
-                adaptive.set_rate(rate);
-                adaptive.start(&self.projected, &self.possible);
-                true
-            }
-            Engine::Ekf(joint) => {
-                let plant = Plant::new(self.structure.clone(), self.projected.clone());
-                let covariance = covariance(&self.recursive);
-                let most = |k: usize| 4.0 * self.projected[k].powi(2).max(f64::EPSILON);
-                let variances: Vec<f64> = (0..self.projected.len())
-                    .map(|k| START_VARIANCE * covariance[(k, k)].min(most(k)))
-                    .collect();
-                let wander = self.options.wander_per_minute / 60.0_f64.sqrt();
-                let axes: Vec<usize> =
-                    self.structure.axes().iter().map(|dof| dof.index()).collect();
-                let residual = residual(&self.recursive);
-                let noise = (self.rough / THIRD_DIFFERENCE).map(f64::sqrt);
-                let noise =
-                    JointNoise::of(&axes, &noise, &residual, &self.force.map(f64::sqrt), wander);
-                *joint = plant
-                    .and_then(|plant| Joint::new(&plant, &variances, noise))
-                    .ok()
-                    .map(Box::new);
-                joint.is_some()
-            }
-        };
     }
 
     /// What was learnt no longer holds.
@@ -434,8 +372,16 @@ impl Online {
     /// and signals, shape (6,); `None` before the first sample.
     ///
     /// # Errors
-    /// [`Error::Plant`] if the coefficients make no plant yet.
+    /// [`Error::Plant`] if the coefficients make no plant yet; [`Error::Setting`] unless the time is
+    /// from 0 to 3600 s.
     pub fn predict(&self, duration_s: f64) -> Result<Option<Vector6<f64>>, Error> {
+        if !(0.0..=LONGEST_PREDICTION_S).contains(&duration_s) {
+            return Err(Error::Setting {
+                name: "the time to predict over".to_owned(),
+                found: format!("{duration_s} s"),
+                expected: format!("from 0 to {LONGEST_PREDICTION_S} s"),
+            });
+        }
         let Some(last) = self.recent[0] else { return Ok(None) };
         let whole = Whole::new(&self.plant()?)?;
         let steps = (duration_s / 0.02).ceil().max(1.0);
@@ -471,49 +417,6 @@ impl Online {
         self.possible.project(&mut theta);
         Plant::new(self.structure.clone(), theta)
     }
-
-    /// What is estimated now.
-    ///
-    /// # Errors
-    /// [`Error::Plant`] if nothing was learnt yet.
-    pub fn estimate(&self) -> Result<OnlineEstimate, Error> {
-        let p = self.projected.len();
-        let information = self.recursive.information();
-        let mut covariance = covariance(&self.recursive);
-        let free: Vec<usize> = (0..p).filter(|k| self.recursive.held()[*k].is_none()).collect();
-        let scaled = DMatrix::from_fn(free.len(), free.len(), |a, b| {
-            let (i, j) = (free[a], free[b]);
-            let (own, other) = (information[i * (p + 1)], information[j * (p + 1)]);
-            if own > 0.0 && other > 0.0 {
-                information[i * p + j] / (own * other).sqrt()
-            } else {
-                0.0
-            }
-        });
-        let excitation = scaled.symmetric_eigenvalues().min().max(0.0);
-        let inflation = (0..p).map(|k| match self.recursive.held()[k] {
-            Some(_) => 1.0,
-            None => covariance[(k, k)] * information[k * (p + 1)],
-        });
-        let inflation = inflation.collect();
-        if let Engine::Ekf(Some(joint)) = &self.engine {
-            for k in 0..p {
-                let factor = (joint.variance(k) / covariance[(k, k)]).max(1.0).sqrt();
-                covariance.row_mut(k).scale_mut(factor);
-                covariance.column_mut(k).scale_mut(factor);
-            }
-        }
-        Ok(OnlineEstimate {
-            plant: self.plant()?,
-            std: (0..p).map(|k| covariance[(k, k)].sqrt()).collect(),
-            inflation,
-            excitation,
-            covariance,
-            residual: residual(&self.recursive),
-            independent_samples: self.recursive.independent_samples(),
-            elapsed_s: self.elapsed_s,
-        })
-    }
 }
 
 /// A sample holds so many signals, and something is to be found.
@@ -529,35 +432,6 @@ fn check_terms(structure: &Structure) -> Result<(), Error> {
         return refuse("holds every coefficient, so that nothing is left to identify".to_owned());
     }
     Ok(())
-}
-
-/// Root mean square of the residual of each axis.
-fn residual(recursive: &Recursive) -> Vector6<f64> {
-    let mut residual = Vector6::zeros();
-    for row in recursive.rows() {
-        residual[row.axis] = row.variance.sqrt();
-    }
-    residual
-}
-
-/// The inverse of information; zero of coefficients that are held.
-fn covariance(recursive: &Recursive) -> DMatrix<f64> {
-    let (information, held) = (recursive.information(), recursive.held());
-    let p = held.len();
-    let mut factor = Factor::of(p);
-    factor.set(&information, 1e-9);
-    let mut covariance = DMatrix::zeros(p, p);
-    for k in (0..p).filter(|k| held[*k].is_none()) {
-        if information[k * (p + 1)] <= 0.0 {
-            covariance[(k, k)] = f64::INFINITY;
-            continue;
-        }
-        let mut unit = vec![0.0; p];
-        unit[k] = 1.0;
-        factor.solve(&mut unit);
-        covariance.column_mut(k).copy_from_slice(&unit);
-    }
-    covariance
 }
 
 /// The terms that act on each axis at all.

@@ -236,7 +236,7 @@ fn plant(
     plant.nondimensional = prime::prime(&fit, &records.fit, vehicle);
     plant.driven = driven(&records);
     plant.single_axes = single_axes(&structure, &records, vehicle);
-    let of_axes = known::doubts(&fit, &plant, &records.fit, vehicle);
+    let of_axes = known::doubts(&fit, &plant.parameters, &records.fit, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
     plant.caveats.splice(0..0, disputed);
     let online = online::plants(&fit, &records, vehicle, options);

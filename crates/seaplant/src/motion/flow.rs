@@ -61,6 +61,11 @@ impl<const N: usize> Flow<N> {
         Self::with_columns(2 * N + coefficients + PUSHED_BY)
     }
 
+    /// A flow with columns for the state and for so many coefficients.
+    pub(crate) fn of_coefficients(count: usize) -> Self {
+        Self::with_columns(2 * N + count)
+    }
+
     /// A flow without derivatives.
     pub(crate) fn bare() -> Self {
         Self::with_columns(0)

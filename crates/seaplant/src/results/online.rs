@@ -24,6 +24,9 @@ pub struct OnlineHistory {
     pub excitation: f64,
     /// When the plant seemed to change.
     pub changes: Vec<PlantChanged>,
+    /// By what part every mass would have had to change at once to be noticed within two minutes;
+    /// absent where the motion is too short to tell.
+    pub noticeable_change: Option<f64>,
 }
 
 /// A change of the plant that was noticed.

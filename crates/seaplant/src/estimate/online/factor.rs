@@ -13,7 +13,7 @@ impl Factor {
         Self { n, lower: vec![0.0; n * n], scale: vec![1.0; n] }
     }
 
-    /// Factors `A + ridge · diag(A)`; a row and column without anything in them count as those of
+    /// Factors `A + ridge · diag(A)`, of which the lower half is read; a row and column without anything in them count as those of
     /// the unit matrix.
     pub(super) fn set(&mut self, matrix: &[f64], ridge: f64) {
         let n = self.n;
@@ -44,18 +44,13 @@ impl Factor {
     /// Solves for a right side, in its place.
     pub(super) fn solve(&self, x: &mut [f64]) {
         let n = self.n;
-        for i in 0..n {
-            x[i] *= self.scale[i];
-            for k in 0..i {
-                x[i] -= self.lower[i * n + k] * x[k];
-            }
-            x[i] /= self.lower[i * n + i];
+        for (i, row) in self.lower.chunks_exact(n).enumerate() {
+            x[i] = (x[i] * self.scale[i] - dot(&row[..i], &x[..i])) / row[i];
         }
-        for i in (0..n).rev() {
-            for k in i + 1..n {
-                x[i] -= self.lower[k * n + i] * x[k];
-            }
-            x[i] /= self.lower[i * n + i];
+        for (i, row) in self.lower.chunks_exact(n).enumerate().rev() {
+            let (before, own) = x.split_at_mut(i);
+            own[0] /= row[i];
+            before.iter_mut().zip(row).for_each(|(x, lower)| *x -= lower * own[0]);
         }
         for (x, scale) in x.iter_mut().zip(&self.scale) {
             *x *= scale;
@@ -63,8 +58,16 @@ impl Factor {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+/// Σ a b, in four sums that do not wait for each other.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (fours, rest) = a.as_chunks::<4>();
+    let (of_fours, of_rest) = b.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for (a, b) in fours.iter().zip(of_fours) {
+        sums.iter_mut().zip(a).zip(b).for_each(|((sum, a), b)| *sum += a * b);
+    }
+    let rest: f64 = rest.iter().zip(of_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use nalgebra::{SVector, Vector6};
 
+use super::noise::JointNoise;
 use super::possible::Possible;
 use super::step::Step;
 use crate::Error;
@@ -14,11 +15,8 @@ const SLICE_S: f64 = 0.1;
 /// Slices of a step at most.
 const MOST_SLICES: usize = 64;
 
-/// Correlation time of the disturbance on each axis, s.
-const CORRELATION_S: f64 = 10.0;
-
-/// The disturbance is no smaller than this part of the force that is typical.
-const LEAST_DISTURBANCE: f64 = 1e-3;
+/// Rows of ν and f before those of θ.
+const MOTION: usize = 12;
 
 /// The filter of filter error with the coefficients as slow states:
 ///
@@ -38,23 +36,17 @@ pub(super) struct Joint {
     disturbance: SVector<f64, 6>,
     /// Rows of ν (6), f (6) and θ; all of it, row by row.
     covariance: Vec<f64>,
-    top: Vec<f64>,
-    gain: Vec<f64>,
+    /// Six numbers for each row: of ν in F P, then of what a sample takes off.
+    top: Vec<[f64; 6]>,
+    /// Of each measured axis the gain, and the covariance with what is measured.
+    gains: [Vec<f64>; 6],
+    crossed: [Vec<f64>; 6],
     noise: JointNoise,
+    /// How fast coefficients wander, as a part of each in √s.
+    wander: f64,
     /// Which coefficients are to be found.
     is_free: Vec<bool>,
     is_moving: bool,
-}
-
-/// How strong noise is, by place of the plant's axes.
-#[derive(Clone, Copy)]
-pub(super) struct JointNoise {
-    /// Standard deviation of a sample of velocity, m/s or rad/s.
-    pub(super) velocity: Vector6<f64>,
-    /// Standard deviation of the disturbance, N or N m.
-    pub(super) disturbance: Vector6<f64>,
-    /// How fast coefficients wander, as a part of each in √s.
-    pub(super) wander: f64,
 }
 
 impl Joint {
@@ -63,25 +55,31 @@ impl Joint {
     ///
     /// # Errors
     /// [`Error::Plant`] if M cannot be inverted.
-    pub(super) fn new(plant: &Plant, variances: &[f64], noise: JointNoise) -> Result<Self, Error> {
+    pub(super) fn new(
+        plant: &Plant,
+        variances: &[f64],
+        (noise, wander): (JointNoise, f64),
+    ) -> Result<Self, Error> {
         let p = plant.coefficients().len();
-        let n = 12 + p;
+        let n = MOTION + p;
         let mut covariance = vec![0.0; n * n];
         for (k, variance) in variances.iter().enumerate() {
-            covariance[(12 + k) * (n + 1)] = *variance;
+            covariance[(MOTION + k) * (n + 1)] = *variance;
         }
         Ok(Self {
             plant: Prepared::new(plant)?,
-            flow: Flow::of_plant(p),
+            flow: Flow::of_coefficients(p),
             slices: vec![slice_for(plant.structure().signals().len()); MOST_SLICES],
             pushes: Vec::with_capacity(MOST_SLICES),
             theta: plant.coefficients().to_vec(),
             velocity: SVector::zeros(),
             disturbance: SVector::zeros(),
             covariance,
-            top: vec![0.0; 6 * n],
-            gain: vec![0.0; n],
+            top: vec![[0.0; 6]; n],
+            gains: std::array::from_fn(|_| vec![0.0; n]),
+            crossed: std::array::from_fn(|_| vec![0.0; n]),
             noise,
+            wander,
             is_free: variances.iter().map(|variance| *variance > 0.0).collect(),
             is_moving: false,
         })
@@ -94,7 +92,12 @@ impl Joint {
 
     /// The variance of a coefficient.
     pub(super) fn variance(&self, k: usize) -> f64 {
-        self.covariance[(12 + k) * (self.gain.len() + 1)].max(0.0)
+        self.covariance[(MOTION + k) * (self.top.len() + 1)].max(0.0)
+    }
+
+    /// Takes noise as it is seen now.
+    pub(super) fn set_noise(&mut self, noise: JointNoise) {
+        self.noise = noise;
     }
 
     /// Begins anew after a gap: motion and disturbance are not known.
@@ -104,9 +107,9 @@ impl Joint {
 
     /// Lets coefficients wander further: by so large a part of each.
     pub(super) fn reopen(&mut self, part: f64) {
-        let n = self.gain.len();
+        let n = self.top.len();
         for k in (0..self.theta.len()).filter(|k| self.is_free[*k]) {
-            self.covariance[(12 + k) * (n + 1)] += (part * self.theta[k]).powi(2);
+            self.covariance[(MOTION + k) * (n + 1)] += (part * self.theta[k]).powi(2);
         }
     }
 
@@ -116,12 +119,7 @@ impl Joint {
             self.begin(&step.velocity[0]);
         }
         self.predict(step);
-        let axes = *self.plant.axes();
-        for (place, axis) in axes.iter().enumerate() {
-            if let Some(axis) = axis {
-                self.correct(place, step.velocity[2][*axis]);
-            }
-        }
+        self.correct(&step.velocity[2]);
         possible.project(&mut self.theta);
         self.plant.renumber(&self.theta);
     }
@@ -129,8 +127,8 @@ impl Joint {
     fn begin(&mut self, velocity: &Vector6<f64>) {
         self.velocity = self.plant.on_axes(velocity);
         self.disturbance = SVector::zeros();
-        let n = self.gain.len();
-        for i in 0..12 {
+        let n = self.top.len();
+        for i in 0..MOTION {
             for j in 0..n {
                 self.covariance[i * n + j] = 0.0;
                 self.covariance[j * n + i] = 0.0;
@@ -171,111 +169,142 @@ impl Joint {
         self.pushes.clear();
         let push = HeldForce { force: step.force, ..HeldForce::default() };
         self.pushes.resize(count, push);
-        let (h, n) = (step.length_s, self.gain.len());
-        let decay = Decay { rate: SVector::repeat(1.0 / CORRELATION_S) };
+        let decay = Decay { rate: self.noise.correlation_s.map(f64::recip) };
         let Self { plant, slices, pushes, velocity, disturbance, flow, .. } = self;
         advance(plant, (&slices[..count], pushes), velocity, disturbance, &decay, flow);
-        let fade = (-h / CORRELATION_S).exp();
         self.velocity = self.flow.velocity;
-        self.disturbance *= fade;
-        // The first six rows of F P; the others are those of P, faded.
-        self.top.fill(0.0);
-        for (i, top) in self.top.chunks_exact_mut(n).enumerate() {
-            for (column, row) in self.flow.columns.iter().zip(self.covariance.chunks_exact(n)) {
-                let weight = column[i];
-                if weight != 0.0 {
-                    top.iter_mut().zip(row).for_each(|(sum, x)| *sum += weight * x);
-                }
-            }
-        }
-        for i in 0..6 {
-            for j in 0..6 {
-                let column = |k: usize| self.flow.columns[k][j] * self.top[i * n + k];
-                self.covariance[i * n + j] = (0..n).map(column).sum();
-            }
-            for j in 6..n {
-                let x = self.top[i * n + j] * if j < 12 { fade } else { 1.0 };
-                self.covariance[i * n + j] = x;
-                self.covariance[j * n + i] = x;
-            }
-        }
-        for i in 6..12 {
-            for j in 6..n {
-                let x = self.covariance[i * n + j] * fade * if j < 12 { fade } else { 1.0 };
-                self.covariance[i * n + j] = x;
-                self.covariance[j * n + i] = x;
-            }
-        }
-        self.add_noise(h);
+        let fade = decay.rate.map(|rate| (-rate * step.length_s).exp());
+        self.disturbance.component_mul_assign(&fade);
+        self.spread(&fade);
+        self.add_noise(step.length_s);
     }
 
+    /// `P ← F P Fᵀ`: F is `[Φ_ν, Φ_f, Φ_θ]` in the rows of ν, fades those of f and leaves θ as it
+    /// is.
+    fn spread(&mut self, fade: &SVector<f64, 6>) {
+        let Self { flow, covariance, top, .. } = self;
+        let n = top.len();
+        for (top, row) in top.iter_mut().zip(covariance.chunks_exact(n)) {
+            *top = weighted(&flow.columns, row);
+        }
+        let mut own = [[0.0; 6]; 6];
+        for (column, top) in flow.columns.iter().zip(top.iter()) {
+            for (own, weight) in own.iter_mut().zip(column.iter()) {
+                own.iter_mut().zip(top).for_each(|(sum, x)| *sum += weight * x);
+            }
+        }
+        for (i, own) in own.iter().enumerate() {
+            covariance[i * n..i * n + 6].copy_from_slice(own);
+        }
+        for (j, top) in top.iter().enumerate().skip(6) {
+            let left = if j < MOTION { fade[j - 6] } else { 1.0 };
+            for (i, x) in top.iter().enumerate() {
+                covariance[i * n + j] = x * left;
+                covariance[j * n + i] = x * left;
+            }
+        }
+        for i in 6..MOTION {
+            for j in i..n {
+                let left = if j < MOTION { fade[j - 6] } else { 1.0 };
+                let x = covariance[i * n + j] * fade[i - 6] * left;
+                covariance[i * n + j] = x;
+                covariance[j * n + i] = x;
+            }
+        }
+    }
+
+    /// What the disturbance adds within a step, by its own exact variance and that of its first
+    /// and second integral; and how far coefficients wander.
     fn add_noise(&mut self, h: f64) {
-        let n = self.gain.len();
+        let n = self.top.len();
         let inverse = *self.plant.inverse();
         for place in 0..6 {
-            let sigma = self.noise.disturbance[place];
-            let q = 2.0 * sigma * sigma / CORRELATION_S;
+            let (power, time_s) =
+                (self.noise.disturbance[place].powi(2), self.noise.correlation_s[place]);
+            let (once, twice) = ((-h / time_s).exp_m1(), (-2.0 * h / time_s).exp_m1());
+            let moved = 2.0 * power * time_s * time_s * (h / time_s + 2.0 * once - 0.5 * twice);
+            let cross = power * time_s * once * once;
             let column = inverse.column(place);
             for i in 0..6 {
                 for j in 0..6 {
-                    self.covariance[i * n + j] += column[i] * column[j] * q * h * h * h / 3.0;
+                    self.covariance[i * n + j] += column[i] * column[j] * moved;
                 }
-                let cross = column[i] * 0.5 * q * h * h;
-                self.covariance[i * n + 6 + place] += cross;
-                self.covariance[(6 + place) * n + i] += cross;
+                self.covariance[i * n + 6 + place] += column[i] * cross;
+                self.covariance[(6 + place) * n + i] += column[i] * cross;
             }
-            self.covariance[(6 + place) * (n + 1)] += q * h;
+            self.covariance[(6 + place) * (n + 1)] -= power * twice;
         }
         for k in (0..self.theta.len()).filter(|k| self.is_free[*k]) {
-            let wander = self.noise.wander * self.theta[k];
-            self.covariance[(12 + k) * (n + 1)] += wander * wander * h;
+            let wander = self.wander * self.theta[k];
+            self.covariance[(MOTION + k) * (n + 1)] += wander * wander * h;
         }
     }
 
-    fn correct(&mut self, place: usize, y: f64) {
-        let n = self.gain.len();
-        let variance = self.covariance[place * (n + 1)] + self.noise.velocity[place].powi(2);
-        let e = y - self.velocity[place];
-        for k in 0..n {
-            self.gain[k] = self.covariance[k * n + place] / variance;
+    /// Takes measured velocity in, one axis after the other; the covariance follows at the end.
+    fn correct(&mut self, measured: &Vector6<f64>) {
+        let n = self.top.len();
+        let axes = *self.plant.axes();
+        for (place, axis) in axes.into_iter().enumerate() {
+            let Some(axis) = axis else {
+                self.gains[place].fill(0.0);
+                self.crossed[place].fill(0.0);
+                continue;
+            };
+            let (before, now) = self.crossed.split_at_mut(place);
+            let crossed = &mut now[0];
+            crossed.copy_from_slice(&self.covariance[place * n..(place + 1) * n]);
+            for (taken, gain) in before.iter().zip(&self.gains) {
+                let part = taken[place];
+                crossed.iter_mut().zip(gain).for_each(|(x, gain)| *x -= part * gain);
+            }
+            let inverse = 1.0 / (crossed[place] + self.noise.velocity[place].powi(2));
+            let e = measured[axis] - self.velocity[place];
+            for (gain, x) in self.gains[place].iter_mut().zip(crossed) {
+                *gain = *x * inverse;
+            }
+            let gain = &self.gains[place];
+            for k in 0..6 {
+                self.velocity[k] += gain[k] * e;
+                self.disturbance[k] += gain[6 + k] * e;
+            }
+            for (theta, gain) in self.theta.iter_mut().zip(&gain[MOTION..]) {
+                *theta += gain * e;
+            }
         }
-        for k in 0..6 {
-            self.velocity[k] += self.gain[k] * e;
-            self.disturbance[k] += self.gain[6 + k] * e;
-        }
-        for (theta, gain) in self.theta.iter_mut().zip(&self.gain[12..]) {
-            *theta += gain * e;
-        }
-        for (row, gain) in self.covariance.chunks_exact_mut(n).zip(&self.gain) {
-            let gain = gain * variance;
-            row.iter_mut().zip(&self.gain).for_each(|(x, other)| *x -= gain * other);
+        self.take_off();
+    }
+
+    /// P less the gains times what they are of: the lower half, and the upper as its mirror.
+    fn take_off(&mut self) {
+        let n = self.top.len();
+        let Self { covariance, gains: [a, b, c, d, e, f], crossed, .. } = self;
+        for i in 0..n {
+            let [p, q, r, s, t, u] = crossed.each_ref().map(|x| x[i]);
+            let (above, row) = covariance.split_at_mut(i * n);
+            let row = &mut row[..=i];
+            let m = row.len();
+            let (a, b, c) = (&a[..m], &b[..m], &c[..m]);
+            let (d, e, f) = (&d[..m], &e[..m], &f[..m]);
+            for j in 0..m {
+                row[j] -= p * a[j] + q * b[j] + r * c[j] + s * d[j] + t * e[j] + u * f[j];
+            }
+            for (j, x) in row[..i].iter().enumerate() {
+                above[j * n + i] = *x;
+            }
         }
     }
+}
+
+/// Σ_k x_k of each column.
+fn weighted(columns: &[SVector<f64, 6>], x: &[f64]) -> [f64; 6] {
+    let mut sum = [0.0; 6];
+    for (column, &x) in columns.iter().zip(x) {
+        sum.iter_mut().zip(&column.data.0[0]).for_each(|(sum, of)| *sum += x * of);
+    }
+    sum
 }
 
 /// A slice with room for so many signals.
 fn slice_for(signals: usize) -> Slice {
     Slice { signals: std::array::from_fn(|_| vec![0.0; signals]), ..Slice::default() }
-}
-
-impl JointNoise {
-    /// Noise of what was seen so far: velocity, residual of the equation and force, by axis.
-    pub(super) fn of(
-        axes: &[usize],
-        velocity: &Vector6<f64>,
-        residual: &Vector6<f64>,
-        force: &Vector6<f64>,
-        wander: f64,
-    ) -> Self {
-        let placed = |x: &dyn Fn(usize) -> f64| {
-            Vector6::from_fn(|place, _| axes.get(place).map_or(1.0, |axis| x(*axis)))
-        };
-        Self {
-            velocity: placed(&|i| velocity[i].max(f64::EPSILON)),
-            disturbance: placed(&|i| {
-                residual[i].max(LEAST_DISTURBANCE * force[i]).max(f64::EPSILON)
-            }),
-            wander,
-        }
-    }
 }

@@ -115,11 +115,27 @@ fn after(grid: Grid) -> Grid {
 /// Grids are no finer and no coarser, s.
 const PERIOD_S: [f64; 2] = [0.02, 1.0];
 
-fn of_record(record: &CoupledRecord, structure: &Structure) -> Result<Stretch, Error> {
-    let series = structure.axes().iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
-    let period_s = series.map(Timed::period_s).fold(f64::INFINITY, f64::min);
+/// For the sake of a slow sensor samples are no further apart than this, s: roll and pitch of a
+/// small vehicle change within it.
+const SLOW_S: f64 = 0.2;
+
+/// The grid of the slowest velocity: between its samples nothing new is known of it, and what is
+/// interpolated would pass for more samples, with less noise, than there are.
+fn grid_of(record: &CoupledRecord, structure: &Structure) -> Grid {
+    let series = || structure.axes().iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
+    let fastest_s = series().map(Timed::period_s).fold(f64::INFINITY, f64::min);
+    let is_no_slower = |one: &&Timed| one.period_s() <= fastest_s.max(SLOW_S);
+    let slowest =
+        series().filter(is_no_slower).max_by(|a, b| a.period_s().total_cmp(&b.period_s()));
     let (from_s, to_s) = record.window_s;
-    let grid = Grid::spanning(from_s, to_s, period_s.clamp(PERIOD_S[0], PERIOD_S[1]));
+    let Some(slowest) = slowest else { return Grid::spanning(from_s, to_s, PERIOD_S[1]) };
+    let first = slowest.time_s().iter().find(|t| **t >= from_s && **t <= to_s);
+    let period_s = slowest.period_s().clamp(PERIOD_S[0], PERIOD_S[1]);
+    Grid::spanning(first.copied().unwrap_or(from_s), to_s, period_s)
+}
+
+fn of_record(record: &CoupledRecord, structure: &Structure) -> Result<Stretch, Error> {
+    let grid = grid_of(record, structure);
     let columns = |of: &dyn Fn(usize) -> Option<Vec<f64>>| -> Vec<Vec<f64>> {
         (0..6).map(|i| of(i).unwrap_or_else(|| vec![0.0; grid.len])).collect()
     };
@@ -218,6 +234,7 @@ impl OnlineHistory {
             settled_s: names.iter().enumerate().map(settled).collect(),
             excitation: fit.estimate.excitation,
             changes: fit.changes.iter().map(|(trial, change)| changed(trial, change)).collect(),
+            noticeable_change: fit.estimate.noticeable_change,
         }
     }
 }

@@ -117,10 +117,11 @@ impl Possible {
     /// are what they are held at; where M is then none of a body, nothing couples their axes.
     pub fn project(&self, theta: &mut [f64]) {
         self.hold(theta);
-        self.project_mass(theta);
-        self.hold(theta);
-        if self.mass(theta).cholesky().is_none() {
-            self.uncouple(theta);
+        if self.lifts_mass(theta) {
+            self.hold(theta);
+            if self.mass(theta).cholesky().is_none() {
+                self.uncouple(theta);
+            }
         }
         for &k in &self.positive {
             theta[k] = theta[k].max(0.0);
@@ -155,7 +156,8 @@ impl Possible {
         }
     }
 
-    fn project_mass(&self, theta: &mut [f64]) {
+    /// Makes M that of a body; false if it was.
+    fn lifts_mass(&self, theta: &mut [f64]) -> bool {
         let mass = self.mass(theta);
         let excess = mass - self.rigid_body;
         // Numbers that say nothing yet may be anything.
@@ -167,7 +169,7 @@ impl Possible {
         }));
         let above = excess - floor;
         if above.cholesky().is_some() && (0..6).all(|i| mass[(i, i)] >= self.least[i]) {
-            return;
+            return false;
         }
         let scaled = Matrix6::from_fn(|i, j| above[(i, j)] / (scale[i] * scale[j]));
         let eigen = scaled.symmetric_eigen();
@@ -184,6 +186,7 @@ impl Possible {
                 }
             }
         }
+        true
     }
 }
 

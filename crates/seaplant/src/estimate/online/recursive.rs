@@ -2,8 +2,9 @@
 
 use nalgebra::Vector6;
 
-use super::factor::Factor;
+use super::factor::{Factor, dot};
 use super::instruments::Instruments;
+use super::noise::Colour;
 use super::possible::Possible;
 use super::step::Step;
 
@@ -187,25 +188,27 @@ impl Recursive {
         let (mut power, mut noise) = (0.0, 0.0);
         self.sum.fill(0.0);
         self.theta.fill(0.0);
-        for axis in self.axes.iter().filter(|axis| axis.is_scaled()) {
+        for axis in self.axes.iter_mut().filter(|axis| axis.is_scaled()) {
             let weight = 1.0 / axis.floored();
-            let n = axis.terms.len();
-            for (a, &i) in axis.terms.iter().enumerate() {
-                self.theta[i] += weight * (axis.vector[a] - axis.excess_vector[a]);
-                for (b, &j) in axis.terms.iter().enumerate() {
-                    self.sum[i * p + j] += weight * axis.information[a * n + b];
-                    let excess = weight * axis.excess[a * n + b] * self.before[j];
-                    self.theta[i] += excess;
-                    noise += self.before[i] * excess;
-                    let own = weight * axis.information[a * n + b];
-                    power += self.before[i] * own * self.before[j];
-                }
+            let Axis { terms, information, vector, excess, excess_vector, along, .. } = axis;
+            let (n, before) = (terms.len(), along);
+            before.iter_mut().zip(terms.iter()).for_each(|(x, k)| *x = self.before[*k]);
+            let rows = information.chunks_exact(n).zip(excess.chunks_exact(n));
+            for (a, (own, excess)) in rows.enumerate() {
+                let i = terms[a];
+                let added = dot(excess, before);
+                self.theta[i] += weight * (vector[a] - excess_vector[a] + added);
+                noise += weight * before[a] * added;
+                power += weight * before[a] * dot(own, before);
+                // The lower half is all that is read.
+                let sum = &mut self.sum[i * p..(i + 1) * p];
+                terms[..=a].iter().zip(own).for_each(|(j, own)| sum[*j] += weight * own);
             }
         }
         for k in 0..p {
             let Some(value) = self.held[k] else { continue };
             for i in 0..p {
-                self.theta[i] -= self.sum[i * p + k] * value;
+                self.theta[i] -= self.sum[i.max(k) * p + i.min(k)] * value;
             }
             clear(&mut self.sum, p, k);
         }
@@ -257,6 +260,18 @@ impl Recursive {
             regressors: &axis.row,
             residual: axis.residual,
             variance: axis.floored(),
+        })
+    }
+
+    /// What the residual of each axis says of noise; of axes whose residual is not known yet,
+    /// nothing.
+    pub(super) fn colours(&self, step_s: f64) -> impl Iterator<Item = Colour> {
+        let scaled = self.axes.iter().filter(|axis| axis.is_scaled());
+        scaled.map(move |axis| Colour {
+            axis: axis.index,
+            variance: axis.floored(),
+            product: axis.product,
+            lag_s: axis.past.len().max(1) as f64 * step_s,
         })
     }
 
@@ -356,33 +371,36 @@ impl Axis {
 
     /// Adds the row to the information, after forgetting along it.
     fn take(&mut self, y: f64, keep: f64) {
-        let n = self.row.len();
         if keep < 1.0 {
-            for a in 0..n {
-                let row = &self.information[a * n..(a + 1) * n];
-                self.along[a] = row.iter().zip(&self.row).map(|(x, phi)| x * phi).sum();
-            }
-            let power: f64 = self.along.iter().zip(&self.row).map(|(x, phi)| x * phi).sum();
-            let told: f64 = self.vector.iter().zip(&self.row).map(|(x, phi)| x * phi).sum();
-            if power > f64::MIN_POSITIVE {
-                let part = (1.0 - keep) / power;
-                for a in 0..n {
-                    self.vector[a] -= part * self.along[a] * told;
-                    for b in 0..n {
-                        self.information[a * n + b] -= part * self.along[a] * self.along[b];
-                    }
-                }
-            }
+            self.forget_along(keep);
         }
-        for a in 0..n {
-            let noise = self.row[a] - self.instrument[a];
-            self.vector[a] += self.row[a] * y;
+        let n = self.row.len();
+        let rows = self.information.chunks_exact_mut(n).zip(self.excess.chunks_exact_mut(n));
+        for (a, (information, excess)) in rows.enumerate() {
+            let (phi, noise) = (self.row[a], self.row[a] - self.instrument[a]);
+            self.vector[a] += phi * y;
             self.excess_vector[a] = keep * self.excess_vector[a] + noise * y;
-            for b in 0..n {
-                self.information[a * n + b] += self.row[a] * self.row[b];
-                let excess = &mut self.excess[a * n + b];
-                *excess = keep * *excess + noise * self.row[b];
-            }
+            information.iter_mut().zip(&self.row).for_each(|(x, other)| *x += phi * other);
+            excess.iter_mut().zip(&self.row).for_each(|(x, other)| *x = keep * *x + noise * other);
+        }
+    }
+
+    /// Forgets what the row says of the coefficients.
+    fn forget_along(&mut self, keep: f64) {
+        let n = self.row.len();
+        for (along, row) in self.along.iter_mut().zip(self.information.chunks_exact(n)) {
+            *along = dot(row, &self.row);
+        }
+        let (power, told) = (dot(&self.along, &self.row), dot(&self.vector, &self.row));
+        if power <= f64::MIN_POSITIVE {
+            return;
+        }
+        let part = (1.0 - keep) / power;
+        let rows = self.information.chunks_exact_mut(n).zip(&mut self.vector);
+        for ((information, vector), along) in rows.zip(&self.along) {
+            *vector -= part * along * told;
+            let by = part * along;
+            information.iter_mut().zip(&self.along).for_each(|(x, other)| *x -= by * other);
         }
     }
 }

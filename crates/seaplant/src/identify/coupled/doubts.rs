@@ -42,7 +42,7 @@ pub(super) fn doubts(
     all.extend(of_vehicle);
     all.extend(not_dissipative(fit, records));
     all.extend(restoring(fit, vehicle));
-    all.extend(scores(plant));
+    all.extend(scores(&plant.fit, plant.hold_out.as_ref()));
     all.extend(not_white(fit));
     all.extend(another_power(fit));
     all.extend(changing_thrust(fit));
@@ -234,13 +234,15 @@ fn restoring(fit: &CoupledFit, vehicle: &Vehicle) -> Option<Caveat> {
 const CONTRADICTION: f64 = 3.0;
 const CONTRADICTION_PART: f64 = 0.1;
 
-fn scores(plant: &CoupledPlant) -> Vec<Caveat> {
-    let (score, where_) = match &plant.hold_out {
+/// What the error on held-out trials says against a plant, or on fitted ones where none are held
+/// out.
+pub(super) fn scores(fit: &CoupledScore, hold_out: Option<&CoupledScore>) -> Vec<Caveat> {
+    let (score, where_) = match hold_out {
         Some(held) => (held, "the held-out trials"),
-        None => (&plant.fit, "the trials that it was fitted to"),
+        None => (fit, "the trials that it was fitted to"),
     };
     let mut all = no_better(score, where_);
-    if plant.hold_out.is_none() {
+    if hold_out.is_none() {
         let message =
             "the error is that on fitted trials; hold out one trial with role = \"hold-out\"";
         all.push(Caveat::note(CaveatCode::ScoredOnFit, message));

@@ -1,11 +1,13 @@
 //! Whether the mass and drag of each axis are known, and possible.
 
+use std::collections::BTreeMap;
+
 use super::doubts::is_pushed;
 use crate::caveat::spoken;
 use crate::diagnose::impossible_mass;
 use crate::estimate::CoupledFit;
 use crate::plant::{Basis, Product};
-use crate::results::{Coefficient, CoupledPlant, Parameter};
+use crate::results::{Coefficient, Parameter};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Estimate, Vehicle};
 
 /// A mass interval whose ends are further apart than this factor says nothing of mass.
@@ -17,13 +19,13 @@ const WIDEST_DRAG: f64 = 0.5;
 /// Doubts about the axes that are pushed; those of others follow from what these do.
 pub(super) fn doubts(
     fit: &CoupledFit,
-    plant: &CoupledPlant,
+    parameters: &BTreeMap<String, Coefficient>,
     records: &[&CoupledRecord],
     vehicle: &Vehicle,
 ) -> Vec<(Dof, Caveat)> {
-    let pushed = plant.axes.iter().filter(|dof| is_pushed(fit, records, **dof));
+    let pushed = fit.plant.axes().iter().filter(|dof| is_pushed(fit, records, **dof));
     let of = |&dof: &Dof| {
-        let mass = parameter(plant.parameters.get(&Basis::Mass(dof, dof).to_string())?);
+        let mass = parameter(parameters.get(&Basis::Mass(dof, dof).to_string())?);
         let drag = unknown_drag(fit, dof, records);
         let impossible = impossible_mass(dof, &mass, vehicle);
         Some([impossible, unknown_mass(dof, &mass), drag].map(|caveat| Some((dof, caveat?))))

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::{Records, coefficient_of, failure, score};
+use super::{Records, coefficient_of, doubts as batch_doubts, failure, known, rivals, score};
 use crate::estimate::CoupledFit;
 use crate::estimate::online::{OnlineFit, OnlineOptions, Scheme, fit_online_coupled, logs::doubts};
 use crate::motion::{body_from_world, interpolated_attitude};
 use crate::results::{CoupledOnline, Failure};
-use crate::{CoupledRecord, Error, IdentifyOptions, Method, Timed, Vehicle};
+use crate::{Caveat, CoupledRecord, Error, IdentifyOptions, Method, Timed, Vehicle};
 
 /// The plants of the methods that were asked for, with the terms that filter error found, under
 /// thrust as it acts by what it found, scored with its currents; and which methods could
@@ -58,7 +58,32 @@ fn plant(
             found.mean_current()
         })?),
     };
+    plant.caveats.extend(beside_batch(found, &fit, &plant, &records.fit, vehicle));
+    plant.caveats.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
     Ok(plant)
+}
+
+/// Doubts that show beside the batch, in what is known of the vehicle, and on trials.
+fn beside_batch(
+    found: &CoupledFit,
+    fit: &OnlineFit,
+    plant: &CoupledOnline,
+    records: &[&CoupledRecord],
+    vehicle: &Vehicle,
+) -> Vec<Caveat> {
+    let online = CoupledFit {
+        plant: fit.estimate.plant.clone(),
+        covariance: fit.estimate.covariance.clone(),
+        method: plant.method,
+        samples: fit.samples,
+        ..found.clone()
+    };
+    let known = known::doubts(&online, &plant.parameters, records, vehicle);
+    let scores = batch_doubts::scores(&plant.fit, plant.hold_out.as_ref());
+    let mut all: Vec<Caveat> = known.into_iter().map(|(_, caveat)| caveat).collect();
+    all.extend(rivals::from_batch(found, &online, records));
+    all.extend(scores);
+    all
 }
 
 /// A record with thrust as it acts and velocity through the water.

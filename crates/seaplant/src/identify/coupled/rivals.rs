@@ -48,6 +48,27 @@ pub(super) fn disagreement(
     })
 }
 
+/// That a method that works sample by sample finds another plant than the batch.
+pub(super) fn from_batch(
+    batch: &CoupledFit,
+    online: &CoupledFit,
+    records: &[&CoupledRecord],
+) -> Option<Caveat> {
+    let axes = batch.plant.axes().iter();
+    let apart = axes.filter_map(|dof| apart(batch, online, *dof, records));
+    let named: Vec<String> = apart.map(|one| one.message).collect();
+    (!named.is_empty()).then(|| {
+        let message = format!(
+            "{} finds another plant than {}, which takes all of the trials at once: {}; the intervals do not include the cause of this; use that of {}",
+            online.method,
+            batch.method,
+            named.join("; "),
+            batch.method
+        );
+        Caveat::warning(CaveatCode::MethodsDisagree, message)
+    })
+}
+
 /// What two plants disagree on.
 struct Apart {
     message: String,
