@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from seaplant import _native
 from seaplant._choices import Settings
+from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant.plants import INPUTS, STATES, Plant, by_name
 from seaplant.vehicles import Vehicle
@@ -71,7 +72,7 @@ class OnlineEstimate:
         return f"<OnlineEstimate after {self.elapsed_s:.0f} s: {told}>"
 
 
-class Online:
+class Online(Named):
     """Identifies a plant sample by sample; it keeps a few matrices and nothing of the past.
 
     Parameters

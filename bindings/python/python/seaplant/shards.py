@@ -9,6 +9,7 @@ from typing import Any
 
 from seaplant import _native
 from seaplant._choices import Settings, Terms, terms_of
+from seaplant._named import Named
 from seaplant._results import AccumulatedPlant
 from seaplant.errors import InputError
 from seaplant.trials import Trial, only
@@ -82,7 +83,7 @@ class ShardClock:
         )
 
 
-class Shards:
+class Shards(Named):
     """What shards of records say of one degree of freedom; made by `Shards.of`.
 
     They add up, in any order, to what the record says in one piece: ``one + other`` has the

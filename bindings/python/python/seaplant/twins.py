@@ -14,6 +14,7 @@ import numpy as np
 from seaplant import _native
 from seaplant._choices import Methods, methods_of
 from seaplant._files import write_files
+from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant._results import MonteCarloTable, Truth
 from seaplant.errors import InputError
@@ -29,7 +30,7 @@ __all__ = ["Twin", "monte_carlo", "monte_carlo_frame", "twin"]
 Spec = str | PathLike[str] | Mapping[str, Any] | None
 
 
-class Twin:
+class Twin(Named):
     """The logs of a vehicle, and what is true of it; made by `twin`.
 
     Parameters
