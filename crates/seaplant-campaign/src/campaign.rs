@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use seaplant::results::{BollardPullResult, FileOffset, Identification, InputFile, Parameter};
 use seaplant::{
     BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Stage, Surface, Term, Terms,
-    ThrusterInput, Trial, Vehicle, fit_bollard_pull, identify_watched,
+    ThrusterInput, Trial, Vehicle, fit_bollard_pull, identify_watched, stages,
 };
 use seaplant_log::Log;
 
@@ -112,8 +112,17 @@ impl Campaign {
         self.identify_watched(command, &mut |_| {})
     }
 
-    /// [`Self::identify`], that tells of each fit before it is made.
-    pub fn identify_watched(&self, command: &str, watch: &mut dyn FnMut(Stage)) -> Identification {
+    /// The fits that [`Self::identify`] makes, in order, with what they may cost.
+    pub fn stages(&self) -> Vec<Stage> {
+        stages(&self.vehicle, &self.trials, &self.options)
+    }
+
+    /// [`Self::identify`], that tells of each of its [`Self::stages`] before it begins.
+    pub fn identify_watched(
+        &self,
+        command: &str,
+        watch: &mut dyn FnMut(&Stage),
+    ) -> Identification {
         let mut found = identify_watched(&self.vehicle, &self.trials, &self.options, watch);
         let results = &mut found.results;
         results.provenance.command = command.to_owned();
