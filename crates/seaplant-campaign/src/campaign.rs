@@ -12,7 +12,6 @@ use seaplant_log::Log;
 
 use crate::bench::{Bench, read_bench};
 use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, LogEntry, TrialEntry};
-use crate::pattern::recording_in;
 use crate::plant_file::{check_plans, coupled_axes, plans};
 use crate::recording::{ChannelMap, SourcedTrial, read_trial, trial_of};
 use crate::vehicle_file::{SourcedVehicle, read_vehicle};
@@ -158,7 +157,7 @@ impl Campaign {
         let channels = all_channels(file, entry);
         let channels = channel_map(&self.path, channels, &self.vehicle)?;
         let logs = entry.log.files().iter();
-        let logs = logs.map(|log| Ok(recording_in(&toml_file::resolve(&self.path, log)?)));
+        let logs = logs.map(|log| toml_file::resolve(&self.path, log));
         let logs = logs.collect::<Result<Vec<_>, Error>>()?;
         let coupled = coupled_axes(&self.options.coupled);
         read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle, &coupled)
