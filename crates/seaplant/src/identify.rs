@@ -133,7 +133,8 @@ pub fn identify_watched(
         begins(axes, Method::FilterError);
     });
     nomoto::identify(vehicle, trials, options, &mut found.results);
-    found.results.caveats.push(thrust_scale(vehicle));
+    let scale = thrust_scale(vehicle, &found.results);
+    found.results.caveats.push(scale);
     found.results.consequences = consequences(&found.results);
     found
 }

@@ -60,7 +60,7 @@ class ShardClock:
         Raises
         ------
         InputError
-            If the trial is too short to tell.
+            If the trial is too short.
         """
         dof = only(trial.dofs, dof, "the trial")
         return cls(**json.loads(_native.shard_clock(trial._native, dof)))
@@ -165,7 +165,7 @@ class Shards(Named):
         Raises
         ------
         InputError
-            If the rows do not tell the terms apart.
+            If the rows do not determine each term.
         """
         return AccumulatedPlant.from_dict(json.loads(self._native.plant()))
 

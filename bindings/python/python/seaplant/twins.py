@@ -113,7 +113,7 @@ def twin(spec: Spec = None, **changes: Any) -> Twin:
         What the twin is and does: a TOML file, or its keys; the Jason 2 twin if not given.
     **changes
         Keys in place of those of ``spec``, such as ``seed``, ``dofs``, ``duration_s``,
-        ``noise`` and ``disturbances``; ``seaplant schema twin`` tells all.
+        ``noise`` and ``disturbances``; ``seaplant schema twin`` prints all.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def monte_carlo(
     on_run: Callable[[int], object] | None = None,
     **changes: Any,
 ) -> MonteCarloTable:
-    """Tells how well methods do on a twin: errors and coverage over many seeds.
+    """Measures how well methods do on a twin: errors and coverage over many seeds.
 
     Parameters
     ----------

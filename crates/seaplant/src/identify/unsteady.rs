@@ -261,7 +261,7 @@ impl Work<'_> {
                 };
                 let reasons: Vec<String> = contenders.iter().filter_map(reason).collect();
                 format!(
-                    "none of them gives a physical plant ({}); check thrust, its unit and its sign, and drive longer and more varied",
+                    "none of them gives a physical plant ({}); check thrust, its unit and its sign; run longer trials with more variation of thrust",
                     reasons.join("; ")
                 )
             },

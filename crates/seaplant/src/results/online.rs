@@ -31,7 +31,7 @@ pub struct OnlineHistory {
 pub struct PlantChanged {
     /// In which trial.
     pub trial: String,
-    /// When it began, as far as blocks of 15 s tell, s of the log.
+    /// When it began, to blocks of 15 s, s of the log.
     pub since_s: f64,
     /// When it was noticed, s of the log.
     pub noticed_s: f64,
