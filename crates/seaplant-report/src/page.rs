@@ -23,6 +23,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use crate::chart::{Chart, Sheet};
+use crate::drawn::Drawn;
 use crate::figure::{Plate, Subject, Thumbnails, style_sheet};
 use crate::{Error, words};
 
@@ -82,6 +83,7 @@ pub(crate) struct Pictures<'a> {
     pub(crate) charts: &'a [Chart],
     pub(crate) plates: &'a [Plate],
     pub(crate) thumbnails: &'a Thumbnails,
+    pub(crate) drawn: &'a Drawn,
 }
 
 impl Pictures<'_> {
