@@ -64,8 +64,8 @@ pub fn finish(
     })?;
     output.give(results, || summary::of(results, &sketches, target.folder))?;
     if output.quiet && !output.json {
-        for f in &results.failures {
-            output.error(&anyhow!("{} by {}: {}", f.dof, f.method, f.message));
+        for (dof, methods, why) in results.reasons() {
+            output.error(&anyhow!("{dof} by {methods}: {why}"));
         }
     }
     Ok(())
