@@ -183,12 +183,11 @@ mod tests {
 
     #[test]
     fn channels_go_on_in_the_next_recording() {
-        let mut first = Log::default();
-        first.channels = vec![channel("/a/x", &[(0.0, 1.0), (1.0, 2.0)])];
-        let mut next = Log::default();
+        let log = |channels| Log { channels, ..Log::default() };
+        let first = log(vec![channel("/a/x", &[(0.0, 1.0), (1.0, 2.0)])]);
         // A message that was stamped before the recorder changed files; one that both hold.
         let late = [(0.5, 3.0), (1.0, 4.0), (2.0, 5.0)];
-        next.channels = vec![channel("/a/x", &late), channel("/b/y", &[(2.0, 6.0)])];
+        let next = log(vec![channel("/a/x", &late), channel("/b/y", &[(2.0, 6.0)])]);
         let log = follow(first, next);
         let [x, y] = log.channels() else { panic!("{:?}", log.channels()) };
         assert_eq!(x.time_s(), [0.0, 0.5, 1.0, 2.0]);

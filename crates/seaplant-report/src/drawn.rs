@@ -123,7 +123,8 @@ mod tests {
         let key = ("surge".to_owned(), Role::Fit);
         let drawn = Drawn { picked: [(key, many)].into() };
         let note = drawn.note("surge", Role::Fit).expect("not all are drawn");
-        assert!(note.contains(" of 10 000 trials are drawn"), "{note}");
+        let words = format!(" of {} trials are drawn", count(10_000_u64));
+        assert!(note.contains(&words), "{note}");
         assert_eq!(drawn.note("surge", Role::HoldOut), None);
     }
 }
