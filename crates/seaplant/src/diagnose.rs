@@ -106,7 +106,7 @@ fn beside_dry_mass(vehicle: &Vehicle, results: &Results) -> String {
         return String::new();
     }
     format!(
-        "; the effective mass is {} times the stated {} kg in air, where closed hulls have 1 to 2.5 times and open frames up to 7",
+        "; the effective mass is {} times the stated {} kg in air, where closed hulls have 1 to 2.5 times and open frames up to 6",
         times.join(", "),
         spoken(dry)
     )
