@@ -117,11 +117,7 @@ impl Campaign {
     }
 
     /// [`Self::identify`], that tells of each of its [`Self::stages`] before it begins.
-    pub fn identify_watched(
-        &self,
-        command: &str,
-        watch: &mut dyn FnMut(&Stage),
-    ) -> Identification {
+    pub fn identify_watched(&self, command: &str, watch: &mut dyn FnMut(&Stage)) -> Identification {
         let mut found = identify_watched(&self.vehicle, &self.trials, &self.options, watch);
         let results = &mut found.results;
         results.provenance.command = command.to_owned();

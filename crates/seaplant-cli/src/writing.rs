@@ -46,9 +46,9 @@ impl<'a> Permit<'a> {
         let Ok(there) = target.canonicalize() else { return Ok(()) };
         // What is in the folder of a bag was read, too.
         let is_it = |input: &PathBuf| {
-            input.canonicalize().is_ok_and(|input| {
-                input == there || (is_bag(&input) && there.starts_with(&input))
-            })
+            input
+                .canonicalize()
+                .is_ok_and(|input| input == there || (is_bag(&input) && there.starts_with(&input)))
         };
         if self.inputs.iter().any(is_it) {
             bail!(

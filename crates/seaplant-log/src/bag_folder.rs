@@ -86,9 +86,8 @@ fn source(folder: &Path, parts: &[Source]) -> Source {
 fn follow(mut log: Log, next: Log) -> Log {
     let mut joined: Vec<Joined> = Vec::new();
     for channel in next.channels {
-        let same = |known: &&mut Channel| {
-            known.column == channel.column && known.unit == channel.unit
-        };
+        let same =
+            |known: &&mut Channel| known.column == channel.column && known.unit == channel.unit;
         match log.channels.iter_mut().find(same) {
             Some(known) => join(known, &channel, &mut joined),
             None => log.channels.push(Channel { source: 0, ..channel }),

@@ -433,5 +433,11 @@ fn the_folder_of_a_bag_that_was_split_is_one_log() {
     // `sha256sum *.csv | cut -c1-64 | sha256sum` of GNU coreutils.
     let expected = "c4658ccaaca4c90cc106f4676500027dde30d71600b0dfd61f057e9164116599";
     assert_eq!(source.sha256, expected);
-    assert_eq!(seaplant_log::Survey::open(&[(path.to_owned(), ReadOptions::default())]).unwrap().channels().len(), 1);
+    assert_eq!(
+        seaplant_log::Survey::open(&[(path.to_owned(), ReadOptions::default())])
+            .unwrap()
+            .channels()
+            .len(),
+        1
+    );
 }

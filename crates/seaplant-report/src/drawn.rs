@@ -41,9 +41,8 @@ impl Drawn {
             let held_out = plant.hold_out.iter().map(|score| (Role::HoldOut, score));
             for (role, score) in held_out.chain([(Role::Fit, &plant.fit)]) {
                 // Each axis in units of its own.
-                let part = |of: &AxisScore| {
-                    of.mean_abs_error.unwrap_or(f64::INFINITY) / of.null_error
-                };
+                let part =
+                    |of: &AxisScore| of.mean_abs_error.unwrap_or(f64::INFINITY) / of.null_error;
                 let errors = score.trials.iter().map(|(trial, axes)| {
                     (trial.clone(), axes.values().map(part).fold(0.0, f64::max))
                 });

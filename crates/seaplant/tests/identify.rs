@@ -2,8 +2,7 @@
 
 use seaplant::twin::{TwinSpec, make};
 use seaplant::{
-    Dof, IdentifyOptions, Method, Stage, Trial, TrialSetup, identify, identify_watched,
-    stages,
+    Dof, IdentifyOptions, Method, Stage, Trial, TrialSetup, identify, identify_watched, stages,
 };
 
 #[test]

@@ -178,9 +178,7 @@ fn an_interrupt_leaves_nothing_half_written() {
 #[cfg(unix)]
 fn unfinished(folder: &std::path::Path) -> usize {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    entries
-        .filter(|entry| entry.file_name().to_string_lossy().starts_with(".seaplant-"))
-        .count()
+    entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(".seaplant-")).count()
 }
 
 /// Interrupts a demonstration at a moment; its exit code, when what it left was found sound.

@@ -73,7 +73,10 @@ const FORGIVEN_TIMES: f64 = 1.5;
 fn too_heavy(dof: Dof, mass: &Parameter, vehicle: &Vehicle) -> Option<Caveat> {
     let (most, by) = most_mass(dof, vehicle)?;
     let (doubtful, by_doubt) = match vehicle.size_m {
-        Some(_) => (most / FORGIVEN_TIMES, "the greatest of a hull of that size with the water in it and around it"),
+        Some(_) => (
+            most / FORGIVEN_TIMES,
+            "the greatest of a hull of that size with the water in it and around it",
+        ),
         None => (most * DOUBTFUL_TIMES_DRY / MOST_TIMES_DRY, "seven times the mass in air"),
     };
     let (limit, by, caveat): (f64, &str, fn(CaveatCode, String) -> Caveat) = match mass.low95 {
