@@ -23,7 +23,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-pub use coupled::{Actuator, AxisNoise, CoupledFit, Tried, fit_coupled, fit_coupled_freely};
+pub use coupled::{
+    Actuator, AxisNoise, CoupledFit, CurrentDrift, Tried, fit_coupled, fit_coupled_freely,
+};
 pub(crate) use coupled::{NEGLIGIBLE_POWER, damping_power};
 pub use equation_error::{
     DelayedFit, EquationErrorOptions, EquationErrorStatistics, Shard, ShardClock, fit_best_delay,

@@ -19,7 +19,7 @@ use crate::plant::{Basis, Parameterisation, Plant, RigidBody, Structure};
 use crate::{CoupledRecord, Dof, Error, Method};
 pub use actuator::Actuator;
 use equation_error::EquationError;
-use filter::Noise;
+use filter::{Drift, Noise};
 use fit::{Optimum, Point, Problem, Tolerance, first_noise};
 pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
@@ -43,6 +43,8 @@ pub struct CoupledFit {
     pub has_thrusters: bool,
     /// Disturbance and noise of each axis.
     pub disturbances: BTreeMap<Dof, AxisNoise>,
+    /// How the current changes about its mean of a trial, if the trials show that.
+    pub current_drift: Option<CurrentDrift>,
     /// ln-likelihood.
     pub log_likelihood: f64,
     /// Numbers measured.
@@ -71,6 +73,15 @@ pub struct AxisNoise {
     pub correlation_s: (f64, f64),
     /// Standard deviation of a sample of velocity, m/s or rad/s, likewise.
     pub velocity: (f64, f64),
+}
+
+/// How a current changes in the course of a trial: a Gauss–Markov velocity north, and one east.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurrentDrift {
+    /// Standard deviation of each, m/s, and that of its estimate.
+    pub std_m_s: (f64, f64),
+    /// Their correlation time, s, likewise.
+    pub correlation_s: (f64, f64),
 }
 
 /// Lengths of the test functions of starts, s: short for small vehicles, long for ships.
@@ -130,10 +141,10 @@ fn fit_as(
         let rigid_body = rigid_body.map(RigidBody::mass_matrix);
         let problem = Problem::new(structure, records, rigid_body, is_free);
         let (first, least_squares, fitted) = begun::<N>(problem, records)?;
-        let fitted = fitted.with_actuator_that_shows()?;
+        let fitted = fitted.with_actuator_that_shows()?.with_drift_that_shows()?;
         let fitted = match search {
             // What a coupling explains an actuator need not.
-            true => fitted.searched(records)?.with_actuator_that_shows()?,
+            true => fitted.searched(records)?.with_actuator_that_shows()?.with_drift_that_shows()?,
             false => fitted,
         };
         fitted.refined()?.finished(first, &least_squares, method)
@@ -206,6 +217,38 @@ impl<const N: usize> Fitted<N> {
             let iterations = self.optimum.iterations + optimum.iterations;
             self.optimum = Optimum { iterations, ..optimum };
         }
+    }
+
+    /// The same with a current that changes in the course of trials, if the trials show that: by a
+    /// score test, and by what likelihood then gains. `−g² / (I_ss − I_sr I_rr⁻¹ I_rs)` with the
+    /// logarithm s of its standard deviation where this is next to nothing, and r all other noise.
+    fn with_drift_that_shows(mut self) -> Result<Self, Error> {
+        let Self { problem, optimum, .. } = &self;
+        let is_asked = problem.has_current && !problem.is_free;
+        if !is_asked || optimum.point.noise.drift.is_some() {
+            return Ok(self);
+        }
+        let with = |drift: Drift| {
+            let mut point = optimum.point.clone();
+            point.noise.drift = Some(drift);
+            point
+        };
+        let Some(slope) = problem.by_noise(&with(Drift::TRIED)) else { return Ok(self) };
+        let s = Noise::<N>::DRIFT;
+        let rest = inverse(&slope.information.view((0, 0), (s, s)).into_owned());
+        let cross = slope.information.view((0, s), (s, 1)).into_owned();
+        let left = slope.information[(s, s)] - cross.dot(&(&rest * &cross));
+        let gradient = slope.gradient[s];
+        if gradient >= 0.0 || gradient.powi(2) < search::ADMITTED * left {
+            return Ok(self);
+        }
+        let found = problem.descent(with(Drift::FIRST), Tolerance::COARSE);
+        if let Some(found) = found.ok().filter(|x| 2.0 * (optimum.cost - x.cost) > search::ADMITTED)
+        {
+            let iterations = optimum.iterations + found.iterations;
+            self.optimum = Optimum { iterations, ..found };
+        }
+        Ok(self)
     }
 
     /// Numbers of the actuator to drop: one after the other that worth least beside the others, as
@@ -299,6 +342,7 @@ impl<const N: usize> Fitted<N> {
             has_thrusters: problem.has_thrusters,
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
             disturbances: disturbances(&problem.structure, &optimum.point.noise, &noise_covariance),
+            current_drift: current_drift(&optimum.point.noise, &noise_covariance),
             log_likelihood: -optimum.cost,
             samples: problem.schedules.iter().map(schedule::Schedule::samples).sum(),
             iterations: optimum.iterations,
@@ -412,11 +456,23 @@ fn disturbances<const N: usize>(
     structure.axes().iter().enumerate().map(of).collect()
 }
 
-/// The first optimum; where none is reached with products of three velocities and more, from that
-/// without them.
+fn current_drift<const N: usize>(
+    noise: &Noise<N>,
+    covariance: &DMatrix<f64>,
+) -> Option<CurrentDrift> {
+    let Drift { std_m_s, correlation_s } = noise.drift?;
+    let with_std = |x: f64, k: usize| (x, x * covariance[(k, k)].sqrt());
+    Some(CurrentDrift {
+        std_m_s: with_std(std_m_s, Noise::<N>::DRIFT),
+        correlation_s: with_std(correlation_s, Noise::<N>::DRIFT + 1),
+    })
+}
+
+/// The first optimum; where none is reached, from that of fewer terms: without products of three
+/// velocities and more, and then without couplings.
 ///
 /// # Errors
-/// That of the whole structure, if it has no such products or these do not help.
+/// That of the whole structure, if it has no such terms or leaving them out does not help.
 fn begun<const N: usize>(
     problem: Problem,
     records: &[&CoupledRecord],
@@ -427,17 +483,33 @@ fn begun<const N: usize>(
         }
         Err(error) => error,
     };
-    let is_high =
-        |term: &Basis| matches!(term, Basis::Product(_, product) if product.factors().count() > 2);
-    let lower = problem.structure.without(is_high);
-    if lower.terms().len() == problem.structure.terms().len() {
-        return Err(refused);
+    let without = |is_left_out: fn(&Basis) -> bool| {
+        let lower = problem.structure.without(is_left_out);
+        (lower.terms().len() < problem.structure.terms().len()).then_some(lower)
+    };
+    for lower in [without(is_high), without(is_coupling)].into_iter().flatten() {
+        let lower = problem.with_terms(lower);
+        let Ok((start, found, optimum)) = first_optimum::<N>(&lower, records) else { continue };
+        let start_of_whole = search::widened(&problem, &lower, &optimum.point);
+        if let Ok(optimum) = problem.optimum(start_of_whole, Tolerance::COARSE) {
+            return Ok((start, found, Fitted { problem, optimum, tried: Vec::new() }));
+        }
     }
-    let lower = problem.with_terms(lower);
-    let (start, found, optimum) = first_optimum::<N>(&lower, records).map_err(|_| refused)?;
-    let start_of_whole = search::widened(&problem, &lower, &optimum.point);
-    let optimum = problem.optimum(start_of_whole, Tolerance::COARSE)?;
-    Ok((start, found, Fitted { problem, optimum, tried: Vec::new() }))
+    Err(refused)
+}
+
+/// Whether a term is a product of three velocities or more.
+fn is_high(term: &Basis) -> bool {
+    matches!(term, Basis::Product(_, product) if product.factors().count() > 2)
+}
+
+/// Whether a term has one axis act on another.
+fn is_coupling(term: &Basis) -> bool {
+    match term {
+        Basis::Mass(a, b) => a != b,
+        Basis::Product(axis, product) => product.factors().any(|factor| factor.of != *axis),
+        _ => false,
+    }
 }
 
 /// The optimum that the likeliest of several starts leads to; from the next one, if that does

@@ -1,16 +1,19 @@
-//! The Kalman filter of a trial: states ν_r and a Gauss–Markov force on each axis.
+//! The Kalman filter of a trial: states ν_r, a Gauss–Markov force on each axis, and what the current
+//! is beside its mean.
 //!
 //! ```text
-//! ν̇_r = M⁻¹ (τ + f − n(ν_r, η)),   ḟ = −f/T + w,   y = ν_r + R(η)ᵀ u_c + noise
+//! ν̇_r = M⁻¹ (τ + f − n(ν_r, η)),   ḟ = −f/T + w,   ċ = −c/T_c + w_c,
+//! y = ν_r + R(η)ᵀ (u_c + c) + noise
 //! ```
 //!
-//! A constant current is no part of the dynamics of ν_r: it shows in the measurement only.
+//! A current is no part of the dynamics of ν_r: it shows in the measurement only. So it is of one
+//! that changes, if the vehicle weighs what it displaces: water that accelerates takes it along.
 //! Two things are found of a trial: how the innovations change with the plant's coefficients
 //! and the current at the gains of the filter as they are, which at the truth are what the
 //! likelihood's slope consists of; and how the likelihood changes with the disturbance and
 //! the noise.
 
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, Matrix2, SMatrix, SVector, Vector2};
 
 use super::schedule::{Schedule, Stop};
 use crate::motion::{
@@ -28,22 +31,72 @@ pub(super) struct Noise<const N: usize> {
     pub(super) correlation_s: SVector<f64, N>,
     /// Standard deviation of a sample of velocity, m/s or rad/s.
     pub(super) velocity: SVector<f64, N>,
+    /// How the current changes; none if it is constant.
+    pub(super) drift: Option<Drift>,
+}
+
+/// How the current changes in the course of a trial: a Gauss–Markov velocity north, and one east.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Drift {
+    /// Standard deviation of each, m/s.
+    pub(super) std_m_s: f64,
+    /// Their correlation time, s.
+    pub(super) correlation_s: f64,
+}
+
+impl Drift {
+    /// One that never shows itself.
+    const NONE: Self = Self { std_m_s: 0.0, correlation_s: f64::INFINITY };
+
+    /// Too small to change what else is found: where it is asked whether more is likelier.
+    pub(super) const TRIED: Self = Self { std_m_s: 1e-3, correlation_s: 60.0 };
+
+    /// Where a fit begins with it.
+    pub(super) const FIRST: Self = Self { std_m_s: 0.02, correlation_s: 60.0 };
+
+    fn fade(&self, h: f64) -> f64 {
+        (-h / self.correlation_s).exp()
+    }
+
+    /// What a step adds to the variance of each.
+    fn process(&self, h: f64) -> f64 {
+        self.std_m_s.powi(2) * (1.0 - self.fade(h).powi(2))
+    }
 }
 
 impl<const N: usize> Noise<N> {
-    /// How many numbers that is.
-    pub(super) const COUNT: usize = 3 * N;
+    /// Where the logarithms of the current's changes stand: standard deviation, correlation time.
+    pub(super) const DRIFT: usize = 3 * N;
 
-    /// Their logarithms, shape (3 N,).
+    /// How many numbers there are where the current changes.
+    pub(super) const COUNT: usize = Self::DRIFT + 2;
+
+    /// How many numbers there are.
+    pub(super) const fn count(&self) -> usize {
+        if self.drift.is_some() { Self::COUNT } else { Self::DRIFT }
+    }
+
+    /// Their logarithms, shape (3 N,) or (3 N + 2,).
     pub(super) fn logarithms(&self) -> DVector<f64> {
         let parts = [self.disturbance, self.correlation_s, self.velocity];
-        DVector::from_fn(Self::COUNT, |k, _| parts[k / N][k % N].ln())
+        let of_axes = parts.into_iter().flat_map(|part| part.map(f64::ln).data.0[0]);
+        let of_water =
+            self.drift.iter().flat_map(|drift| [drift.std_m_s.ln(), drift.correlation_s.ln()]);
+        DVector::from_vec(of_axes.chain(of_water).collect())
     }
 
     /// The numbers of such logarithms.
     pub(super) fn of(logarithms: &DVector<f64>) -> Self {
         let part = |k: usize| SVector::from_fn(|i, _| logarithms[k * N + i].exp());
-        Self { disturbance: part(0), correlation_s: part(1), velocity: part(2) }
+        let drift = (logarithms.len() > Self::DRIFT).then(|| Drift {
+            std_m_s: logarithms[Self::DRIFT].exp(),
+            correlation_s: logarithms[Self::DRIFT + 1].exp(),
+        });
+        Self { disturbance: part(0), correlation_s: part(1), velocity: part(2), drift }
+    }
+
+    fn of_water(&self) -> Drift {
+        self.drift.unwrap_or(Drift::NONE)
     }
 
     fn decay(&self) -> Decay<N> {
@@ -104,8 +157,7 @@ impl Slope {
 /// How a measurement moves the state: the gain of a filter, kept.
 #[derive(Clone, Copy)]
 pub(super) struct Gain<const N: usize> {
-    velocity: SVector<f64, N>,
-    disturbance: SVector<f64, N>,
+    state: State<N>,
     variance: f64,
 }
 
@@ -129,19 +181,65 @@ pub(super) struct Pass<'a, const N: usize> {
     pub(super) noise: &'a Noise<N>,
 }
 
-/// Mean of the state.
+/// The state, or a change of it.
 #[derive(Clone, Copy)]
-struct Mean<const N: usize> {
+struct State<const N: usize> {
     velocity: SVector<f64, N>,
     disturbance: SVector<f64, N>,
+    /// What the current is beside its mean, north and east.
+    water: Vector2<f64>,
 }
 
-/// Covariance of the state; `vf` is that of velocity (row) with disturbance (column).
+impl<const N: usize> State<N> {
+    fn zeros() -> Self {
+        let zeros = SVector::zeros();
+        Self { velocity: zeros, disturbance: zeros, water: Vector2::zeros() }
+    }
+
+    /// Adds x times another.
+    fn add(&mut self, other: &Self, x: f64) {
+        self.velocity += other.velocity * x;
+        self.disturbance += other.disturbance * x;
+        self.water += other.water * x;
+    }
+
+    fn scaled(&self, x: f64) -> Self {
+        let mut scaled = Self::zeros();
+        scaled.add(self, x);
+        scaled
+    }
+
+    /// What a measurement sees of it.
+    fn seen(&self, seen: &Seen) -> f64 {
+        self.velocity[seen.axis] + seen.water.dot(&self.water)
+    }
+
+    /// A step; what else moves velocity is added to it.
+    fn step(&mut self, step: &Transition<N>) {
+        self.velocity = apply(&step.by_velocity, &self.velocity)
+            + apply(&step.by_disturbance, &self.disturbance);
+        self.disturbance.component_mul_assign(&step.fade);
+        self.water *= step.fade_of_water;
+    }
+}
+
+/// What a measurement of an axis is of: its own velocity, and this much of the current.
+#[derive(Clone, Copy)]
+struct Seen {
+    axis: usize,
+    water: Vector2<f64>,
+}
+
+/// Covariance of the state; `vf` is that of velocity (row) with disturbance (column), and w stands
+/// for the water.
 #[derive(Clone, Copy)]
 struct Covariance<const N: usize> {
     vv: SMatrix<f64, N, N>,
     vf: SMatrix<f64, N, N>,
     ff: SMatrix<f64, N, N>,
+    vw: SMatrix<f64, N, 2>,
+    fw: SMatrix<f64, N, 2>,
+    ww: Matrix2<f64>,
 }
 
 /// A step of the covariance: transition and process noise.
@@ -149,6 +247,7 @@ struct Transition<const N: usize> {
     by_velocity: SMatrix<f64, N, N>,
     by_disturbance: SMatrix<f64, N, N>,
     fade: SVector<f64, N>,
+    fade_of_water: f64,
 }
 
 impl<const N: usize> Pass<'_, N> {
@@ -169,35 +268,26 @@ impl<const N: usize> Pass<'_, N> {
         let mut slope = Slope::zeros(p + 2);
         let mut flow = Flow::of_plant(coefficients);
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
-        let mut by = vec![(SVector::<f64, N>::zeros(), SVector::<f64, N>::zeros()); p + 2];
+        let mut by = vec![State::<N>::zeros(); p + 2];
         let mut row = vec![0.0; p + 2];
         let mut since_mark_s = 0.0;
         for direction in 0..2 {
-            by[p + direction].0 = -self.water_column(&self.schedule.stops[0], direction);
+            by[p + direction].velocity = -self.water_column(&self.schedule.stops[0], direction);
         }
         for stop in &self.schedule.stops[1..] {
             let transition = self.predict(stop, &mut mean, &mut flow);
-            for (k, (velocity, disturbance)) in by.iter_mut().enumerate() {
-                *velocity = apply(&transition.by_velocity, velocity)
-                    + apply(&transition.by_disturbance, disturbance);
-                if k < p {
-                    *velocity += flow.by_plant()[k];
-                }
-                disturbance.component_mul_assign(&transition.fade);
-            }
+            by.iter_mut().for_each(|state| state.step(&transition));
+            by.iter_mut().zip(flow.by_plant()).for_each(|(state, own)| state.velocity += own);
             covariance.predict(&transition, &self.process(stop.length_s));
             for (axis, y) in self.measurements(stop) {
                 let (e, gain) = self.correct(axis, y, stop, &mut mean, &mut covariance);
-                for (k, (x, (velocity, _))) in row.iter_mut().zip(&by).enumerate() {
-                    *x = -velocity[axis];
-                    if k >= p {
-                        *x -= self.water_column(stop, k - p)[axis];
-                    }
+                let seen = self.seen(axis, stop);
+                for (x, state) in row.iter_mut().zip(&by) {
+                    *x = -state.seen(&seen);
                 }
-                for (x, (velocity, disturbance)) in row.iter().zip(&mut by) {
-                    *velocity += gain.velocity * *x;
-                    *disturbance += gain.disturbance * *x;
-                }
+                row[p] -= seen.water[0];
+                row[p + 1] -= seen.water[1];
+                row.iter().zip(&mut by).for_each(|(x, state)| state.add(&gain.state, *x));
                 slope.cost += half_log(e, gain.variance);
                 slope.misfit += 0.5 * e * e / gain.variance;
                 slope.add(e, gain.variance, &row);
@@ -222,9 +312,8 @@ impl<const N: usize> Pass<'_, N> {
             self.move_mean(stop, &mut mean, &mut flow);
             for (axis, y) in self.measurements(stop) {
                 let Some(gain) = gains.next() else { return f64::INFINITY };
-                let e = y - self.expected(axis, stop, &mean);
-                mean.velocity += gain.velocity * e;
-                mean.disturbance += gain.disturbance * e;
+                let e = y - self.expected(&self.seen(axis, stop), &mean);
+                mean.add(&gain.state, e);
                 cost += 0.5 * e * e / gain.variance;
             }
         }
@@ -251,11 +340,11 @@ impl<const N: usize> Pass<'_, N> {
 
     /// ln-likelihood with its slope by the logarithms of the noise.
     pub(super) fn by_noise(&self) -> Slope {
-        let mut slope = Slope::zeros(Noise::<N>::COUNT);
+        let mut slope = Slope::zeros(self.noise.count());
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
         let mut flow = Flow::of_state();
         let mut followers = self.noise_followers();
-        let mut row = vec![0.0; Noise::<N>::COUNT];
+        let mut row = vec![0.0; self.noise.count()];
         let mut variances = row.clone();
         let mut processes: Vec<Process<N>> = Vec::new();
         for stop in &self.schedule.stops[1..] {
@@ -268,13 +357,13 @@ impl<const N: usize> Pass<'_, N> {
             covariance.predict(&transition, &process.whole);
             for (axis, y) in self.measurements(stop) {
                 let r = self.noise.velocity[axis].powi(2);
-                let s = covariance.vv[(axis, axis)] + r;
-                let e = y - self.expected(axis, stop, &mean);
-                let column =
-                    (covariance.vv.column(axis).into_owned(), covariance.vf.row(axis).transpose());
+                let seen = self.seen(axis, stop);
+                let column = covariance.seen(&seen);
+                let s = column.seen(&seen) + r;
+                let e = y - self.expected(&seen, &mean);
                 for (k, follower) in followers.iter_mut().enumerate() {
                     let r_by = if k == 2 * N + axis { 2.0 * r } else { 0.0 };
-                    let (e_by, s_by) = follower.correct(axis, e, s, r_by, &column);
+                    let (e_by, s_by) = follower.correct(&seen, (e, s), r_by, &column);
                     row[k] = e_by;
                     variances[k] = s_by / s;
                     slope.gradient[k] += 0.5 * s_by / s * (1.0 - e * e / s);
@@ -290,26 +379,29 @@ impl<const N: usize> Pass<'_, N> {
         finite(slope, &mean)
     }
 
-    fn first_mean(&self) -> Mean<N> {
+    fn first_mean(&self) -> State<N> {
         let stop = &self.schedule.stops[0];
-        let water = self.water(stop);
+        let [north, east] = self.current;
+        let water = self.water_column(stop, 0) * north + self.water_column(stop, 1) * east;
         let velocity = self.plant.on_axes(&self.schedule.start) - water;
-        Mean { velocity, disturbance: SVector::zeros() }
+        State { velocity, ..State::zeros() }
     }
 
     fn first_covariance(&self) -> Covariance<N> {
         let square = |x: &SVector<f64, N>| SMatrix::from_diagonal(&x.map(|x| x * x));
-        Covariance {
+        let mut first = Covariance {
             vv: square(&self.noise.velocity),
-            vf: SMatrix::zeros(),
             ff: square(&self.noise.disturbance),
-        }
+            ..Covariance::zeros()
+        };
+        first.of_first_water(&self.first_water(), self.noise.of_water().std_m_s.powi(2));
+        first
     }
 
-    /// The current's part of a measurement of each axis.
-    fn water(&self, stop: &Stop) -> SVector<f64, N> {
-        let [north, east] = self.current;
-        self.water_column(stop, 0) * north + self.water_column(stop, 1) * east
+    /// The current's part of the first measurement, shape (N, 2).
+    fn first_water(&self) -> SMatrix<f64, N, 2> {
+        let stop = &self.schedule.stops[0];
+        SMatrix::from_columns(&[self.water_column(stop, 0), self.water_column(stop, 1)])
     }
 
     fn water_column(&self, stop: &Stop, direction: usize) -> SVector<f64, N> {
@@ -327,25 +419,36 @@ impl<const N: usize> Pass<'_, N> {
         (0..N).filter_map(move |place| Some((place, measured[axes[place]?]?)))
     }
 
-    fn expected(&self, axis: usize, stop: &Stop, mean: &Mean<N>) -> f64 {
-        mean.velocity[axis] + self.water(stop)[axis]
+    fn seen(&self, axis: usize, stop: &Stop) -> Seen {
+        let water = match self.plant.axes()[axis] {
+            Some(of @ 0..3) => stop.water.row(of).transpose(),
+            _ => Vector2::zeros(),
+        };
+        Seen { axis, water }
     }
 
-    fn move_mean(&self, stop: &Stop, mean: &mut Mean<N>, flow: &mut Flow<N>) {
+    fn expected(&self, seen: &Seen, mean: &State<N>) -> f64 {
+        let [north, east] = self.current;
+        mean.seen(seen) + (seen.water[0] * north + seen.water[1] * east)
+    }
+
+    fn move_mean(&self, stop: &Stop, mean: &mut State<N>, flow: &mut Flow<N>) {
         let slices = &self.schedule.slices[stop.slices.clone()];
         let pushes = &self.pushes[stop.slices.clone()];
         let decay = self.noise.decay();
         advance(self.plant, (slices, pushes), &mean.velocity, &mean.disturbance, &decay, flow);
         mean.velocity = flow.velocity;
         mean.disturbance.component_mul_assign(&self.fade(stop.length_s));
+        mean.water *= self.noise.of_water().fade(stop.length_s);
     }
 
-    fn predict(&self, stop: &Stop, mean: &mut Mean<N>, flow: &mut Flow<N>) -> Transition<N> {
+    fn predict(&self, stop: &Stop, mean: &mut State<N>, flow: &mut Flow<N>) -> Transition<N> {
         self.move_mean(stop, mean, flow);
         Transition {
             by_velocity: flow.by_velocity(),
             by_disturbance: flow.by_disturbance(),
             fade: self.fade(stop.length_s),
+            fade_of_water: self.noise.of_water().fade(stop.length_s),
         }
     }
 
@@ -369,6 +472,7 @@ impl<const N: usize> Pass<'_, N> {
     fn process(&self, h: f64) -> Covariance<N> {
         let mut sum = Covariance::zeros();
         (0..N).for_each(|axis| sum.add(&self.process_of(axis, h), 1.0));
+        sum.ww = Matrix2::identity() * self.noise.of_water().process(h);
         sum
     }
 
@@ -388,7 +492,20 @@ impl<const N: usize> Pass<'_, N> {
     /// How the k-th logarithm of the noise changes a step.
     fn process_change(&self, k: usize, h: f64) -> Change<N> {
         let axis = k % N;
-        let mut change = Change { process: Covariance::zeros(), fade: None };
+        let mut change = Change { process: Covariance::zeros(), fade: None, fade_of_water: 0.0 };
+        if let Some(of_drift) = k.checked_sub(Noise::<N>::DRIFT) {
+            let drift = self.noise.of_water();
+            let by = match of_drift {
+                0 => 2.0 * drift.process(h),
+                _ => {
+                    let rho = drift.fade(h);
+                    change.fade_of_water = rho * h / drift.correlation_s;
+                    -2.0 * drift.std_m_s.powi(2) * rho * change.fade_of_water
+                }
+            };
+            change.process.ww = Matrix2::identity() * by;
+            return change;
+        }
         match k / N {
             0 => change.process.add(&self.process_of(axis, h), 2.0),
             1 => {
@@ -405,7 +522,11 @@ impl<const N: usize> Pass<'_, N> {
     }
 
     fn noise_followers(&self) -> Vec<Follower<N>> {
-        let mut followers = vec![Follower::zeros(); Noise::<N>::COUNT];
+        let mut followers = vec![Follower::zeros(); self.noise.count()];
+        if let Some(drift) = self.noise.drift {
+            let by = 2.0 * drift.std_m_s.powi(2);
+            followers[Noise::<N>::DRIFT].covariance.of_first_water(&self.first_water(), by);
+        }
         for axis in 0..N {
             followers[axis].covariance.ff[(axis, axis)] =
                 2.0 * self.noise.disturbance[axis].powi(2);
@@ -420,19 +541,16 @@ impl<const N: usize> Pass<'_, N> {
         axis: usize,
         y: f64,
         stop: &Stop,
-        mean: &mut Mean<N>,
+        mean: &mut State<N>,
         covariance: &mut Covariance<N>,
     ) -> (f64, Gain<N>) {
-        let e = y - self.expected(axis, stop, mean);
-        let (vv, vf) =
-            (covariance.vv.column(axis).into_owned(), covariance.vf.row(axis).transpose());
-        let variance = vv[axis] + self.noise.velocity[axis].powi(2);
-        let gain = Gain { velocity: vv / variance, disturbance: vf / variance, variance };
-        mean.velocity += gain.velocity * e;
-        mean.disturbance += gain.disturbance * e;
-        subtract_outer(&mut covariance.vv, &gain.velocity, &vv);
-        subtract_outer(&mut covariance.vf, &gain.velocity, &vf);
-        subtract_outer(&mut covariance.ff, &gain.disturbance, &vf);
+        let seen = self.seen(axis, stop);
+        let e = y - self.expected(&seen, mean);
+        let column = covariance.seen(&seen);
+        let variance = column.seen(&seen) + self.noise.velocity[axis].powi(2);
+        let gain = Gain { state: column.scaled(1.0 / variance), variance };
+        mean.add(&gain.state, e);
+        covariance.subtract(&gain.state, &column);
         (e, gain)
     }
 }
@@ -441,7 +559,7 @@ fn half_log(e: f64, variance: f64) -> f64 {
     0.5 * (variance.ln() + e * e / variance)
 }
 
-fn finite<const N: usize>(mut slope: Slope, mean: &Mean<N>) -> Slope {
+fn finite<const N: usize>(mut slope: Slope, mean: &State<N>) -> Slope {
     if !(slope.cost.is_finite() && mean.velocity.iter().all(|v| v.is_finite())) {
         slope.cost = f64::INFINITY;
     }
@@ -450,13 +568,44 @@ fn finite<const N: usize>(mut slope: Slope, mean: &Mean<N>) -> Slope {
 
 impl<const N: usize> Covariance<N> {
     fn zeros() -> Self {
-        Self { vv: SMatrix::zeros(), vf: SMatrix::zeros(), ff: SMatrix::zeros() }
+        let (zeros, of_water) = (SMatrix::zeros(), SMatrix::zeros());
+        let ww = Matrix2::zeros();
+        Self { vv: zeros, vf: zeros, ff: zeros, vw: of_water, fw: of_water, ww }
+    }
+
+    /// Adds what a variance of the current makes of a velocity through water that was measured over
+    /// ground: `ν_r = y − W c`.
+    fn of_first_water(&mut self, water: &SMatrix<f64, N, 2>, variance: f64) {
+        self.vv += water * water.transpose() * variance;
+        self.vw -= water * variance;
+        self.ww += Matrix2::identity() * variance;
+    }
+
+    /// The covariance of the state with what a measurement sees of it.
+    fn seen(&self, seen: &Seen) -> State<N> {
+        let axis = seen.axis;
+        State {
+            velocity: self.vv.column(axis) + self.vw * seen.water,
+            disturbance: self.vf.row(axis).transpose() + self.fw * seen.water,
+            water: self.vw.row(axis).transpose() + self.ww * seen.water,
+        }
+    }
+
+    /// Less `a bᵀ`.
+    fn subtract(&mut self, a: &State<N>, b: &State<N>) {
+        subtract_outer(&mut self.vv, &a.velocity, &b.velocity);
+        subtract_outer(&mut self.vf, &a.velocity, &b.disturbance);
+        subtract_outer(&mut self.ff, &a.disturbance, &b.disturbance);
+        self.vw -= a.velocity * b.water.transpose();
+        self.fw -= a.disturbance * b.water.transpose();
+        self.ww -= a.water * b.water.transpose();
     }
 
     fn add(&mut self, other: &Self, weight: f64) {
         self.vv += other.vv * weight;
         self.vf += other.vf * weight;
         self.ff += other.ff * weight;
+        self.ww += other.ww * weight;
     }
 
     /// Φ P Φᵀ + Q.
@@ -471,6 +620,17 @@ impl<const N: usize> Covariance<N> {
                 self.ff[(i, j)] = fade[i] * self.ff[(i, j)] * fade[j] + process.ff[(i, j)];
             }
         }
+        self.predict_water(step, process);
+    }
+
+    fn predict_water(&mut self, step: &Transition<N>, process: &Self) {
+        let rho = step.fade_of_water;
+        self.vw = (step.by_velocity * self.vw + step.by_disturbance * self.fw) * rho;
+        for j in 0..2 {
+            let faded = self.fw.column(j).component_mul(&step.fade) * rho;
+            self.fw.set_column(j, &faded);
+        }
+        self.ww = self.ww * (rho * rho) + process.ww;
     }
 }
 
@@ -487,7 +647,7 @@ struct Process<const N: usize> {
 impl<const N: usize> Process<N> {
     fn new(pass: &Pass<'_, N>, length_s: f64) -> Self {
         let change = |k| pass.process_change(k, length_s);
-        let changes = (0..Noise::<N>::COUNT).map(change).collect();
+        let changes = (0..pass.noise.count()).map(change).collect();
         Self { length_s, whole: pass.process(length_s), changes }
     }
 }
@@ -496,6 +656,8 @@ impl<const N: usize> Process<N> {
 struct Change<const N: usize> {
     process: Covariance<N>,
     fade: Option<Fade>,
+    /// The change of what is left of the current's changes after a step.
+    fade_of_water: f64,
 }
 
 /// An axis whose disturbance fades otherwise.
@@ -516,34 +678,47 @@ fn push_by(x: f64) -> f64 {
 /// How mean and covariance change with one number of the noise.
 #[derive(Clone)]
 struct Follower<const N: usize> {
-    velocity: SVector<f64, N>,
-    disturbance: SVector<f64, N>,
+    mean: State<N>,
     covariance: Covariance<N>,
 }
 
 impl<const N: usize> Follower<N> {
     fn zeros() -> Self {
-        Self {
-            velocity: SVector::zeros(),
-            disturbance: SVector::zeros(),
-            covariance: Covariance::zeros(),
-        }
+        Self { mean: State::zeros(), covariance: Covariance::zeros() }
     }
 
     fn predict(
         &mut self,
         step: &Transition<N>,
         covariance: &Covariance<N>,
-        mean: &Mean<N>,
+        mean: &State<N>,
         change: &Change<N>,
     ) {
         self.covariance.predict(step, &change.process);
-        self.velocity = apply(&step.by_velocity, &self.velocity)
-            + apply(&step.by_disturbance, &self.disturbance);
-        self.disturbance.component_mul_assign(&step.fade);
+        self.mean.step(step);
         if let Some(fade) = &change.fade {
             self.fade(fade, step, covariance, mean);
         }
+        if change.fade_of_water > 0.0 {
+            self.fade_water(change.fade_of_water, step, covariance, mean);
+        }
+    }
+
+    fn fade_water(
+        &mut self,
+        by: f64,
+        step: &Transition<N>,
+        covariance: &Covariance<N>,
+        mean: &State<N>,
+    ) {
+        self.mean.water += mean.water * by;
+        let own = step.by_velocity * covariance.vw + step.by_disturbance * covariance.fw;
+        self.covariance.vw += own * by;
+        for j in 0..2 {
+            let faded = covariance.fw.column(j).component_mul(&step.fade) * by;
+            self.covariance.fw.set_column(j, &(self.covariance.fw.column(j) + faded));
+        }
+        self.covariance.ww += covariance.ww * (2.0 * step.fade_of_water * by);
     }
 
     fn fade(
@@ -551,12 +726,12 @@ impl<const N: usize> Follower<N> {
         fade: &Fade,
         step: &Transition<N>,
         covariance: &Covariance<N>,
-        mean: &Mean<N>,
+        mean: &State<N>,
     ) {
         let axis = fade.axis;
         let push = step.by_disturbance.column(axis) * fade.push;
-        self.velocity += push * mean.disturbance[axis];
-        self.disturbance[axis] += fade.by * mean.disturbance[axis];
+        self.mean.velocity += push * mean.disturbance[axis];
+        self.mean.disturbance[axis] += fade.by * mean.disturbance[axis];
         let v =
             times(&step.by_velocity, &covariance.vf) + times(&step.by_disturbance, &covariance.ff);
         let own = v.column(axis).into_owned();
@@ -569,32 +744,30 @@ impl<const N: usize> Follower<N> {
             self.covariance.ff[(i, axis)] += cross;
             self.covariance.ff[(axis, i)] += cross;
         }
+        self.covariance.vw += push * covariance.fw.row(axis) * step.fade_of_water;
+        let own = covariance.fw.row(axis) * (fade.by * step.fade_of_water);
+        self.covariance.fw.set_row(axis, &(self.covariance.fw.row(axis) + own));
     }
 
     /// The changes of innovation and its variance; then of the state.
     fn correct(
         &mut self,
-        axis: usize,
-        e: f64,
-        s: f64,
+        seen: &Seen,
+        (e, s): (f64, f64),
         r_by: f64,
-        (vv, vf): &(SVector<f64, N>, SVector<f64, N>),
+        column: &State<N>,
     ) -> (f64, f64) {
-        let vv_by = self.covariance.vv.column(axis).into_owned();
-        let vf_by = self.covariance.vf.row(axis).transpose();
-        let s_by = vv_by[axis] + r_by;
-        let e_by = -self.velocity[axis];
+        let column_by = self.covariance.seen(seen);
+        let s_by = column_by.seen(seen) + r_by;
+        let e_by = -self.mean.seen(seen);
         // K = c/S, so that ∂K = (∂c − K ∂S)/S and ∂(c cᵀ/S) = ∂K cᵀ + K ∂cᵀ.
-        let (k_v, k_f) = (vv / s, vf / s);
-        let (k_v_by, k_f_by) = ((vv_by - k_v * s_by) / s, (vf_by - k_f * s_by) / s);
-        self.velocity += k_v_by * e + k_v * e_by;
-        self.disturbance += k_f_by * e + k_f * e_by;
-        subtract_outer(&mut self.covariance.vv, &k_v_by, vv);
-        subtract_outer(&mut self.covariance.vv, &k_v, &vv_by);
-        subtract_outer(&mut self.covariance.vf, &k_v_by, vf);
-        subtract_outer(&mut self.covariance.vf, &k_v, &vf_by);
-        subtract_outer(&mut self.covariance.ff, &k_f_by, vf);
-        subtract_outer(&mut self.covariance.ff, &k_f, &vf_by);
+        let gain = column.scaled(1.0 / s);
+        let mut gain_by = column_by.scaled(1.0 / s);
+        gain_by.add(&gain, -s_by / s);
+        self.mean.add(&gain_by, e);
+        self.mean.add(&gain, e_by);
+        self.covariance.subtract(&gain_by, column);
+        self.covariance.subtract(&gain, &column_by);
         (e_by, s_by)
     }
 }

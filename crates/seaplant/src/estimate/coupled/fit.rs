@@ -141,6 +141,13 @@ const GREATEST_LOG_STEP: f64 = 1.0;
 /// it is a constant.
 const CORRELATION_S: [f64; 2] = [0.2, 300.0];
 
+/// Standard deviations of a current's changes, m/s: more is no current that a vehicle works in.
+const DRIFT_STD_M_S: [f64; 2] = [1e-4, 1.0];
+
+/// Correlation times of a current's changes, s: below, it is turbulence or a sensor; above, it is
+/// constant in a trial.
+const DRIFT_CORRELATION_S: [f64; 2] = [10.0, 1000.0];
+
 /// The noise of a velocity is not below this part of what differences of its samples show: a
 /// disturbance that explains every sample would let it vanish.
 const LEAST_NOISE_PART: f64 = 0.1;
@@ -310,7 +317,7 @@ impl Problem {
     pub(super) fn by_noise<const N: usize>(&self, point: &Point<N>) -> Option<Slope> {
         let plant = self.prepared(&point.free)?;
         let slopes = self.each(point, &plant, |_, pass| pass.by_noise());
-        let sum = slopes.iter().fold(Slope::zeros(Noise::<N>::COUNT), Slope::plus);
+        let sum = slopes.iter().fold(Slope::zeros(point.noise.count()), Slope::plus);
         sum.cost.is_finite().then_some(sum)
     }
 
@@ -375,7 +382,8 @@ impl Problem {
         let tolerance = if self.is_free { tolerance.of_free() } else { tolerance };
         let mut point = start;
         let mut damping = DAMPING;
-        let mut noise_information = DMatrix::zeros(Noise::<N>::COUNT, Noise::<N>::COUNT);
+        let count = point.noise.count();
+        let mut noise_information = DMatrix::zeros(count, count);
         let mut noise_is_settled = noise == WithNoise::Kept;
         for iterations in 0..MOST_STEPS {
             if !noise_is_settled {
@@ -481,7 +489,7 @@ impl Problem {
         noise_information.copy_from(&slope.information);
         let mut damping = DAMPING;
         let logarithms = point.noise.logarithms();
-        let limits = self.noise_limits::<N>();
+        let limits = self.noise_limits(&point.noise);
         let (gradient, information) = (&slope.gradient, &slope.information);
         let parabola = Parabola::new((gradient, information), (&logarithms, &limits), |_| false);
         while damping < MOST_DAMPING {
@@ -507,9 +515,14 @@ impl Problem {
         true
     }
 
-    /// Between which logarithms the noise stays, shape (3 N,).
-    fn noise_limits<const N: usize>(&self) -> Vec<(f64, f64)> {
-        let mut limits = vec![(f64::NEG_INFINITY, f64::INFINITY); Noise::<N>::COUNT];
+    /// Between which logarithms the noise stays, shape as of these.
+    fn noise_limits<const N: usize>(&self, noise: &Noise<N>) -> Vec<(f64, f64)> {
+        let mut limits = vec![(f64::NEG_INFINITY, f64::INFINITY); noise.count()];
+        if noise.drift.is_some() {
+            let ln = |[low, high]: [f64; 2]| (low.ln(), high.ln());
+            limits[Noise::<N>::DRIFT] = ln(DRIFT_STD_M_S);
+            limits[Noise::<N>::DRIFT + 1] = ln(DRIFT_CORRELATION_S);
+        }
         for axis in 0..N {
             limits[N + axis] = (CORRELATION_S[0].ln(), CORRELATION_S[1].ln());
             let sample = self.sample_noise.get(axis).copied().unwrap_or(1.0);
@@ -608,6 +621,7 @@ pub(super) fn first_noise<const N: usize>(problem: &Problem, residual: &[f64]) -
         disturbance: SVector::from_fn(|i, _| residual.get(i).map_or(1.0, |r| r.max(1e-9))),
         correlation_s: SVector::repeat(FIRST_CORRELATION_S),
         velocity: SVector::from_fn(|i, _| problem.sample_noise.get(i).copied().unwrap_or(1.0)),
+        drift: None,
     }
 }
 

@@ -39,6 +39,7 @@ pub(super) fn first_noise<const N: usize>(
         disturbance: SVector::zeros(),
         correlation_s: SVector::repeat(1.0),
         velocity: SVector::from_fn(|i, _| spread(i)),
+        drift: None,
     }
 }
 

@@ -8,6 +8,7 @@ use super::fit::{in_threads, sample_noise};
 use super::*;
 use crate::motion::{HeldForce, Inputs, Prepared, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
+use crate::twin::random::gauss_markov;
 use crate::{CoupledThruster, Role, ThrusterTrack, Timed};
 
 /// Differences over parts of 1e-6 of sums of thousands of squares.
@@ -139,6 +140,7 @@ fn noise() -> Noise<3> {
         disturbance: [0.5, 0.4, 0.02].into(),
         correlation_s: [4.0, 6.0, 3.0].into(),
         velocity: [0.006, 0.005, 0.004].into(),
+        drift: Some(filter::Drift { std_m_s: 0.03, correlation_s: 25.0 }),
     }
 }
 
@@ -248,6 +250,57 @@ fn a_simulated_vehicle_comes_back_within_its_intervals() {
     assert_eq!((fit.actuator, fit.actuator_std), (Actuator::default(), [None; Actuator::COUNT]));
     let [north, east] = fit.current_of("a");
     assert!((north - 0.1).abs() < 0.01 && (east + 0.05).abs() < 0.01, "{north} {east}");
+}
+
+/// Standard deviation, m/s, and correlation time, s, of how a current changes.
+const CHANGES: (f64, f64) = (0.03, 30.0);
+
+/// The same trial in a current that changes, as a velocity log sees it over ground.
+fn in_changing_current(mut record: CoupledRecord, seed: u64) -> CoupledRecord {
+    let heading = record.attitude[2].clone().expect("is logged");
+    let draw = |stream: u64| {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(stream);
+        gauss_markov(random, CHANGES.0, 10.0 * CHANGES.1, 10_000)
+    };
+    let [north, east] = [draw(1), draw(2)];
+    for (axis, series) in record.velocity.iter_mut().enumerate().take(2) {
+        let over_ground = series.as_ref().expect("is logged");
+        let samples = over_ground.time_s().iter().zip(over_ground.values()).enumerate();
+        let values = samples.map(|(k, (&t, v))| {
+            let (sin, cos) = heading.at(t).sin_cos();
+            let [ahead, starboard] =
+                [cos * north[k] + sin * east[k], cos * east[k] - sin * north[k]];
+            v + if axis == 0 { ahead } else { starboard }
+        });
+        let values: Vec<f64> = values.collect();
+        *series = Some(Timed::new("motion", over_ground.time_s().to_vec(), values).expect("valid"));
+    }
+    record
+}
+
+#[test]
+fn a_current_that_changes_is_told_from_forces_that_do() {
+    let truth = planar();
+    let record = |name, seed| record(&truth, name, seed, 300, 0.005);
+    let steady = [record("a", 3), record("b", 4)];
+    let changing =
+        [("a", 3), ("b", 4)].map(|(name, seed)| in_changing_current(record(name, seed), seed));
+    let fit = |records: &[CoupledRecord; 2]| {
+        let records: Vec<&CoupledRecord> = records.iter().collect();
+        fit_coupled(truth.structure(), &records, None, false).expect("an optimum")
+    };
+    assert_eq!(fit(&steady).current_drift, None);
+    let fit = fit(&changing);
+    let drift = fit.current_drift.expect("is found");
+    let (std, correlation) = (drift.std_m_s.0 / CHANGES.0, drift.correlation_s.0 / CHANGES.1);
+    assert!((0.6..1.6).contains(&std) && (0.3..3.0).contains(&correlation), "{drift:?}");
+    assert!(fit.whiteness.values().all(|x| *x < 1.8), "{:?}", fit.whiteness);
+    for (k, term) in truth.structure().terms().iter().enumerate() {
+        let off = (fit.plant.coefficients()[k] - truth.coefficients()[k]).abs();
+        let std = fit.covariance[(k, k)].sqrt();
+        assert!(off < 4.0 * std, "{term}: off by {off}, ± {std}");
+    }
 }
 
 fn check_behind([lag_s, delay_s, log_reverse_ratio]: [f64; 3], is_of_propeller: bool) {

@@ -7,8 +7,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::plant_of_result;
-use crate::estimate::{Actuator, AxisNoise, CoupledFit};
-use crate::motion::{Inputs, Simulated, simulate};
+use crate::estimate::{Actuator, AxisNoise, CoupledFit, CurrentDrift};
+use crate::motion::{Inputs, Simulated, body_from_world, interpolated_attitude, simulate};
 use crate::plant::Plant;
 use crate::results::{AxisScore, CoupledPlant, CoupledScore};
 use crate::series::union;
@@ -193,7 +193,7 @@ struct AxisMotion {
 }
 
 /// Simulates a trial freely from its start, with thrust as it acts, and once more with a draw of
-/// the disturbance of each axis.
+/// the disturbance of each axis and of how the current changes.
 fn motions(
     plant: &Plant,
     stands: &Standing<'_>,
@@ -225,6 +225,7 @@ fn motions(
         Some(inputs) => followed(&inputs)?,
         None => None,
     };
+    let water = stands.water(record)?;
     let motion = |(dof, measured): (Dof, Timed)| {
         let at = |t: &f64| times.partition_point(|known| known < t);
         let places: Vec<usize> = measured.time_s().iter().map(at).collect();
@@ -232,7 +233,12 @@ fn motions(
             let found = found.as_ref()?;
             Some(places.iter().map(|k| found.velocity[*k][dof.index()]).collect())
         };
-        AxisMotion { dof, simulated: of(&simulated), disturbed: of(&disturbed), measured }
+        let mut disturbed: Option<Vec<f64>> = of(&disturbed);
+        if let (Some(disturbed), Some(water)) = (&mut disturbed, &water) {
+            let own = measured.time_s().iter().map(|t| water.seen(record, dof, *t));
+            disturbed.iter_mut().zip(own).for_each(|(v, own)| *v += own);
+        }
+        AxisMotion { dof, simulated: of(&simulated), disturbed, measured }
     };
     Ok(measured.into_iter().map(motion).collect())
 }
@@ -272,6 +278,24 @@ pub(super) struct Standing<'a> {
     actuator: Actuator,
     /// None where the fit knows none.
     disturbances: Option<&'a BTreeMap<Dof, AxisNoise>>,
+    /// How the current changes, if it does.
+    drift: Option<CurrentDrift>,
+}
+
+/// A draw of how the current changes: north and east, m/s.
+struct Water([Timed; 2]);
+
+impl Water {
+    /// What it adds to the velocity of an axis over ground.
+    fn seen(&self, record: &CoupledRecord, dof: Dof, t: f64) -> f64 {
+        if dof.is_rotation() {
+            return 0.0;
+        }
+        let angle = |angle: &Option<_>| interpolated_attitude(angle.as_ref(), t);
+        let body = body_from_world(record.attitude.each_ref().map(angle));
+        let Self([north, east]) = self;
+        body[(dof.index(), 0)] * north.at(t) + body[(dof.index(), 1)] * east.at(t)
+    }
 }
 
 /// A disturbance is drawn anew after this part of its correlation time …
@@ -286,7 +310,8 @@ impl<'a> Standing<'a> {
     /// What a fit found beside its plant; output error takes all misfit for the measurement's.
     pub(super) fn beside(fit: &'a CoupledFit) -> Self {
         let has_disturbances = fit.method != Method::OutputError;
-        Self { actuator: fit.actuator, disturbances: has_disturbances.then_some(&fit.disturbances) }
+        let disturbances = has_disturbances.then_some(&fit.disturbances);
+        Self { actuator: fit.actuator, disturbances, drift: fit.current_drift }
     }
 
     /// Standard deviation of a sample of an axis's velocity, m/s or rad/s; zero if not known.
@@ -310,7 +335,7 @@ impl<'a> Standing<'a> {
             log_change_between: number("thrust_change_between").ln_1p(),
             full_speed: ratio("full_speed"),
         };
-        Self { actuator, disturbances: None }
+        Self { actuator, disturbances: None, drift: None }
     }
 
     /// What drives a trial, with thrust as it acts.
@@ -328,17 +353,10 @@ impl<'a> Standing<'a> {
     /// The inputs of a trial with a draw of the disturbance of each axis: a Gauss–Markov force.
     fn disturbed(&self, inputs: &Inputs, record: &CoupledRecord) -> Result<Option<Inputs>, Error> {
         let Some(disturbances) = self.disturbances else { return Ok(None) };
-        let (from, to) = record.window_s;
         let mut inputs = inputs.clone();
         for (dof, noise) in disturbances {
-            let mut rng = ChaCha8Rng::seed_from_u64(DRAW_SEED);
-            rng.set_stream(dof.index() as u64);
-            let (std, correlation_s) = (noise.disturbance.0, noise.correlation_s.0);
-            let h = (DRAWN_PART * correlation_s).max(LEAST_DRAW_S);
-            let count = ((to - from) / h).ceil().max(1.0) as usize;
-            let times: Vec<f64> = (0..count).map(|k| from + k as f64 * h).collect();
-            let pulls = gauss_markov(rng, std, correlation_s / h, count);
-            let pull = Timed::new("disturbance", times, pulls)?;
+            let pull =
+                drawn(dof.index(), (noise.disturbance.0, noise.correlation_s.0), record.window_s)?;
             let force = &mut inputs.force[dof.index()];
             *force = Some(match force.take() {
                 Some(force) => held_sum(&force, &pull)?,
@@ -347,6 +365,28 @@ impl<'a> Standing<'a> {
         }
         Ok(Some(inputs))
     }
+
+    /// A draw of how the current changes in a trial, if it does.
+    fn water(&self, record: &CoupledRecord) -> Result<Option<Water>, Error> {
+        let Some(drift) = self.drift else { return Ok(None) };
+        let (std_m_s, correlation_s) = (drift.std_m_s.0, drift.correlation_s.0);
+        let of = |k: usize| drawn(Dof::ALL.len() + k, (std_m_s, correlation_s), record.window_s);
+        Ok(Some(Water([of(0)?, of(1)?])))
+    }
+}
+
+/// A Gauss–Markov process of some standard deviation and correlation time over a trial.
+fn drawn(
+    stream: usize,
+    (std, correlation_s): (f64, f64),
+    (from, to): (f64, f64),
+) -> Result<Timed, Error> {
+    let mut rng = ChaCha8Rng::seed_from_u64(DRAW_SEED);
+    rng.set_stream(stream as u64);
+    let h = (DRAWN_PART * correlation_s).max(LEAST_DRAW_S);
+    let count = ((to - from) / h).ceil().max(1.0) as usize;
+    let times: Vec<f64> = (0..count).map(|k| from + k as f64 * h).collect();
+    Timed::new("disturbance", times, gauss_markov(rng, std, correlation_s / h, count))
 }
 
 /// The sum of two held series.

@@ -107,7 +107,8 @@ const SLIGHT: f64 = 0.09;
 
 fn drift_beyond(plant: &CoupledPlant, records: &Records<'_>) -> Option<Caveat> {
     let planar = [Dof::Surge, Dof::Sway, Dof::Yaw];
-    if !planar.iter().all(|dof| plant.axes.contains(dof)) {
+    let is_planar = planar.iter().all(|dof| plant.axes.contains(dof));
+    if !is_planar || records.fit.iter().any(|record| is_pushed_sideways(record)) {
         return None;
     }
     let greatest = |records: &[&CoupledRecord]| {
@@ -130,6 +131,18 @@ fn drift_beyond(plant: &CoupledPlant, records: &Records<'_>) -> Option<Caveat> {
         Caveat::note(CaveatCode::DriftBeyond, message)
     })
 }
+
+/// Whether a vehicle has thrusters that move it sideways: it is not one that goes straight ahead.
+fn is_pushed_sideways(record: &CoupledRecord) -> bool {
+    let greatest = |dof: Dof| {
+        let force = record.force[dof.index()].as_ref();
+        force.map_or(0.0, |force| force.values().iter().fold(0.0, |most: f64, x| most.max(x.abs())))
+    };
+    greatest(Dof::Sway) > SIDEWAYS_PART * greatest(Dof::Surge)
+}
+
+/// A force in sway of more than this part of that in surge is no error of alignment.
+const SIDEWAYS_PART: f64 = 0.2;
 
 fn greatest_drift(record: &CoupledRecord) -> f64 {
     let [Some(surge), Some(sway), ..] = &record.velocity else { return 0.0 };
