@@ -26,8 +26,9 @@ campaign = twin.write(folder)
 print(campaign.read_text()[:400])
 
 # %% [markdown]
-# Any format that the command line reads is read by `Log.open`; the format is detected from content; what the reader
-# assumed or dropped is in `log.notes`. Arrays, frames and datasets go in by `Log.of`.
+# Any format that the command line reads is read by `Log.open`; the format is detected from
+# content. What the reader assumed or dropped is in `log.notes`. Arrays, frames and datasets go
+# in by `Log.of`.
 
 # %%
 log = sp.Log.open(*sorted((folder / "logs/surge-1").glob("*.csv")))
