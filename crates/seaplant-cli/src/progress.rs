@@ -57,11 +57,11 @@ pub fn fitted(output: Output, campaign: &Campaign, command: &str) -> Identificat
     )
 }
 
-/// `8 fits to 9602 samples of motion; expected to take 2 s to 1 min`.
+/// `8 fits of up to 9602 samples each; expected to take 2 s to 1 min`.
 fn announced(stages: &[Stage], expected: (f64, f64)) -> String {
     let (fits, samples) = (stages.len(), stages.iter().map(|s| s.samples).max().unwrap_or(0));
     let fits = if fits == 1 { "1 fit".to_owned() } else { format!("{fits} fits") };
-    format!("{fits}, to up to {samples} samples each; expected to take {}", left::spoken(expected))
+    format!("{fits} of up to {samples} samples each; expected to take {}", left::spoken(expected))
 }
 
 /// Writes a report under the eye of the user.
