@@ -1,7 +1,7 @@
 """Makes a large MCAP file, and reads it with mcap-ros2-support.
 
-    python read_mcap.py make FILE MEGABYTES
-    python read_mcap.py read FILE
+python read_mcap.py make FILE MEGABYTES
+python read_mcap.py read FILE
 """
 
 import math
@@ -69,7 +69,10 @@ def make(path, megabytes):
         ),
         "/cmd_vel": (
             "geometry_msgs/msg/Twist",
-            lambda k, stamp: {"linear": xyz(math.sin(k), 0.0, 0.0), "angular": xyz(0.0, 0.0, 0.1)},
+            lambda k, stamp: {
+                "linear": xyz(math.sin(k), 0.0, 0.0),
+                "angular": xyz(0.0, 0.0, 0.1),
+            },
             1,
         ),
     }

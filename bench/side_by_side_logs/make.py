@@ -8,7 +8,6 @@ repeated with times that go on. The values repeat too, which neither reader can 
 
 import pathlib
 import random
-import struct
 import sys
 
 import numpy
@@ -48,10 +47,16 @@ def telemetry(path, megabytes):
             dialect.MAVLink_ahrs2_message(*numbers(4), 473_000_000, 85_000_000),
             dialect.MAVLink_vfr_hud_message(*numbers(2), 90, 50, *numbers(2)),
             dialect.MAVLink_local_position_ned_message(boot, *numbers(6)),
-            dialect.MAVLink_servo_output_raw_message(boot * 1000, 0, *(1500 + k % 300 for _ in range(8))),
-            dialect.MAVLink_raw_imu_message(boot * 1000, *(dice.randrange(-1000, 1000) for _ in range(9))),
+            dialect.MAVLink_servo_output_raw_message(
+                boot * 1000, 0, *(1500 + k % 300 for _ in range(8))
+            ),
+            dialect.MAVLink_raw_imu_message(
+                boot * 1000, *(dice.randrange(-1000, 1000) for _ in range(9))
+            ),
             dialect.MAVLink_scaled_pressure_message(boot, *numbers(2), 2000),
-            dialect.MAVLink_battery_status_message(0, 1, 2, 300, [16_000 + k % 99] * 10, -1000, k, 5, 80),
+            dialect.MAVLink_battery_status_message(
+                0, 1, 2, 300, [16_000 + k % 99] * 10, -1000, k, 5, 80
+            ),
         ]:
             places.append(len(log.content))
             times.append(1_700_000_000_000_000 + k * STEP_US)
@@ -63,12 +68,41 @@ def telemetry(path, megabytes):
 def flash(path, megabytes):
     dice = random.Random(3)
     log, places, times = dataflash.Writer(), [], []
-    log.letters({"s": "s", "d": "deg", "E": "rad/s", "o": "m/s/s", "m": "m", "n": "m/s", "Y": "us",
-                 "#": "instance", "-": ""}, {"-": 0, "F": 1e-6, "0": 1, "B": 0.01})
-    log.define(1, "IMU", "QBffffffIIfBBHH", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,EG,EA,T,GH,AH,GHz,AHz")
-    log.define(2, "ATT", "QccccCCCCB", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw,ErrRP,ErrYaw,AEKF")
-    log.define(3, "RCOU", "QHHHHHHHHHHHHHH", "TimeUS," + ",".join(f"C{k}" for k in range(1, 15)))
-    log.define(4, "XKF1", "QBccCfffffffccce", "TimeUS,C,Roll,Pitch,Yaw,VN,VE,VD,dPD,PN,PE,PD,GX,GY,GZ,OH")
+    log.letters(
+        {
+            "s": "s",
+            "d": "deg",
+            "E": "rad/s",
+            "o": "m/s/s",
+            "m": "m",
+            "n": "m/s",
+            "Y": "us",
+            "#": "instance",
+            "-": "",
+        },
+        {"-": 0, "F": 1e-6, "0": 1, "B": 0.01},
+    )
+    log.define(
+        1,
+        "IMU",
+        "QBffffffIIfBBHH",
+        "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,EG,EA,T,GH,AH,GHz,AHz",
+    )
+    log.define(
+        2,
+        "ATT",
+        "QccccCCCCB",
+        "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw,ErrRP,ErrYaw,AEKF",
+    )
+    log.define(
+        3, "RCOU", "QHHHHHHHHHHHHHH", "TimeUS," + ",".join(f"C{k}" for k in range(1, 15))
+    )
+    log.define(
+        4,
+        "XKF1",
+        "QBccCfffffffccce",
+        "TimeUS,C,Roll,Pitch,Yaw,VN,VE,VD,dPD,PN,PE,PD,GX,GY,GZ,OH",
+    )
     log.define(5, "BARO", "QBffcfIffB", "TimeUS,I,Alt,Press,Temp,CRt,SMS,Offset,GndTemp,Health")
     log.record(132, 0, 1, "s#EEEooo--O--zz", "F-000000-----00")
     log.record(132, 0, 2, "sddddhhdh-", "FBBBBBBBB-")

@@ -18,7 +18,10 @@ def flash(path):
         form = message.fmt
         if form.name in ABOUT_THE_LOG:
             continue
-        key = (form.name, message.__getattr__(form.instance_field) if form.instance_field else 0)
+        key = (
+            form.name,
+            message.__getattr__(form.instance_field) if form.instance_field else 0,
+        )
         if key not in columns:
             columns[key] = [[] for _ in form.columns]
         for column, field in zip(columns[key], form.columns):

@@ -53,7 +53,8 @@ def main():
     worst = 0.0
     for side in runs:
         off = max(
-            abs(runs[side][0][name][0] / mine[name][0] - 1.0) for name in ("alpha", "beta", "bias")
+            abs(runs[side][0][name][0] / mine[name][0] - 1.0)
+            for name in ("alpha", "beta", "bias")
         )
         # Linear drag is zero in truth: it counts beside the drag of 0.5 m/s.
         off = max(off, abs(runs[side][0]["mu"][0] - mine["mu"][0]) / abs(0.5 * mine["beta"][0]))

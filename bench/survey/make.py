@@ -18,7 +18,8 @@ HERE = pathlib.Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "side_by_side_logs"))
 
 from make import flash, telemetry
-from mcap.writer import CompressionType, Writer as Mcap
+from mcap.writer import CompressionType
+from mcap.writer import Writer as Mcap
 from rosbags.rosbag1 import Writer as Bag
 from rosbags.typesys import Stores, get_typestore
 
@@ -54,7 +55,9 @@ def parquet(path, megabytes, columns=12):
     rows = 1_000_000
     names = ["time [s]", *(f"channel {k} [m/s]" for k in range(columns))]
     schema = pyarrow.schema([(name, pyarrow.float64()) for name in names])
-    with pyarrow.parquet.ParquetWriter(path, schema, compression="zstd", use_dictionary=False) as writer:
+    with pyarrow.parquet.ParquetWriter(
+        path, schema, compression="zstd", use_dictionary=False
+    ) as writer:
         for k in range(max(1, round(megabytes * 1e6 / (rows * 93)))):
             times = (numpy.arange(rows) + k * rows) * 0.01
             numbers = [times, *(dice.normal(size=rows) for _ in range(columns))]
@@ -76,35 +79,58 @@ def messages(store, prefix):
     for tick in range(BLOCK):
         for j in range(2):
             imu = make(
-                "sensor_msgs/msg/Imu", header=header("imu_link"), orientation=turn(),
-                orientation_covariance=dice.normal(size=9), angular_velocity=xyz(),
-                angular_velocity_covariance=dice.normal(size=9), linear_acceleration=xyz(),
+                "sensor_msgs/msg/Imu",
+                header=header("imu_link"),
+                orientation=turn(),
+                orientation_covariance=dice.normal(size=9),
+                angular_velocity=xyz(),
+                angular_velocity_covariance=dice.normal(size=9),
+                linear_acceleration=xyz(),
                 linear_acceleration_covariance=dice.normal(size=9),
             )
             yield tick * STEP_NS + j * STEP_NS // 2, "/imu", bytes(packed(imu, imu.__msgtype__))
         pose = make("geometry_msgs/msg/Pose", position=point(), orientation=turn())
         twist = make("geometry_msgs/msg/Twist", linear=xyz(), angular=xyz())
         odometry = make(
-            "nav_msgs/msg/Odometry", header=header("odom"), child_frame_id="base_link",
-            pose=make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=dice.normal(size=36)),
-            twist=make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=dice.normal(size=36)),
+            "nav_msgs/msg/Odometry",
+            header=header("odom"),
+            child_frame_id="base_link",
+            pose=make(
+                "geometry_msgs/msg/PoseWithCovariance",
+                pose=pose,
+                covariance=dice.normal(size=36),
+            ),
+            twist=make(
+                "geometry_msgs/msg/TwistWithCovariance",
+                twist=twist,
+                covariance=dice.normal(size=36),
+            ),
         )
         yield tick * STEP_NS, "/odometry", bytes(packed(odometry, odometry.__msgtype__))
         if tick % 500 == 0:
-            pressure = make("sensor_msgs/msg/FluidPressure", header=header("depth"),
-                            fluid_pressure=1e5 + tick, variance=0.0)
+            pressure = make(
+                "sensor_msgs/msg/FluidPressure",
+                header=header("depth"),
+                fluid_pressure=1e5 + tick,
+                variance=0.0,
+            )
             yield tick * STEP_NS, "/pressure", bytes(packed(pressure, pressure.__msgtype__))
 
 
-TYPES = {"/imu": "sensor_msgs/msg/Imu", "/odometry": "nav_msgs/msg/Odometry",
-         "/pressure": "sensor_msgs/msg/FluidPressure"}
+TYPES = {
+    "/imu": "sensor_msgs/msg/Imu",
+    "/odometry": "nav_msgs/msg/Odometry",
+    "/pressure": "sensor_msgs/msg/FluidPressure",
+}
 
 
 def stamped(block, megabytes):
     """The block over and over: time of receipt, topic, bytes."""
     size = sum(len(content) for _, _, content in block)
     marks = (0x11223344).to_bytes(4, "little")
-    block = [(at, topic, bytearray(content), content.index(marks)) for at, topic, content in block]
+    block = [
+        (at, topic, bytearray(content), content.index(marks)) for at, topic, content in block
+    ]
     for k in range(max(1, round(megabytes * 1e6 / size))):
         for at, topic, content, place in block:
             stamp = START_NS + k * BLOCK * STEP_NS + at
@@ -158,14 +184,23 @@ def bag(path, megabytes):
     store = get_typestore(Stores.ROS1_NOETIC)
     path.unlink(missing_ok=True)
     with Bag(path) as writer:
-        connections = {topic: writer.add_connection(topic, kind, typestore=store)
-                       for topic, kind in TYPES.items()}
+        connections = {
+            topic: writer.add_connection(topic, kind, typestore=store)
+            for topic, kind in TYPES.items()
+        }
         for receipt, topic, content in stamped(list(messages(store, "ros1")), megabytes):
             writer.write(connections[topic], receipt, content)
 
 
-WRITERS = {"log.csv": table, "log.BIN": flash, "log.tlog": telemetry, "log.mcap": mcap,
-           "log.db3": db3, "log.bag": bag, "log.parquet": parquet}
+WRITERS = {
+    "log.csv": table,
+    "log.BIN": flash,
+    "log.tlog": telemetry,
+    "log.mcap": mcap,
+    "log.db3": db3,
+    "log.bag": bag,
+    "log.parquet": parquet,
+}
 
 
 def main():

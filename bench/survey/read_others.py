@@ -1,6 +1,6 @@
 """Reads a log with the usual Python tool into columns or messages, timed: one `name value` a line.
 
-    read_others.py TOOL FILE      TOOL: pandas, pyarrow, polars, rosbags, memory
+read_others.py TOOL FILE      TOOL: pandas, pyarrow, polars, rosbags, memory
 """
 
 import pathlib
@@ -69,11 +69,19 @@ def memory(path):
 
 def main():
     tool, path = sys.argv[1:]
-    read = {"pandas": pandas, "pyarrow": pyarrow, "polars": polars, "rosbags": rosbags, "memory": memory}[tool](path)
+    read = {
+        "pandas": pandas,
+        "pyarrow": pyarrow,
+        "polars": polars,
+        "rosbags": rosbags,
+        "memory": memory,
+    }[tool](path)
     used = lambda: sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
     started, before = time.perf_counter(), used()
     count = read()
-    print(f"read_s {time.perf_counter() - started:e}\nprocessor_s {used() - before:e}\ncount {count}")
+    print(
+        f"read_s {time.perf_counter() - started:e}\nprocessor_s {used() - before:e}\ncount {count}"
+    )
 
 
 if __name__ == "__main__":

@@ -26,8 +26,9 @@ campaign = twin.write(folder)
 print(campaign.read_text()[:400])
 
 # %% [markdown]
-# Any format that the command line reads is read by `Log.open`, told by content; what the reader
-# assumed or dropped is in `log.notes`. Arrays, frames and datasets go in by `Log.of`.
+# Any format that the command line reads is read by `Log.open`; the format is detected from
+# content. What the reader assumed or dropped is in `log.notes`. Arrays, frames and datasets go
+# in by `Log.of`.
 
 # %%
 log = sp.Log.open(*sorted((folder / "logs/surge-1").glob("*.csv")))
@@ -82,7 +83,7 @@ print(surge.nuisances)
 
 # %% [markdown]
 # The truth is known, which no real dive offers. The recommended method finds mass and drag, and
-# the lag that it was not told of. The paper's is off by far: it smooths velocity at the very
+# the lag that no file states. The paper's is off by far: it smooths velocity at the very
 # frequency of the sinusoid, and leaves thrust as it is.
 
 # %%

@@ -76,14 +76,18 @@ def write(path, rows):
     w = 1 - 6.69437999014e-3 * np.sin(LATITUDE) ** 2
     prime = 6378137.0 / np.sqrt(w)
     meridian = prime * (1 - 6.69437999014e-3) / w
-    lines = ["time [s],heading [deg],port propeller [rpm],starboard propeller [rpm],"
-             "latitude [deg],longitude [deg]"]
+    lines = [
+        "time [s],heading [deg],port propeller [rpm],starboard propeller [rpm],"
+        "latitude [deg],longitude [deg]"
+    ]
     for t, heading, port, starboard, north, east in rows:
         latitude = np.degrees(LATITUDE + north / meridian)
         longitude = np.degrees(LONGITUDE + east / (prime * np.cos(LATITUDE)))
         rpm = [30 / np.pi * n for n in (port, starboard)]
-        lines.append(f"{t:.1f},{np.degrees(heading) % 360:.2f},{rpm[0]:.1f},{rpm[1]:.1f},"
-                     f"{latitude:.8f},{longitude:.8f}")
+        lines.append(
+            f"{t:.1f},{np.degrees(heading) % 360:.2f},{rpm[0]:.1f},{rpm[1]:.1f},"
+            f"{latitude:.8f},{longitude:.8f}"
+        )
     path.write_text("\n".join(lines) + "\n")
 
 

@@ -27,12 +27,24 @@ def forces(u, v, r, n, delta):
     area = 0.5 * RHO * L * D * speed**2
     x = area * (-0.022 - 0.040 * vp**2 + 0.002 * vp * rp + 0.011 * rp**2 + 0.771 * vp**4)
     y = area * (
-        -0.315 * vp + 0.083 * rp - 1.607 * vp**3 + 0.379 * vp**2 * rp - 0.391 * vp * rp**2
+        -0.315 * vp
+        + 0.083 * rp
+        - 1.607 * vp**3
+        + 0.379 * vp**2 * rp
+        - 0.391 * vp * rp**2
         + 0.008 * rp**3
     )
-    moment = area * L * (
-        -0.137 * vp - 0.049 * rp - 0.030 * vp**3 - 0.294 * vp**2 * rp + 0.055 * vp * rp**2
-        - 0.013 * rp**3
+    moment = (
+        area
+        * L
+        * (
+            -0.137 * vp
+            - 0.049 * rp
+            - 0.030 * vp**3
+            - 0.294 * vp**2 * rp
+            + 0.055 * vp * rp**2
+            - 0.013 * rp**3
+        )
     )
     beta = np.arctan2(-v, u)
     beta_p = beta - X_P * rp
@@ -145,7 +157,9 @@ def log(name, seed, seconds=400.0):
 
 if __name__ == "__main__":
     advance, transfer, diameter = circle()
-    print(f"35 deg: advance {advance:.2f} L, transfer {transfer:.2f} L, diameter {diameter:.2f} L")
+    print(
+        f"35 deg: advance {advance:.2f} L, transfer {transfer:.2f} L, diameter {diameter:.2f} L"
+    )
     for number in (1, 2, 3):
         log(f"fit-{number}.csv", number)
     log("aside.csv", 4)

@@ -1,5 +1,6 @@
 """Errors are ValueError and OSError with the library's messages; Ctrl-C and threads work."""
 
+import copy
 import itertools
 import os
 import signal
@@ -130,3 +131,24 @@ def test_settings_are_checked_before_anything_is_fitted(dive):
         sp.Shards.of(dive.trials[0], clock, equation_error=filters)
     with pytest.raises(sp.InputError, match="resamples: is 10; it must be from 100"):
         sp.identify(dive.trials, dive.vehicle, equation_error={"bootstrap": {"resamples": 10}})
+
+
+def test_an_attribute_that_is_not_there_is_answered_with_what_is(dive):
+    fit = sp.identify(dive.trials, dive.vehicle, "equation-error")
+    for action, words in [
+        (lambda: fit.surge, r"Fit has no `surge`; did you mean \['surge'\]\? it has caveats, "),
+        (lambda: fit.plnats, r"did you mean \.plants\?"),
+        (
+            lambda: fit["surge"].mass,
+            r"PlantResult has no `mass`; did you mean \.parameters\.mass",
+        ),
+        (lambda: dive.trials[0].velocity, "Trial has no `velocity`; "),
+        (lambda: dive.vehicle.zzz, "Vehicle has no `zzz`; it has "),
+    ]:
+        with pytest.raises(AttributeError, match=words) as caught:
+            action()
+        assert isinstance(caught.value, sp.InputError)
+    assert not hasattr(fit, "surge")
+    # Python's own questions have Python's own answers.
+    assert copy.deepcopy(fit["surge"]) == fit["surge"]
+    assert not hasattr(fit, "_repr_svg_")

@@ -6,13 +6,12 @@ use std::path::{Path, PathBuf};
 use seaplant::results::{BollardPullResult, FileOffset, Identification, InputFile, Parameter};
 use seaplant::{
     BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Stage, Surface, Term, Terms,
-    ThrusterInput, Trial, Vehicle, fit_bollard_pull, identify_watched,
+    ThrusterInput, Trial, Vehicle, fit_bollard_pull, identify_watched, stages,
 };
 use seaplant_log::Log;
 
 use crate::bench::{Bench, read_bench};
 use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, LogEntry, TrialEntry};
-use crate::pattern::recording_in;
 use crate::plant_file::{check_plans, coupled_axes, plans};
 use crate::recording::{ChannelMap, SourcedTrial, read_trial, trial_of};
 use crate::vehicle_file::{SourcedVehicle, read_vehicle};
@@ -112,8 +111,13 @@ impl Campaign {
         self.identify_watched(command, &mut |_| {})
     }
 
-    /// [`Self::identify`], that tells of each fit before it is made.
-    pub fn identify_watched(&self, command: &str, watch: &mut dyn FnMut(Stage)) -> Identification {
+    /// The fits that [`Self::identify`] makes, in order, with what they may cost.
+    pub fn stages(&self) -> Vec<Stage> {
+        stages(&self.vehicle, &self.trials, &self.options)
+    }
+
+    /// [`Self::identify`], that tells of each of its [`Self::stages`] before it begins.
+    pub fn identify_watched(&self, command: &str, watch: &mut dyn FnMut(&Stage)) -> Identification {
         let mut found = identify_watched(&self.vehicle, &self.trials, &self.options, watch);
         let results = &mut found.results;
         results.provenance.command = command.to_owned();
@@ -149,7 +153,7 @@ impl Campaign {
         let channels = all_channels(file, entry);
         let channels = channel_map(&self.path, channels, &self.vehicle)?;
         let logs = entry.log.files().iter();
-        let logs = logs.map(|log| Ok(recording_in(&toml_file::resolve(&self.path, log)?)));
+        let logs = logs.map(|log| toml_file::resolve(&self.path, log));
         let logs = logs.collect::<Result<Vec<_>, Error>>()?;
         let coupled = coupled_axes(&self.options.coupled);
         read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle, &coupled)

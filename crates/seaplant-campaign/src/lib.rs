@@ -38,7 +38,6 @@ pub use inspect::{
     inspect_survey,
 };
 pub use monte_carlo::{MonteCarloTable, monte_carlo};
-pub use pattern::recording_in;
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use profile::{

@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
+use seaplant_log::is_bag;
+
 use crate::campaign_file::{LogEntry, TrialEntry};
 use crate::toml_file::resolve;
 use crate::{CampaignFile, Error};
@@ -15,7 +17,7 @@ impl CampaignFile {
     /// the file's own.
     ///
     /// `*` stands for any letters and `?` for one, within a name between slashes. A folder that is
-    /// matched stands for its files, side by side. The trial's name is that of its entry and what
+    /// matched stands for its files, side by side; that of a ROS 2 bag is one log. The trial's name is that of its entry and what
     /// the pattern's wildcards stand for.
     ///
     /// # Errors
@@ -92,7 +94,7 @@ impl Match {
 
     fn trial(self, base: &Path, entry: &TrialEntry) -> TrialEntry {
         let relative = |path: &Path| path.strip_prefix(base).unwrap_or(path).to_owned();
-        let log = if self.path.is_dir() {
+        let log = if self.path.is_dir() && !is_bag(&self.path) {
             let inside = fs::read_dir(&self.path).into_iter().flatten().flatten();
             let mut files: Vec<PathBuf> = inside
                 .map(|entry| entry.path())
@@ -106,25 +108,6 @@ impl Match {
         };
         let name = format!("{} {}", entry.name, self.stands_for.join(" "));
         TrialEntry { name: name.trim().to_owned(), log, ..entry.clone() }
-    }
-}
-
-/// The recording in the folder of a ROS 2 bag; any other path as it is.
-///
-/// A bag that was split into several files is left as it is, for each file is a trial of its own.
-pub fn recording_in(path: &Path) -> PathBuf {
-    if !path.join("metadata.yaml").is_file() {
-        return path.to_owned();
-    }
-    let inside = fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path());
-    let is_recording = |path: &PathBuf| {
-        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-        ["mcap", "db3"].contains(&ending)
-    };
-    let found: Vec<PathBuf> = inside.filter(is_recording).collect();
-    match found.as_slice() {
-        [only] => only.clone(),
-        _ => path.to_owned(),
     }
 }
 
@@ -171,20 +154,6 @@ mod tests {
         assert!(matches("*a*b", "xaxxb") && !matches("*a*b", "xbxa"));
         // No time beyond the product of the lengths.
         assert!(!matches(&"*a".repeat(50), &"b".repeat(5000)));
-    }
-
-    #[test]
-    fn the_folder_of_a_bag_stands_for_its_recording() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let bag = folder.path().join("bag");
-        fs::create_dir(&bag).expect("made");
-        assert_eq!(recording_in(&bag), bag);
-        for name in ["metadata.yaml", "bag_0.mcap"] {
-            fs::write(bag.join(name), "").expect("written");
-        }
-        assert_eq!(recording_in(&bag), bag.join("bag_0.mcap"));
-        fs::write(bag.join("bag_1.mcap"), "").expect("written");
-        assert_eq!(recording_in(&bag), bag);
     }
 
     fn campaign(log: &str) -> (tempfile::TempDir, Result<Vec<TrialEntry>, Error>) {

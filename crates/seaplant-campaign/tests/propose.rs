@@ -745,4 +745,6 @@ fn a_preset_that_is_stated_makes_the_vehicle() {
     // The columns have other names than the preset's motors: that is for a human to map.
     let questions = proposal.open_questions.join("\n");
     assert!(questions.contains("map the column of each under [channels]"), "{questions}");
+    assert!(!questions.contains("is it a"), "{questions}");
+    assert!(proposal.vehicle_toml.contains("# as --preset says"));
 }

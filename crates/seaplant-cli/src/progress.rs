@@ -1,14 +1,18 @@
 //! A bar for what takes a while: how much of the logs was read, how fast, how long it will take;
-//! which fit is made, and how many are left.
+//! which fit is made, how many there are, and how long they will take.
 
-use std::io::{IsTerminal, stderr};
+mod left;
+
+use std::io::{IsTerminal, Write as _, stderr};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use seaplant::Stage;
+use seaplant::results::Identification;
+use seaplant_campaign::Campaign;
 use seaplant_log::{Progress, progress};
 
 use crate::output::Output;
@@ -25,17 +29,70 @@ pub fn watched<T>(output: Output, read: impl FnOnce() -> T) -> T {
     under_a_bar(output, read, |wait| show_reading(before, wait))
 }
 
-/// Makes fits under the eye of the user: `fit` tells of each.
-pub fn fitting<T>(output: Output, fit: impl FnOnce(&mut dyn FnMut(Stage)) -> T) -> T {
-    let now: Mutex<Option<Stage>> = Mutex::new(None);
-    let stage = || now.lock().unwrap_or_else(PoisonError::into_inner);
+/// What may take longer than this, s, is said before.
+const WORTH_SAYING_S: f64 = 10.0;
+
+/// Makes the fits of a campaign under the eye of the user: says before what they may take, where
+/// that is long, and then how long they will.
+pub fn fitted(output: Output, campaign: &Campaign, command: &str) -> Identification {
+    if is_silent(output) {
+        return campaign.identify(command);
+    }
+    let stages = campaign.stages();
+    let expected = left::whole(&stages);
+    if expected.1 > WORTH_SAYING_S {
+        // Standard error that is gone cannot be helped.
+        let _ = writeln!(anstream::stderr(), "{}", announced(&stages, expected));
+    }
+    let now = Mutex::new(Pace { done: 0, before: Duration::ZERO, since: Instant::now() });
+    let pace = || now.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut watch = |stage: &Stage| {
+        let mut pace = pace();
+        *pace = Pace { done: stage.done, before: pace.elapsed(), since: Instant::now() };
+    };
     under_a_bar(
         output,
-        || fit(&mut |next| *stage() = Some(next)),
-        |wait| {
-            show_fits(|| *stage(), wait);
-        },
+        || campaign.identify_watched(command, &mut watch),
+        |wait| show_fits(&stages, || *pace(), wait),
     )
+}
+
+/// `8 fits of up to 9602 samples each; expected to take 2 s to 1 min`.
+fn announced(stages: &[Stage], expected: (f64, f64)) -> String {
+    let (fits, samples) = (stages.len(), stages.iter().map(|s| s.samples).max().unwrap_or(0));
+    let fits = if fits == 1 { "1 fit".to_owned() } else { format!("{fits} fits") };
+    format!("{fits} of up to {samples} samples each; expected to take {}", left::spoken(expected))
+}
+
+/// Writes a report under the eye of the user.
+pub fn written<T>(output: Output, write: impl FnOnce() -> T) -> T {
+    under_a_bar(output, write, |wait| {
+        let bar = ProgressBar::new_spinner().with_elapsed(PATIENCE);
+        bar.set_style(style("writing the report; {elapsed} so far"));
+        while wait.recv_timeout(STEP) == Err(RecvTimeoutError::Timeout) {
+            bar.tick();
+        }
+        bar.finish_and_clear();
+    })
+}
+
+/// How far the fits have come.
+#[derive(Clone, Copy, Debug)]
+struct Pace {
+    done: usize,
+    /// What those took that are done.
+    before: Duration,
+    since: Instant,
+}
+
+impl Pace {
+    fn elapsed(&self) -> Duration {
+        self.before + self.since.elapsed()
+    }
+}
+
+fn is_silent(output: Output) -> bool {
+    output.quiet || output.json || !stderr().is_terminal()
 }
 
 /// Works, and shows how it goes meanwhile, if that takes a while and is to be seen.
@@ -44,7 +101,7 @@ fn under_a_bar<T>(
     work: impl FnOnce() -> T,
     show: impl FnOnce(&Receiver<()>) + Send,
 ) -> T {
-    if output.quiet || output.json || !stderr().is_terminal() {
+    if is_silent(output) {
         return work();
     }
     thread::scope(|scope| {
@@ -64,15 +121,18 @@ fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-/// Shows which fit is made until the other end of `wait` is gone.
-fn show_fits(stage: impl Fn() -> Option<Stage>, wait: &Receiver<()>) {
-    let bar = ProgressBar::new(0).with_elapsed(PATIENCE);
-    bar.set_style(style("{bar:30} {pos} of {len} fits, {msg}; {elapsed} so far"));
+/// Shows which fit is made, and how long all will take, until the other end of `wait` is gone.
+fn show_fits(stages: &[Stage], pace: impl Fn() -> Pace, wait: &Receiver<()>) {
+    let bar = ProgressBar::new(stages.len() as u64).with_elapsed(PATIENCE);
+    bar.set_style(style("{bar:30} {pos} of {len} fits, {msg}"));
     while wait.recv_timeout(STEP) == Err(RecvTimeoutError::Timeout) {
-        let Some(Stage { dof, method, done, of }) = stage() else { continue };
-        bar.set_length(of as u64);
-        bar.set_position(done as u64);
-        bar.set_message(format!("{dof} by {method}"));
+        let pace = pace();
+        let Some(Stage { axes, method, .. }) = stages.get(pace.done) else { continue };
+        let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
+        let (before, now) = (pace.before.as_secs_f64(), pace.since.elapsed().as_secs_f64());
+        let left = left::spoken(left::left(stages, pace.done, before, now));
+        bar.set_position(pace.done as u64);
+        bar.set_message(format!("{} by {method}; {left} left", names.join(", ")));
     }
     bar.finish_and_clear();
 }

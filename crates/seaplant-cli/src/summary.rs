@@ -32,9 +32,8 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     for (dof, steady) in &results.steady {
         text.push_str(&steady_block(*dof, steady));
     }
-    for failure in &results.failures {
-        let (dof, method) = (failure.dof, &failure.method);
-        let _ = writeln!(text, "{SEVERE}failed:{SEVERE:#} {dof} by {method}: {}", failure.message);
+    for (dof, methods, why) in results.reasons() {
+        let _ = writeln!(text, "{SEVERE}failed:{SEVERE:#} {dof} by {methods}: {why}");
     }
     push_caveats(&mut text, &results.caveats);
     let notes = count_notes(results);

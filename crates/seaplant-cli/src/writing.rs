@@ -8,6 +8,7 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use seaplant_log::is_bag;
 
 pub use aside::{Aside, leave_nothing_behind};
 pub use manifest::{Made, is_complete};
@@ -43,7 +44,12 @@ impl<'a> Permit<'a> {
     /// Refuses to write over what was read.
     fn check_input(self, target: &Path) -> Result<()> {
         let Ok(there) = target.canonicalize() else { return Ok(()) };
-        let is_it = |input: &PathBuf| input.canonicalize().is_ok_and(|input| input == there);
+        // What is in the folder of a bag was read, too.
+        let is_it = |input: &PathBuf| {
+            input
+                .canonicalize()
+                .is_ok_and(|input| input == there || (is_bag(&input) && there.starts_with(&input)))
+        };
         if self.inputs.iter().any(is_it) {
             bail!(
                 "{} is an input and would be overwritten; choose another --out",

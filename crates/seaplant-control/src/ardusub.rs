@@ -45,7 +45,7 @@ pub fn ardusub(gains: &Gains) -> (String, Vec<String>) {
                 text += &format!("{},{:.5}\n", same.rate, same.scale * axis.kd / limit);
             }
             None => notes.push(format!(
-                "{dof}: {} is a part of full moment per rad/s; give the greatest moment by --limit to have it",
+                "{dof}: {} is a fraction of the full moment per rad/s; state the greatest moment with --limit to compute it",
                 same.rate
             )),
         }

@@ -155,7 +155,7 @@ pub struct AxisGains {
     pub saturates_at: Option<f64>,
     /// Margins with the plant as estimated: the worse of rest and typical speed.
     pub margins: Margins,
-    /// The least margins over what the plant could be.
+    /// The least margins of plants drawn from its uncertainty.
     pub worst: Margins,
 }
 
@@ -485,7 +485,7 @@ fn notes(plant: &Plant, gains: &Gains, own: f64) -> Vec<String> {
         }
         if axis.worst.phase_deg < TOLD_PHASE_DEG {
             notes.push(format!(
-                "{dof}: over what the plant could be the phase margin falls to {:.0}°",
+                "{dof}: for the worst plant drawn from its uncertainty the phase margin falls to {:.0}°",
                 axis.worst.phase_deg
             ));
         }

@@ -118,7 +118,7 @@ REVERSE_RATIO = np.array([@RATIO@])
 
 
 class Actuators:
-    \"\"\"Thrusters with lag, delay and reverse ratio; `inputs` are those that have always been.
+    \"\"\"Thrusters with lag, delay and reverse ratio; `inputs` are those before the start.
 
     A propeller follows its delayed input by lag ds/dt = input - s; thrust in reverse is that of the
     curve times the ratio; the force of all thrusters on an axis follows theirs by its own lag.

@@ -106,7 +106,7 @@ fn unknown(model: &PlantModel) -> Vec<String> {
     let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
     let which = names.join(", ");
     vec![format!(
-        "NOT KNOWN: mass, damping and restoring of {which}: nothing was identified there. Entries of these axes are left out or marked, never zero by measurement"
+        "NOT KNOWN: mass, damping and restoring of {which}: nothing was identified there. Entries of these axes are left out or marked; a zero there is not a measurement"
     )]
 }
 

@@ -45,12 +45,12 @@ fn missing(model: &PlantModel, link: &Link) -> Vec<String> {
     let added: Vec<String> = (0..3).map(|k| short(link.added[(k, k)])).collect();
     let mut notes = vec![
         format!(
-            "Stonefish computes added mass from the shape, one number for all directions, and takes none: surge, sway, heave {} kg as identified are not held; added inertia of rotations is in the inertia",
+            "Stonefish computes added mass from the shape, one number for all directions, and cannot be given any: the identified {} kg in surge, sway and heave are lost; added inertia of rotations is part of the inertia",
             added.join(", ")
         ),
         "no Coriolis forces of added mass, and no coupling of axes in mass or damping".to_owned(),
         format!(
-            "drag is of faces and grows with the cube of speed where the plant's grows with the square: both agree at {SPEED} m/s, and damping of rotations follows from the faces"
+            "Stonefish computes drag from the faces of the shape; it grows with the cube of speed, that of the plant with the square: both agree at {SPEED} m/s; damping of rotations follows from the faces, too"
         ),
         "for the plant itself, drive the body by the header of the format c with hydrodynamics off"
             .to_owned(),

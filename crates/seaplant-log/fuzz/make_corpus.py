@@ -41,7 +41,9 @@ BORROWED = {
     "tlog": ("tlog", ["seed.tlog", "private.tlog"]),
     "ulog": ("ulog", ["seed.ulg", "appended.ulg"]),
 }
-TABLE = "time [s],u [m/s],T1 (us)\n" + "".join(f"{k / 10},{k % 3}e-2,{1500 + k}\n" for k in range(12))
+TABLE = "time [s],u [m/s],T1 (us)\n" + "".join(
+    f"{k / 10},{k % 3}e-2,{1500 + k}\n" for k in range(12)
+)
 VECTOR = "std_msgs/Header header\ngeometry_msgs/Vector3 vector\n" + "".join(
     f"{'=' * 80}\nMSG: {text}\n"
     for text in (
@@ -65,14 +67,23 @@ def tables(folder):
     rows = [f"2020-07-31T13:50:{k:02}.5Z;0,{k};idle\n" for k in range(12)]
     (folder / "text/commas.csv").write_text("# a comment\n" + TABLE)
     (folder / "text/dates.csv").write_text("time;u [m/s];state\n" + "".join(rows))
-    (folder / "text/utf-16.tsv").write_bytes(("\ufeff" + TABLE.replace(",", "\t")).encode("utf-16-le"))
-    (folder / "text/units.dat").write_text("t u depth\ns m/s m\n" + "".join(f"{k} .{k} -{k}\n" for k in range(12)))
+    (folder / "text/utf-16.tsv").write_bytes(
+        ("\ufeff" + TABLE.replace(",", "\t")).encode("utf-16-le")
+    )
+    (folder / "text/units.dat").write_text(
+        "t u depth\ns m/s m\n" + "".join(f"{k} .{k} -{k}\n" for k in range(12))
+    )
     packed = TABLE.encode()
     (folder / "gzip/table.gz").write_bytes(gzip.compress(packed, mtime=0))
-    halves = [gzip.compress(part, level, mtime=0) for part, level in ((packed[:99], 0), (packed[99:], 9))]
+    halves = [
+        gzip.compress(part, level, mtime=0)
+        for part, level in ((packed[:99], 0), (packed[99:], 9))
+    ]
     (folder / "gzip/members.gz").write_bytes(b"".join(halves))
     for name, checksum in (("plain", False), ("checksum", True)):
-        writer = zstandard.ZstdCompressor(write_checksum=checksum, write_content_size=not checksum)
+        writer = zstandard.ZstdCompressor(
+            write_checksum=checksum, write_content_size=not checksum
+        )
         (folder / f"zstd/{name}.zst").write_bytes(writer.compress(packed))
 
 
@@ -86,7 +97,10 @@ def workbooks(folder):
     whole = io.BytesIO()
     book.save(whole)
     for name, packing in (("deflated", zipfile.ZIP_DEFLATED), ("stored", zipfile.ZIP_STORED)):
-        with zipfile.ZipFile(whole) as source, zipfile.ZipFile(folder / f"xlsx/{name}.xlsx", "w", packing) as target:
+        with (
+            zipfile.ZipFile(whole) as source,
+            zipfile.ZipFile(folder / f"xlsx/{name}.xlsx", "w", packing) as target,
+        ):
             for part in source.namelist():
                 if "theme" not in part and "docProps" not in part:
                     target.writestr(zipfile.ZipInfo(part), source.read(part), packing)
@@ -94,7 +108,9 @@ def workbooks(folder):
 
 def columnar(folder):
     rows = range(12)
-    instants = pyarrow.array([1_596_203_428_000 + 100 * k for k in rows], pyarrow.timestamp("ms", "UTC"))
+    instants = pyarrow.array(
+        [1_596_203_428_000 + 100 * k for k in rows], pyarrow.timestamp("ms", "UTC")
+    )
     fields = [
         pyarrow.field("time", instants.type),
         pyarrow.field("u", pyarrow.float64(), metadata={"unit": "m/s"}),
@@ -108,13 +124,22 @@ def columnar(folder):
     table = pyarrow.table(columns, pyarrow.schema(fields))
     for codec in ("none", "snappy", "zstd"):
         pyarrow.parquet.write_table(
-            table, folder / f"parquet/{codec}.parquet", compression=codec, store_schema=codec == "zstd"
+            table,
+            folder / f"parquet/{codec}.parquet",
+            compression=codec,
+            store_schema=codec == "zstd",
         )
-    nested = pyarrow.table({"t": pyarrow.array(rows), "p": pyarrow.array([{"a": k, "b": k > 3} for k in rows])})
-    pyarrow.parquet.write_table(nested, folder / "parquet/nested.parquet", data_page_version="2.0")
+    nested = pyarrow.table(
+        {"t": pyarrow.array(rows), "p": pyarrow.array([{"a": k, "b": k > 3} for k in rows])}
+    )
+    pyarrow.parquet.write_table(
+        nested, folder / "parquet/nested.parquet", data_page_version="2.0"
+    )
     for codec in (None, "lz4", "zstd"):
         options = pyarrow.ipc.IpcWriteOptions(compression=codec)
-        with pyarrow.ipc.new_file(folder / f"arrow/{codec or 'plain'}.arrow", table.schema, options=options) as writer:
+        with pyarrow.ipc.new_file(
+            folder / f"arrow/{codec or 'plain'}.arrow", table.schema, options=options
+        ) as writer:
             writer.write_table(table, 8)
     with pyarrow.ipc.new_stream(folder / "arrow/nested.arrows", nested.schema) as writer:
         writer.write_table(nested, 8)
@@ -138,9 +163,18 @@ def ros_2(folder):
             vectors_of = writer.register_msgdef("geometry_msgs/msg/Vector3Stamped", VECTOR)
             joints_of = writer.register_msgdef("a/msg/Joints", JOINTS)
             for k, message in vectors():
-                writer.write_message("/v", vectors_of, message, 1_600_000_000_000_000_000 + k * 10**9)
-                held = {"name": ["port", "stbd"], "velocity": [k / 2, 3.0], "mode": [k] * (k % 3), "on": [True, False]}
-                writer.write_message("/j", joints_of, held, 1_600_000_000_500_000_000 + k * 10**9)
+                writer.write_message(
+                    "/v", vectors_of, message, 1_600_000_000_000_000_000 + k * 10**9
+                )
+                held = {
+                    "name": ["port", "stbd"],
+                    "velocity": [k / 2, 3.0],
+                    "mode": [k] * (k % 3),
+                    "on": [True, False],
+                }
+                writer.write_message(
+                    "/j", joints_of, held, 1_600_000_000_500_000_000 + k * 10**9
+                )
             writer.finish()
     store = get_typestore(Stores.ROS2_HUMBLE)
     for name, definitions in (("defined", True), ("undefined", False)):
@@ -148,15 +182,31 @@ def ros_2(folder):
         path.unlink(missing_ok=True)
         database = sqlite3.connect(path)
         database.execute("PRAGMA page_size = 512")
-        database.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
-        database.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
-        database.execute("INSERT INTO topics VALUES (1, '/v', 'geometry_msgs/msg/Vector3Stamped', 'cdr')")
+        database.execute(
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)"
+        )
+        database.execute(
+            "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)"
+        )
+        database.execute(
+            "INSERT INTO topics VALUES (1, '/v', 'geometry_msgs/msg/Vector3Stamped', 'cdr')"
+        )
         if definitions:
-            database.execute("CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT, encoding TEXT, encoded_message_definition TEXT)")
-            database.execute("INSERT INTO message_definitions VALUES (1, 'geometry_msgs/msg/Vector3Stamped', 'ros2msg', ?)", [VECTOR])
+            database.execute(
+                "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT, encoding TEXT, encoded_message_definition TEXT)"
+            )
+            database.execute(
+                "INSERT INTO message_definitions VALUES (1, 'geometry_msgs/msg/Vector3Stamped', 'ros2msg', ?)",
+                [VECTOR],
+            )
         for k, message in vectors():
-            data = store.serialize_cdr(vector(store, message), "geometry_msgs/msg/Vector3Stamped")
-            database.execute("INSERT INTO messages VALUES (?, 1, ?, ?)", [k, 1_600_000_000_000_000_000 + k * 10**9, bytes(data)])
+            data = store.serialize_cdr(
+                vector(store, message), "geometry_msgs/msg/Vector3Stamped"
+            )
+            database.execute(
+                "INSERT INTO messages VALUES (?, 1, ?, ?)",
+                [k, 1_600_000_000_000_000_000 + k * 10**9, bytes(data)],
+            )
         database.commit()
         database.close()
 
@@ -165,7 +215,9 @@ def vector(store, message, **more):
     types = store.types
     stamp = types["builtin_interfaces/msg/Time"](**message["header"]["stamp"])
     header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="imu", **more)
-    return types["geometry_msgs/msg/Vector3Stamped"](header, types["geometry_msgs/msg/Vector3"](**message["vector"]))
+    return types["geometry_msgs/msg/Vector3Stamped"](
+        header, types["geometry_msgs/msg/Vector3"](**message["vector"])
+    )
 
 
 def ros_1(folder):
@@ -179,7 +231,9 @@ def ros_1(folder):
         if packing:
             writer.set_compression(packing)
         with writer:
-            definition = VECTOR.replace("builtin_interfaces/Time stamp", "uint32 seq\ntime stamp")
+            definition = VECTOR.replace(
+                "builtin_interfaces/Time stamp", "uint32 seq\ntime stamp"
+            )
             connection = writer.add_connection("/v", kind, msgdef=definition, md5sum="0" * 32)
             for k, message in vectors():
                 data = store.serialize_ros1(vector(store, message, seq=k), kind)
@@ -211,13 +265,35 @@ def hdf5(folder):
         with h5py.File(folder / f"hdf5/{name}.h5", "w", libver=version) as file:
             file["time"] = time
             file.create_dataset(
-                "u", data=numpy.outer(time, [1, 2]), chunks=(12, 2), compression="gzip", shuffle=True, fletcher32=True
+                "u",
+                data=numpy.outer(time, [1, 2]),
+                chunks=(12, 2),
+                compression="gzip",
+                shuffle=True,
+                fletcher32=True,
             )
 
 
 def main():
     folder = pathlib.Path(sys.argv[1])
-    for reader in "arrow bag dataflash db3 gzip hdf5 mat5 mcap nmea parquet pd0 text tlog ulog xlsx zstd".split():
+    for reader in [
+        "arrow",
+        "bag",
+        "dataflash",
+        "db3",
+        "gzip",
+        "hdf5",
+        "mat5",
+        "mcap",
+        "nmea",
+        "parquet",
+        "pd0",
+        "text",
+        "tlog",
+        "ulog",
+        "xlsx",
+        "zstd",
+    ]:
         (folder / reader).mkdir(parents=True, exist_ok=True)
     borrow(folder)
     tables(folder)

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::lookup::list;
-use crate::unit::Dimension;
+use crate::unit::{Dimension, symbols_of};
 use crate::unpack::TooMuch;
 
 /// Why a log could not be read, or a column not be found.
@@ -405,12 +405,14 @@ pub enum Error {
     },
 
     /// A unit that is not known.
-    #[error("unknown unit {unit:?}; {}", unit_advice(nearest))]
+    #[error("unknown unit {unit:?}; {}", unit_advice(nearest, expected))]
     UnknownUnit {
         /// The unit as written.
         unit: String,
         /// The known unit most like it.
         nearest: Option<&'static str>,
+        /// What it should measure, where that is known.
+        expected: Option<Dimension>,
     },
 
     /// A unit that measures something else.
@@ -465,9 +467,11 @@ fn did_you_mean(nearest: &[String]) -> String {
     }
 }
 
-fn unit_advice(nearest: &Option<&'static str>) -> String {
-    match nearest {
-        Some(near) => format!("did you mean {near:?}?"),
-        None => format!("write one of {}", crate::Unit::known().collect::<Vec<_>>().join(", ")),
-    }
+fn unit_advice(nearest: &Option<&'static str>, expected: &Option<Dimension>) -> String {
+    let known: Vec<&str> = match (nearest, expected) {
+        (Some(near), _) => return format!("did you mean {near:?}?"),
+        (None, Some(expected)) => symbols_of(*expected).collect(),
+        (None, None) => crate::Unit::known().collect(),
+    };
+    format!("write one of {}", known.join(", "))
 }

@@ -24,6 +24,7 @@
 #![forbid(unsafe_code)]
 
 mod assemble;
+mod bag_folder;
 mod cell;
 mod column;
 mod content;
@@ -52,6 +53,7 @@ mod unit;
 mod unpack;
 mod wrap;
 
+pub use bag_folder::is_bag;
 pub use epoch::Epoch;
 pub use error::Error;
 pub use guard::is_guarded;

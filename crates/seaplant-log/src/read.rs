@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::content::Content;
-use crate::{Error, Log, format};
+use crate::{Error, Log, bag_folder, format};
 
 /// How to read a log.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -44,7 +44,8 @@ pub struct TimeColumn {
 /// What it is, its first bytes tell, never its name: a text table; an Excel workbook, of which
 /// the sheet that `options` name is read, else the first; a Parquet or Arrow file, of which
 /// instants, numbers, flags and texts are read and structs flattened to `a.b`; or any of these in a
-/// gzip or zstd archive.
+/// gzip or zstd archive. The folder of a ROS 2 bag stands for the recordings that its
+/// `metadata.yaml` lists, one after the other.
 ///
 /// Of a table of text, commas, semicolons, tabs or blanks part the cells; lines that start with `#`,
 /// `%` or `//`, and whatever stands above the header, are passed over. The header is the row of
@@ -77,7 +78,11 @@ pub struct TimeColumn {
 /// ```
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Log, Error> {
     check(options, path)?;
-    format::read(Content::open(path)?, options)
+    match bag_folder::recordings(path).as_deref() {
+        Some([only]) => format::read(Content::open(only)?, options),
+        Some(several) => bag_folder::read_all(path, several, options),
+        None => format::read(Content::open(path)?, options),
+    }
 }
 
 /// Reads bytes as [`read`] reads a file; `path` is what messages call them.

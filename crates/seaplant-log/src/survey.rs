@@ -9,7 +9,7 @@ use crate::log::{Channel, Source};
 use crate::note::Note;
 use crate::progress::{progress, take_back};
 use crate::readers::{mcap, parquet, rosbag1, sqlite};
-use crate::{Epoch, Error, Log, ReadOptions, read};
+use crate::{Epoch, Error, Log, ReadOptions, bag_folder, read};
 
 /// How much of a file a survey reads.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -278,7 +278,7 @@ fn rate(channel: &Channel, count: u64, pause_s: f64) -> Option<Figure<f64>> {
 ///
 /// Read whole, however large, are formats that have to be (archives, workbooks, MATLAB and HDF5
 /// files, Arrow files, NMEA 0183 sentences, whose times take all before them), bags
-/// without an index, and whatever is odd: a clock that steps, damage, quotes over several lines.
+/// without an index, folders of several recordings, and whatever is odd: a clock that steps, damage, quotes over several lines.
 ///
 /// # Errors
 /// Those of [`read()`].
@@ -289,6 +289,12 @@ pub fn survey(
 ) -> Result<Survey, Error> {
     read::check(options, path)?;
     let before = progress();
+    let only = match bag_folder::recordings(path).as_deref() {
+        Some([only]) => Some(only.clone()),
+        Some(_) => return read::read(path, options).map(Survey::from),
+        None => None,
+    };
+    let path = only.as_deref().unwrap_or(path);
     let content = Content::open(path)?;
     let is_large = content.file_length().is_some_and(|length| length > thoroughness.whole_up_to);
     if is_large {

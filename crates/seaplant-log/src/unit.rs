@@ -94,7 +94,7 @@ impl Unit {
     /// # Errors
     /// [`Error::UnknownUnit`], with the nearest known one.
     pub fn parse(text: &str) -> Result<Self, Error> {
-        Self::find(text).ok_or_else(|| unknown(text))
+        Self::find(text).ok_or_else(|| unknown(text, None))
     }
 
     /// [`Unit::parse`] for text that need not be a unit.
@@ -124,7 +124,9 @@ impl Unit {
         if let Some(unit) = Self::find_as(text, expected) {
             return Ok(unit);
         }
-        let Unit { symbol, dimension, .. } = Self::parse(text)?;
+        let Some(Unit { symbol, dimension, .. }) = Self::find(text) else {
+            return Err(unknown(text, Some(expected)));
+        };
         let accepted = symbols_of(expected).collect();
         Err(Error::Dimension { unit: symbol, found: dimension, expected, accepted })
     }
@@ -319,11 +321,12 @@ pub(crate) fn symbols_of(dimension: Dimension) -> impl Iterator<Item = &'static 
     )
 }
 
-fn unknown(text: &str) -> Error {
+fn unknown(text: &str, expected: Option<Dimension>) -> Error {
     let written = normalise(text);
-    let spellings = UNITS.iter().flat_map(|u| u.spellings.iter().map(|s| (*s, u.spellings[0])));
-    let near = nearest(&written, spellings, 1);
-    Error::UnknownUnit { unit: text.trim().to_owned(), nearest: near.first().copied() }
+    let units = UNITS.iter().filter(|unit| expected.is_none_or(|of| unit.dimension == of));
+    let spellings = units.flat_map(|u| u.spellings.iter().map(|s| (*s, u.spellings[0])));
+    let nearest = nearest(&written, spellings, 1).first().copied();
+    Error::UnknownUnit { unit: text.trim().to_owned(), nearest, expected }
 }
 
 #[cfg(test)]
@@ -438,6 +441,8 @@ mod tests {
         let all = message("☃");
         assert!(all.starts_with("unknown unit \"☃\"; write one of us, s, ms, ns, min, h, m, cm"));
         assert!(all.ends_with(", 1, %"), "{all}");
+        let of_time = Unit::parse_as("furlong", Dimension::Time).unwrap_err().to_string();
+        assert_eq!(of_time, "unknown unit \"furlong\"; write one of us, s, ms, ns, min, h");
     }
 
     #[test]

@@ -413,3 +413,31 @@ fn a_packing_that_is_not_known_is_named() {
          `mcap convert` or `mcap compress` write zstd"
     );
 }
+
+#[test]
+fn the_folder_of_a_bag_that_was_split_is_one_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let index = "rosbag2_bagfile_information:\n  relative_file_paths:\n  - a.csv\n  - b.csv\n";
+    std::fs::write(path.join("metadata.yaml"), index).unwrap();
+    std::fs::write(path.join("a.csv"), "time [s],u [m/s]\n0,1\n1,2\n2,3\n").unwrap();
+    let missing = read(path, &ReadOptions::default()).unwrap_err().to_string();
+    assert!(missing.starts_with("cannot read ") && missing.contains("b.csv"), "{missing}");
+    std::fs::write(path.join("b.csv"), "time [s],u [m/s]\n3,4\n4,5\n5,6\n").unwrap();
+    let log = open(path);
+    let u = log.channel("u").unwrap();
+    assert_eq!(u.time_s(), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+    assert_eq!(u.values(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    let [source] = log.sources() else { panic!("{:?}", log.sources()) };
+    assert_eq!((source.path.as_path(), source.bytes), (path, 58));
+    // `sha256sum *.csv | cut -c1-64 | sha256sum` of GNU coreutils.
+    let expected = "c4658ccaaca4c90cc106f4676500027dde30d71600b0dfd61f057e9164116599";
+    assert_eq!(source.sha256, expected);
+    assert_eq!(
+        seaplant_log::Survey::open(&[(path.to_owned(), ReadOptions::default())])
+            .unwrap()
+            .channels()
+            .len(),
+        1
+    );
+}

@@ -7,6 +7,7 @@ mod chart;
 mod control;
 mod csv_files;
 mod decimate;
+mod drawn;
 mod error;
 mod figure;
 mod json;
@@ -88,6 +89,7 @@ pub fn render<E: From<Error>>(
     let mut album = figure::Album::default();
     let mut charts = chart::Charts::default();
     let mut thumbnails = figure::Thumbnails::default();
+    let drawn = drawn::Drawn::of(results);
     for series in series {
         let stem = stem(&series, &mut stems);
         if let Series::Comparison(figure) = &series {
@@ -100,8 +102,10 @@ pub fn render<E: From<Error>>(
                 put(&Artifact { path, content })?;
             }
         }
-        album.draw(&series, results, &stem)?;
-        charts.add(&series, results, &stem);
+        if drawn.has(&series) {
+            album.draw(&series, results, &stem)?;
+            charts.add(&series, results, &stem);
+        }
         thumbnails.add(&series, results);
     }
     let plates = album.plates(results)?;
@@ -111,7 +115,12 @@ pub fn render<E: From<Error>>(
         "report.html",
         page::html(
             results,
-            page::Pictures { charts: &charts, plates: &plates, thumbnails: &thumbnails },
+            page::Pictures {
+                charts: &charts,
+                plates: &plates,
+                thumbnails: &thumbnails,
+                drawn: &drawn,
+            },
         )?,
     ))?;
     drop(charts);

@@ -18,11 +18,13 @@ use base64::engine::general_purpose::STANDARD;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value};
+use seaplant::Dof;
 use seaplant::results::Results;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use crate::chart::{Chart, Sheet};
+use crate::drawn::Drawn;
 use crate::figure::{Plate, Subject, Thumbnails, style_sheet};
 use crate::{Error, words};
 
@@ -82,6 +84,7 @@ pub(crate) struct Pictures<'a> {
     pub(crate) charts: &'a [Chart],
     pub(crate) plates: &'a [Plate],
     pub(crate) thumbnails: &'a Thumbnails,
+    pub(crate) drawn: &'a Drawn,
 }
 
 impl Pictures<'_> {
@@ -188,14 +191,9 @@ fn environment() -> Result<Environment<'static>, Error> {
 
 /// What could not be done: where, and why.
 fn failures(results: &Results) -> Vec<(String, &str)> {
-    results
-        .failures
-        .iter()
-        .map(|failure| {
-            let place = format!("{}, {}", words::capitalised(failure.dof.name()), failure.method);
-            (place, failure.message.as_str())
-        })
-        .collect()
+    let place = |dof: Dof, methods: &str| format!("{}, {methods}", words::capitalised(dof.name()));
+    let reasons = results.reasons().into_iter();
+    reasons.map(|(dof, methods, why)| (place(dof, &methods), why)).collect()
 }
 
 /// Escapes a message and sets what stands between backticks as code.

@@ -30,7 +30,7 @@ pub struct ClockOffset {
     pub offset_s: f64,
     /// The standard error of that, s.
     pub std_s: f64,
-    /// The pairs of signals that were compared: those that tell the offset, then the others.
+    /// The pairs of signals that were compared: those that determine the offset, then the others.
     pub pairs: Vec<OffsetPair>,
 }
 

@@ -10,10 +10,13 @@ pub(crate) use comparison::{
 
 pub(crate) use plausible::{implausible, impossible_mass};
 
+use std::collections::BTreeMap;
+
 use crate::caveat::spoken;
 use crate::estimate::{
     DelayedFit, EquationErrorOptions, Fit, Method, fit_best_delay, fit_equation_error,
 };
+use crate::results::Results;
 use crate::signal::{LowPass, Spectrum, amplitude_spectrum};
 use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{
@@ -64,7 +67,7 @@ pub(crate) fn caveats(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
 }
 
 /// That thrust, and all that is measured by it, may be off as a whole.
-pub(crate) fn thrust_scale(vehicle: &Vehicle) -> Caveat {
+pub(crate) fn thrust_scale(vehicle: &Vehicle, results: &Results) -> Caveat {
     let unknown = ThrustUncertainty::default();
     let known = vehicle.thrusters.iter().filter(|thruster| thruster.uncertainty != unknown).count();
     let intervals = if known == 0 {
@@ -79,9 +82,34 @@ pub(crate) fn thrust_scale(vehicle: &Vehicle) -> Caveat {
         return Caveat::warning(CaveatCode::ThrustScale, message);
     }
     let message = format!(
-        "motion alone does not determine the scale of thrust: if all thrusters give 10 % less than their curves say, mass, drag and bias force are 10 % less too, {intervals}"
+        "the scale of thrust is taken from the vehicle file, and motion alone does not determine it: if all thrusters give 10 % less than their curves say, mass, drag and bias force are 10 % less too, {intervals}{}",
+        beside_dry_mass(vehicle, results)
     );
     Caveat::note(CaveatCode::ThrustScale, message)
+}
+
+/// The masses as multiples of the mass in air, beside those of known vehicles, which is what may
+/// show thrust of another scale: added mass of bodies is in [Newman1977, ch. 4], that of open frames
+/// in [Jason2, table 5].
+fn beside_dry_mass(vehicle: &Vehicle, results: &Results) -> String {
+    let Some(dry) = vehicle.dry_mass_kg else { return String::new() };
+    let alone = results.plants.iter().map(|(dof, plant)| (*dof, plant.parameters.mass.value));
+    let together = results.coupled.values().flat_map(|plant| {
+        let of = |(k, dof): (usize, &Dof)| (*dof, plant.mass_matrix.value[k][k]);
+        plant.axes.iter().enumerate().map(of)
+    });
+    let masses: BTreeMap<Dof, f64> = alone.chain(together).collect();
+    let times = masses.iter().filter(|(dof, mass)| !dof.is_rotation() && **mass > 0.0);
+    let times: Vec<String> =
+        times.map(|(dof, mass)| format!("{} ({dof})", spoken(mass / dry))).collect();
+    if times.is_empty() {
+        return String::new();
+    }
+    format!(
+        "; the effective mass is {} times the stated {} kg in air, where closed hulls have 1 to 2.5 times and open frames up to 6",
+        times.join(", "),
+        spoken(dry)
+    )
 }
 
 fn signs(fit: &Fit) -> Vec<Caveat> {

@@ -6,7 +6,7 @@ use crate::{AxisRecord, Dof, Error, Role, Vehicle};
 /// The usual motion of one record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Excursion {
-    /// The way from one turn to the next but one, m or rad: V T of a motion to and fro, or
+    /// The way from one turn to the next but one, m or rad: V T of an oscillation, or
     /// all the way of a steady run.
     pub(crate) stroke: f64,
     /// The stroke over the size of the hull across it: the Keulegan–Carpenter number.

@@ -4,11 +4,13 @@ mod convert;
 mod coupled;
 mod figures;
 mod nomoto;
+mod stages;
 mod unsteady;
 
 use std::collections::BTreeMap;
 
 pub use coupled::{CoupledPlan, plant_of_result, score_coupled};
+pub use stages::{Stage, stages};
 pub(crate) use unsteady::Judged;
 
 use convert::{accumulated, empty_results, steady_result};
@@ -104,46 +106,35 @@ pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) 
     identify_watched(vehicle, trials, options, &mut |_| {})
 }
 
-/// A fit that is about to be made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stage {
-    /// Of which degree of freedom.
-    pub dof: Dof,
-    /// By which method.
-    pub method: Method,
-    /// How many were made before it.
-    pub done: usize,
-    /// How many there are in all.
-    pub of: usize,
-}
-
-/// [`identify`], that tells of each fit before it is made, for those who wait.
+/// [`identify`], that tells of each of its [`stages`] before it begins, for those who wait.
 pub fn identify_watched(
     vehicle: &Vehicle,
     trials: &[Trial],
     options: &IdentifyOptions,
-    watch: &mut dyn FnMut(Stage),
+    watch: &mut dyn FnMut(&Stage),
 ) -> Identification {
     let mut found =
         Identification { results: empty_results(vehicle, trials, options), models: Vec::new() };
-    let with_fits = |dof: &&Dof| !TrialsOf::new(**dof, trials).fit.is_empty();
-    let of = Dof::ALL.iter().filter(with_fits).count() * options.methods.len();
-    let mut done = 0;
+    let stages = stages(vehicle, trials, options);
+    let mut begins = |axes: &[Dof], method| {
+        let here = |stage: &&Stage| stage.axes == axes && stage.method == method;
+        stages.iter().find(here).into_iter().for_each(&mut *watch);
+    };
     for dof in Dof::ALL {
         let trials = &TrialsOf::new(dof, trials);
         let work = Work { dof, vehicle, options, trials, batch: None };
-        let recommended = work.unsteady(&mut found, &mut |method| {
-            watch(Stage { dof, method, done, of });
-            done += 1;
-        });
+        let recommended = work.unsteady(&mut found, &mut |method| begins(&[dof], method));
         work.steady(recommended.as_ref(), &mut found);
     }
     reverse_elsewhere(&mut found.results.plants, &mut found.results.steady);
     implausible(&mut found.results.plants, vehicle);
     judge(&mut found.results);
-    coupled::identify(vehicle, trials, options, &mut found.results);
+    coupled::identify(vehicle, trials, options, &mut found.results, &mut |axes| {
+        begins(axes, Method::FilterError);
+    });
     nomoto::identify(vehicle, trials, options, &mut found.results);
-    found.results.caveats.push(thrust_scale(vehicle));
+    let scale = thrust_scale(vehicle, &found.results);
+    found.results.caveats.push(scale);
     found.results.consequences = consequences(&found.results);
     found
 }

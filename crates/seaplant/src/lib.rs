@@ -102,7 +102,7 @@ pub use estimate::{Estimate, Fit, Method};
 pub use evaluate::{Agreement, Comparison, PositionComparison, ScoredMotion, evaluate};
 pub use identify::{
     CoupledPlan, IdentifyOptions, Stage, accumulated_plant, identify, identify_watched,
-    plant_of_result, score_coupled, steady_drag,
+    plant_of_result, score_coupled, stages, steady_drag,
 };
 pub use judge::{box_pierce, robust_covariance, score_plant};
 pub use model::{Model, ThrustModel, VelocitySensor};

@@ -119,12 +119,24 @@ impl Results {
         if has_plant || !self.steady.is_empty() || !self.steering.is_empty() {
             return Ok(());
         }
-        let reason = |f: &Failure| format!("\n  {} by {}: {}", f.dof, f.method, f.message);
-        let mut reasons: String = self.failures.iter().map(reason).collect();
+        let reason = |(dof, methods, why)| format!("\n  {dof} by {methods}: {why}");
+        let mut reasons: String = self.reasons().into_iter().map(reason).collect();
         if reasons.is_empty() {
             reasons = "\n  no trial has role = \"fit\" or \"steady\"".to_owned();
         }
         Err(Error::NothingFound { reasons })
+    }
+
+    /// Why what failed did, each reason once: the axis, the methods that gave it, and the reason.
+    pub fn reasons(&self) -> Vec<(Dof, String, &str)> {
+        let mut all: Vec<(Dof, String, &str)> = Vec::new();
+        for Failure { dof, method, message } in &self.failures {
+            match all.iter_mut().find(|(of, _, why)| of == dof && why == message) {
+                Some((_, methods, _)) => *methods += &format!(", {method}"),
+                None => all.push((*dof, method.clone(), message)),
+            }
+        }
+        all
     }
 
     /// The plant of a degree of freedom: that of a method, or the recommended one.

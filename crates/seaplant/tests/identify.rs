@@ -2,7 +2,7 @@
 
 use seaplant::twin::{TwinSpec, make};
 use seaplant::{
-    Dof, IdentifyOptions, Method, Stage, Trial, TrialSetup, identify, identify_watched,
+    Dof, IdentifyOptions, Method, Stage, Trial, TrialSetup, identify, identify_watched, stages,
 };
 
 #[test]
@@ -21,11 +21,15 @@ fn each_fit_is_told_before_it_is_made() {
     let methods = vec![Method::EquationError, Method::Paper];
     let options = IdentifyOptions { methods: methods.clone(), ..IdentifyOptions::default() };
     let mut told = Vec::new();
-    let found =
-        identify_watched(&dive.vehicle, &trials, &options, &mut |stage: Stage| told.push(stage));
-    let fits = dofs.iter().flat_map(|dof| methods.iter().map(|method| (*dof, *method)));
-    let expected: Vec<Stage> =
-        fits.enumerate().map(|(done, (dof, method))| Stage { dof, method, done, of: 4 }).collect();
+    let mut watch = |stage: &Stage| told.push(stage.clone());
+    let found = identify_watched(&dive.vehicle, &trials, &options, &mut watch);
+    let fits = dofs.iter().flat_map(|dof| methods.iter().map(|method| (vec![*dof], *method)));
+    let expected = stages(&dive.vehicle, &trials, &options);
     assert_eq!(told, expected);
+    let named = told.iter().map(|stage| (stage.axes.clone(), stage.method));
+    assert!(named.eq(fits));
+    // One trial of 60 s at 10 Hz in each.
+    assert!(told.iter().enumerate().all(|(k, stage)| stage.done == k && stage.samples == 601));
+    assert!(told.iter().all(|stage| 0.0 < stage.cost_s.0 && stage.cost_s.0 < stage.cost_s.1));
     assert_eq!(found, identify(&dive.vehicle, &trials, &options));
 }

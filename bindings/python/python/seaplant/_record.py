@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seaplant import _native
+from seaplant._named import Named
 
 Floats = NDArray[np.float64]
 """Numbers of shape (n,) or (n, m)."""
@@ -20,7 +21,7 @@ Floats = NDArray[np.float64]
 _R = TypeVar("_R", bound="Record")
 
 
-class Record:
+class Record(Named):
     """A plain record of results; a dataclass that knows the JSON it came from."""
 
     @classmethod

@@ -464,8 +464,8 @@ class AxisResult(Record):
     """Root mean square velocity, m/s or rad/s; absent likewise."""
 
     stroke: float | None
-    """How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
-    run, all its way."""
+    """How far it oscillates, amplitude of velocity times period, m or rad; of a steady run,
+    all its way."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -640,7 +640,7 @@ class Coefficient(Record):
     """The axes on which it acts."""
 
     told_by: ToldBy
-    """What tells it."""
+    """What determines it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -740,7 +740,7 @@ class CoupledPlant(Record):
     """Currents by trial; disturbance and noise by axis."""
 
     identifiability: Identifiability
-    """What the trials tell of the coefficients."""
+    """How well the trials determine the coefficients."""
 
     samples: int
     """Numbers measured."""
@@ -988,13 +988,13 @@ class Foil(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Identifiability(Record):
-    """What trials tell of coefficients."""
+    """How well trials determine coefficients."""
 
     coefficients: int
     """How many coefficients there are."""
 
     rank: int
-    """How many combinations of them the motion tells."""
+    """How many combinations of them the motion determines."""
 
     variance_inflation: dict[str, float]
     """What each coefficient's variance is multiplied with because others look like it."""
@@ -1090,10 +1090,10 @@ class InspectedOffset(Record):
     """What to write in campaign.toml under ``[[trial]]``; absent where the clocks agree."""
 
     clock: ClockOffset | None
-    """How far the clock of the file is behind, as the data tell."""
+    """How far the clock of the file is behind, as estimated from the data."""
 
     refused: str | None
-    """Why the data do not tell; absent where the files hold nothing to compare, either."""
+    """Why it cannot be estimated; absent where the files hold nothing to compare, either."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1276,8 +1276,8 @@ class OnlineHistory(Record):
     had not before the last tenth."""
 
     excitation: float
-    """The least eigenvalue of the information at a unit diagonal: 1 if each parameter is told
-    by itself, 0 if some combination is not told at all."""
+    """The least eigenvalue of the information at a unit diagonal: 1 if each parameter is
+    determined by itself, 0 if some combination is not at all."""
 
     changes: tuple[PlantChanged, ...]
     """When the plant seemed to change."""
@@ -1409,7 +1409,7 @@ class PlantChanged(Record):
     """In which trial."""
 
     since_s: float
-    """When it began, as far as blocks of 15 s tell, s of the log."""
+    """When it began, to blocks of 15 s, s of the log."""
 
     noticed_s: float
     """When it was noticed, s of the log."""
@@ -1998,7 +1998,7 @@ class TrialResult(Record):
     """Each degree of freedom that it exercises."""
 
     offsets: tuple[FileOffset, ...]
-    """The files whose clocks were moved by what the data tell."""
+    """The files whose clocks were moved by an estimated offset."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

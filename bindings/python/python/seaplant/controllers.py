@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from seaplant import _native
 from seaplant._choices import expected
+from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant.plants import STATES, Plant, State, by_name, state
 
@@ -19,7 +20,7 @@ __all__ = ["Controller"]
 ByAxis = Mapping[str, float]
 
 
-class Controller:
+class Controller(Named):
     """A controller of a plant, as ``seaplant control`` makes it.
 
     Parameters

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from seaplant import _native
 from seaplant._choices import trials_of
 from seaplant._files import write_files
+from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant._results import (
     Caveat,
@@ -38,7 +39,7 @@ __all__ = ["Fit", "Simulation"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Simulation:
+class Simulation(Named):
     """Simulated and measured velocity of one trial.
 
     Attributes
@@ -125,7 +126,7 @@ class Simulation:
         )
 
 
-class Fit:
+class Fit(Named):
     """What an identification found: plants, intervals, scores and doubts.
 
     Made by `identify`, `identify_campaign` or, of a results.json, by `Fit.open`.
@@ -175,6 +176,11 @@ class Fit:
             raise MissingFileError(f"cannot read {file}: {error.strerror}") from None
         except OSError as error:
             raise FileError(f"cannot read {file}: {error.strerror}") from None
+
+    def _item(self, name: str) -> str | None:
+        if "results" in vars(self) and name in self.plants:
+            return f"[{name!r}]"
+        return super()._item(name)
 
     @property
     def plants(self) -> dict[str, PlantResult]:

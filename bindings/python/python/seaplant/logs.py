@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from seaplant import _native
+from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant._results import Inspection
 from seaplant._tables import Data, tables_of
@@ -24,7 +25,7 @@ __all__ = ["Channel", "Log"]
 
 
 @dataclass(frozen=True, eq=False)
-class Channel:
+class Channel(Named):
     """One measured or commanded quantity over time.
 
     Attributes
@@ -75,7 +76,7 @@ class Channel:
         return pd.Series(self.values, index=index, name=self.column)
 
 
-class Log:
+class Log(Named):
     """Named, timed, unit-bearing channels, each at its own times.
 
     Made by `Log.open` of files, or by `Log.of` of numbers in memory.

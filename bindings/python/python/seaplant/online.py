@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from seaplant import _native
 from seaplant._choices import Settings
+from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant.plants import INPUTS, STATES, Plant, by_name
 from seaplant.vehicles import Vehicle
@@ -24,7 +25,7 @@ class PlantChange:
     Attributes
     ----------
     since_s
-        When it began, as far as blocks of 15 s tell, s of the samples.
+        When it began, to blocks of 15 s, s of the samples.
     noticed_s
         When it was noticed, s of the samples.
     statistic
@@ -45,11 +46,11 @@ class OnlineEstimate:
     plant
         The plant; its M is positive definite and its damping takes power.
     std
-        Standard deviation of each coefficient by name; infinite of what nothing told.
+        Standard deviation of each coefficient by name; infinite for what is not determined.
     inflation
         What each coefficient's variance is multiplied with because others look like it.
     excitation
-        1 if every coefficient is told by itself, 0 if some combination is not told at all.
+        1 if every coefficient is determined by itself, 0 if some combination is not at all.
     residual
         Root mean square of what the equation misses on each axis, N and N m, shape (6,).
     noticeable_change
@@ -75,7 +76,7 @@ class OnlineEstimate:
         return f"<OnlineEstimate after {self.elapsed_s:.0f} s: {told}>"
 
 
-class Online:
+class Online(Named):
     """Identifies a plant sample by sample; it keeps a few matrices and nothing of the past.
 
     Parameters
@@ -222,7 +223,7 @@ class Online:
         Returns
         -------
         OnlineEstimate
-            The plant and how well it is told.
+            The plant and how well it is determined.
 
         Raises
         ------

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from seaplant import _native
 from seaplant._files import write_files
+from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant._results import Consequence, Parameter
 from seaplant.errors import InputError
@@ -36,7 +37,7 @@ State = ArrayLike | Mapping[str, float] | None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion:
+class Motion(Named):
     """What a plant does under inputs alone.
 
     Attributes
@@ -91,7 +92,7 @@ class Motion:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Linear:
+class Linear(Named):
     """A plant about a state: ``d(x - x0)/dt = A (x - x0) + B (u - u0)``.
 
     Attributes
@@ -149,7 +150,7 @@ class Linear:
         return f"<Linear plant: states {states}; inputs {inputs}>"
 
 
-class Plant:
+class Plant(Named):
     """A plant of any axes: the recommended one of a fit, a plant file, or a published table.
 
     Made by `Fit.plant` or `Plant.open`. The state ``x`` (12,) is north, east, down (m), roll,

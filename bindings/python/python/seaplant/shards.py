@@ -9,6 +9,7 @@ from typing import Any
 
 from seaplant import _native
 from seaplant._choices import Settings, Terms, terms_of
+from seaplant._named import Named
 from seaplant._results import AccumulatedPlant
 from seaplant.errors import InputError
 from seaplant.trials import Trial, only
@@ -59,7 +60,7 @@ class ShardClock:
         Raises
         ------
         InputError
-            If the trial is too short to tell.
+            If the trial is too short.
         """
         dof = only(trial.dofs, dof, "the trial")
         return cls(**json.loads(_native.shard_clock(trial._native, dof)))
@@ -82,7 +83,7 @@ class ShardClock:
         )
 
 
-class Shards:
+class Shards(Named):
     """What shards of records say of one degree of freedom; made by `Shards.of`.
 
     They add up, in any order, to what the record says in one piece: ``one + other`` has the
@@ -164,7 +165,7 @@ class Shards:
         Raises
         ------
         InputError
-            If the rows do not tell the terms apart.
+            If the rows do not determine each term.
         """
         return AccumulatedPlant.from_dict(json.loads(self._native.plant()))
 

@@ -42,9 +42,9 @@ def fit(
     force_unit
         N, kgf or lbf; of a table, if the header does not state it.
     input_column
-        The table's column of inputs; told by its unit if not given.
+        The table's column of inputs; recognised by its unit if not given.
     force_column
-        The table's column of forces; told by its unit if not given.
+        The table's column of forces; recognised by its unit if not given.
     neutral
         The input that means stop: 0, or 1500 for pulse widths, if not given.
 

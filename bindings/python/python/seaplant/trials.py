@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from seaplant import _native
 from seaplant._choices import expected
+from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant._tables import Data
 from seaplant.errors import InputError
@@ -25,7 +26,7 @@ Channels = Mapping[str, "str | tuple[str, str] | Mapping[str, object]"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Axis:
+class Axis(Named):
     """What a trial says of one degree of freedom, as measured.
 
     Attributes
@@ -74,7 +75,7 @@ class Axis:
         return pd.DataFrame({"velocity": self.velocity, "force": force}, index=index)
 
 
-class Trial:
+class Trial(Named):
     """One stretch of one log for one vehicle: navigated, turned into forces, and checked.
 
     Parameters

@@ -14,6 +14,7 @@ import numpy as np
 from seaplant import _native
 from seaplant._choices import Methods, methods_of
 from seaplant._files import write_files
+from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant._results import MonteCarloTable, Truth
 from seaplant.errors import InputError
@@ -29,7 +30,7 @@ __all__ = ["Twin", "monte_carlo", "monte_carlo_frame", "twin"]
 Spec = str | PathLike[str] | Mapping[str, Any] | None
 
 
-class Twin:
+class Twin(Named):
     """The logs of a vehicle, and what is true of it; made by `twin`.
 
     Parameters
@@ -112,7 +113,7 @@ def twin(spec: Spec = None, **changes: Any) -> Twin:
         What the twin is and does: a TOML file, or its keys; the Jason 2 twin if not given.
     **changes
         Keys in place of those of ``spec``, such as ``seed``, ``dofs``, ``duration_s``,
-        ``noise`` and ``disturbances``; ``seaplant schema twin`` tells all.
+        ``noise`` and ``disturbances``; ``seaplant schema twin`` prints all.
 
     Returns
     -------
@@ -160,7 +161,7 @@ def monte_carlo(
     on_run: Callable[[int], object] | None = None,
     **changes: Any,
 ) -> MonteCarloTable:
-    """Tells how well methods do on a twin: errors and coverage over many seeds.
+    """Measures how well methods do on a twin: errors and coverage over many seeds.
 
     Parameters
     ----------

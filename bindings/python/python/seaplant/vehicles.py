@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seaplant import _native
+from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant._tables import floats
 from seaplant.errors import InputError
@@ -213,7 +214,7 @@ class Sensors:
     position: PositionSensor | None = None
 
 
-class Vehicle:
+class Vehicle(Named):
     """A marine vehicle with known thrusters: from a vehicle.toml, or built in code.
 
     Parameters

@@ -58,9 +58,9 @@ pub struct InspectedOffset {
     /// Seconds to add to the clock of the file, by the satellite time that an autopilot logged;
     /// good to a second.
     pub by_satellite_s: Option<f64>,
-    /// How far the clock of the file is behind, as the data tell.
+    /// How far the clock of the file is behind, as estimated from the data.
     pub clock: Option<ClockOffset>,
-    /// Why the data do not tell; absent where the files hold nothing to compare, either.
+    /// Why it cannot be estimated; absent where the files hold nothing to compare, either.
     pub refused: Option<String>,
     /// What to write in campaign.toml under `[[trial]]`; absent where the clocks agree.
     pub campaign_line: Option<String>,

@@ -16,7 +16,11 @@ pub(super) fn write(
     stated: Option<VehiclePreset>,
 ) -> (String, Vec<String>) {
     let preset = stated.or_else(|| autopilot::vehicle(log, mapping));
-    let mut questions = questions(mapping, preset);
+    let source = match stated {
+        Some(_) => "as --preset says; its thrusters sit where the preset has them",
+        None => "decide: by ArduSub's FRAME_CONFIG; is it this vehicle?",
+    };
+    let mut questions = questions(mapping, preset, stated.is_some());
     questions.extend(preset.and_then(|preset| unmapped(mapping, preset)));
     if preset.is_none() {
         questions.extend(likely_preset(mapping));
@@ -26,7 +30,10 @@ pub(super) fn write(
     page.list("Still open:", &questions);
     page.line("");
     match preset {
-        Some(preset) => known_vehicle(&mut page, log, mapping, preset),
+        Some(preset) => {
+            page.explained(&format!("preset = {}", quoted(preset.key())), source);
+            known_vehicle(&mut page, log, mapping, preset);
+        }
         None => page.explained("name = \"vehicle\"", "decide: its name in the report"),
     }
     page.explained(
@@ -44,10 +51,6 @@ pub(super) fn write(
 
 /// The name, the thrusters and their curve, of a vehicle that is known.
 fn known_vehicle(page: &mut Page, log: &Log, mapping: &Mapping, preset: VehiclePreset) {
-    page.explained(
-        &format!("preset = {}", quoted(preset.key())),
-        "decide: by ArduSub's FRAME_CONFIG; is it this vehicle?",
-    );
     page.explained(&format!("name = {}", quoted(preset.title())), "decide: its name in the report");
     let supply = mapping.all().into_iter().find(|m| *m.quantity() == Quantity::SupplyVoltage);
     let typical = supply.and_then(|mapped| typical_voltage(&log.channels()[mapped.channel]));
@@ -137,14 +140,12 @@ fn likely_preset(mapping: &Mapping) -> Option<String> {
     ))
 }
 
-fn questions(mapping: &Mapping, preset: Option<VehiclePreset>) -> Vec<String> {
+fn questions(mapping: &Mapping, preset: Option<VehiclePreset>, is_stated: bool) -> Vec<String> {
     let names: Vec<String> = mapping.thrusters().iter().map(|(name, _)| quoted(name)).collect();
     let mut found = vec!["give name, and dry_mass_kg if it is known".to_owned()];
     if let Some(preset) = preset {
-        found.push(format!(
-            "is it a {}? its thrusters sit where the preset has them: measure yours",
-            preset.title()
-        ));
+        let is_it = if is_stated { String::new() } else { format!("is it a {}? ", preset.title()) };
+        found.push(format!("{is_it}its thrusters sit where the preset has them: measure yours"));
     } else if !names.is_empty() {
         found.push(format!(
             "give position_m, direction and curve of each thruster ({}), or delete those that no trial uses, here and under [channels] of campaign.toml",

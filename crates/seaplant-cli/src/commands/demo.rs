@@ -10,7 +10,7 @@ use seaplant_campaign::{Campaign, TwinFile};
 use super::identify::{exit_code, finish, quoted};
 use crate::args::Demo;
 use crate::output::Output;
-use crate::progress::fitting;
+use crate::progress::fitted;
 use crate::writing::{Made, Permit, Target};
 
 pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
@@ -21,8 +21,7 @@ pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
     target.check(&["results.json", "report.html"])?;
     super::twin::write(&twin, &arguments.out, permit)?;
     let campaign = Campaign::open(&arguments.out.join("campaign.toml"))?;
-    let mut found =
-        fitting(output, |watch| campaign.identify_watched(&command_line(arguments), watch));
+    let mut found = fitted(output, &campaign, &command_line(arguments));
     found.results.provenance.seed = Some(arguments.seed);
     match &spec {
         TwinFile::OneAxis(spec) => found.results.truth = Some(truth(spec)),

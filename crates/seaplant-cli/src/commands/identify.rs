@@ -9,7 +9,7 @@ use seaplant_report::render;
 
 use crate::args::{Identify, MethodChoice};
 use crate::output::Output;
-use crate::progress::{fitting, watched};
+use crate::progress::{fitted, watched, written};
 use crate::sketch::Sketches;
 use crate::summary;
 use crate::writing::{Made, Permit, Target};
@@ -34,7 +34,7 @@ pub fn identified(arguments: &Identify, output: Output) -> Result<Identification
     let permit = Permit::of(&inputs, arguments.force);
     let target = Target { folder: &folder, made: Some(Made::Report), permit };
     target.check(&["results.json", "report.html"])?;
-    let found = fitting(output, |watch| campaign.identify_watched(&command_line(arguments), watch));
+    let found = fitted(output, &campaign, &command_line(arguments));
     finish(&found, &campaign.trials, &target, output)?;
     Ok(found)
 }
@@ -54,16 +54,18 @@ pub fn finish(
     let results = &found.results;
     results.check()?;
     let mut sketches = Sketches::default();
-    target.fill(|aside| {
-        let series = found.series(trials).inspect(|series| sketches.see(series, results));
-        render(results, series, |artifact| {
-            aside.write(&artifact.path, |out| artifact.write_to(out))
+    written(output, || {
+        target.fill(|aside| {
+            let series = found.series(trials).inspect(|series| sketches.see(series, results));
+            render(results, series, |artifact| {
+                aside.write(&artifact.path, |out| artifact.write_to(out))
+            })
         })
     })?;
     output.give(results, || summary::of(results, &sketches, target.folder))?;
     if output.quiet && !output.json {
-        for f in &results.failures {
-            output.error(&anyhow!("{} by {}: {}", f.dof, f.method, f.message));
+        for (dof, methods, why) in results.reasons() {
+            output.error(&anyhow!("{dof} by {methods}: {why}"));
         }
     }
     Ok(())

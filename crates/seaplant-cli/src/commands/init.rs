@@ -2,7 +2,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use seaplant_campaign::{propose, recording_in};
+use seaplant_campaign::propose;
 use seaplant_log::Log;
 use serde_json::json;
 
@@ -19,8 +19,8 @@ pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
         bail!("{} exists; choose another --out, or overwrite it with --force", path.display());
     }
     let options = read_options(&arguments.reading);
-    let logs = arguments.logs.iter().map(|path| recording_in(path));
-    let files: Vec<_> = logs.map(|path| (path, options.clone())).collect();
+    let logs = arguments.logs.iter();
+    let files: Vec<_> = logs.map(|path| (path.clone(), options.clone())).collect();
     let log = watched(output, || Log::open(&files))?;
     let proposal = propose(&log, &arguments.logs, &arguments.out, &options, arguments.preset);
     let file = |path: &str, text: &str| File { path: path.to_owned(), bytes: text.into() };

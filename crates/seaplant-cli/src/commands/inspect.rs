@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 use seaplant_campaign::{
     ChannelSummary, InspectedEpoch, InspectedFile, InspectedOffset, Inspection, in_words, inspect,
-    inspect_survey, recording_in,
+    inspect_survey,
 };
 use seaplant_log::{Log, Survey};
 use seaplant_report::number::{or_absent, significant};
@@ -17,8 +17,8 @@ use crate::summary::{align, plain_table};
 
 pub fn run(arguments: &Inspect, output: Output) -> Result<ExitCode> {
     let options = read_options(&arguments.reading);
-    let logs = arguments.logs.iter().map(|path| recording_in(path));
-    let files: Vec<_> = logs.map(|path| (path, options.clone())).collect();
+    let logs = arguments.logs.iter();
+    let files: Vec<_> = logs.map(|path| (path.clone(), options.clone())).collect();
     let inspection = if arguments.whole {
         watched(output, || Log::open(&files).map(|log| inspect(&log)))?
     } else {

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
-use seaplant_campaign::recording_in;
 use seaplant_log::{Channel, Log};
 use seaplant_report::number::significant;
 use seaplant_report::{Track, is_log_page, log_page};
@@ -26,8 +25,8 @@ pub fn run(arguments: &Plot, output: Output) -> Result<ExitCode> {
         check_single(path, permit, is_log_page).with_context(|| path.display().to_string())?;
     }
     let options = read_options(&arguments.reading);
-    let logs = arguments.logs.iter().map(|path| recording_in(path));
-    let files: Vec<_> = logs.map(|path| (path, options.clone())).collect();
+    let logs = arguments.logs.iter();
+    let files: Vec<_> = logs.map(|path| (path.clone(), options.clone())).collect();
     let log = watched(output, || Log::open(&files))?;
     let all = || log.channels().iter().filter(|channel| is_wanted(channel, &arguments.only));
     let (shown, constant): (Vec<&Channel>, Vec<&Channel>) =

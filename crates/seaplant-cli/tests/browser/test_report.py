@@ -15,7 +15,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
-TARGET = Path(os.environ.get("CARGO_TARGET_DIR") or Path(__file__).parents[4] / "target").absolute()
+TARGET = Path(
+    os.environ.get("CARGO_TARGET_DIR") or Path(__file__).parents[4] / "target"
+).absolute()
 PROGRAM = TARGET / "debug" / "seaplant"
 SHOTS = TARGET / "browser"
 
@@ -69,7 +71,9 @@ class Reader:
 def alive(chart: Locator) -> Locator:
     """A chart that has been scrolled to and has drawn itself."""
     chart.scroll_into_view_if_needed()
-    chart.page.wait_for_function("figure => figure.classList.contains('live')", arg=chart.element_handle())
+    chart.page.wait_for_function(
+        "figure => figure.classList.contains('live')", arg=chart.element_handle()
+    )
     return chart
 
 
@@ -96,8 +100,11 @@ def test_every_chart_is_drawn(browser: Browser, report: Path, scheme: str, width
         for k in range(charts.count()):
             chart = alive(charts.nth(k))
             for n in range(chart.locator("canvas").count()):
-                inks = chart.locator("canvas").nth(n).evaluate(
-                    """canvas => {
+                inks = (
+                    chart.locator("canvas")
+                    .nth(n)
+                    .evaluate(
+                        """canvas => {
                         const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
                         const seen = new Map();
                         for (let k = 0; k < data.length; k += 4) {
@@ -106,6 +113,7 @@ def test_every_chart_is_drawn(browser: Browser, report: Path, scheme: str, width
                         }
                         return [...seen.values()].filter((count) => count > 50).length;
                     }"""
+                    )
                 )
                 assert inks >= 3, f"panel {n} of {chart.get_attribute('data-chart')} is empty"
         overflow = page.evaluate("document.documentElement.scrollWidth - innerWidth")
@@ -150,24 +158,39 @@ def test_the_keyboard_zooms_moves_and_switches_lines(browser: Browser, report: P
         assert span(chart) == (0, 480)
 
         paper = chart.get_by_role("switch", name="the paper’s method")
-        assert [paper.nth(k).get_attribute("aria-checked") for k in range(2)] == ["false", "false"]
+        assert [paper.nth(k).get_attribute("aria-checked") for k in range(2)] == [
+            "false",
+            "false",
+        ]
         before = [picture(chart, panel) for panel in range(3)]
         paper.first.focus()
         page.keyboard.press("Enter")
-        assert [paper.nth(k).get_attribute("aria-checked") for k in range(2)] == ["true", "true"]
+        assert [paper.nth(k).get_attribute("aria-checked") for k in range(2)] == [
+            "true",
+            "true",
+        ]
         after = [picture(chart, panel) for panel in range(3)]
         assert after[0] != before[0] and after[1] != before[1] and after[2] == before[2]
 
 
 def test_hovering_tells_what_the_series_file_says(browser: Browser, report: Path) -> None:
-    rows = (report.parent / "series" / "surge-1.surge.filter-error.csv").read_text().splitlines()
+    rows = (
+        (report.parent / "series" / "surge-1.surge.filter-error.csv").read_text().splitlines()
+    )
     with Reader(browser, report) as page:
         chart = alive(page.locator(MOTION).first)
         box = chart.locator(".u-over").first.bounding_box()
         page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 30)
         legends = chart.locator(".u-legend")
-        told = [value.replace("−", "-") for value in legends.first.locator(".u-value").all_inner_texts()]
-        time, measured, simulated = float(told[0].removesuffix(" s")), float(told[1]), float(told[2])
+        told = [
+            value.replace("−", "-")
+            for value in legends.first.locator(".u-value").all_inner_texts()
+        ]
+        time, measured, simulated = (
+            float(told[0].removesuffix(" s")),
+            float(told[1]),
+            float(told[2]),
+        )
         row = [float(cell) for cell in rows[1 + round(10 * time)].split(",")]
         assert row[0] == pytest.approx(time)
         assert (measured, simulated) == pytest.approx((row[2], row[3]), abs=3e-4)
@@ -193,7 +216,10 @@ def test_charts_follow_the_reader_from_day_to_night(browser: Browser, report: Pa
         chart = alive(page.locator(MOTION).first)
         day = picture(chart)
         page.emulate_media(color_scheme="dark")
-        page.wait_for_function("day => document.querySelector('#surge .fitted canvas').toDataURL() !== day", arg=day)
+        page.wait_for_function(
+            "day => document.querySelector('#surge .fitted canvas').toDataURL() !== day",
+            arg=day,
+        )
 
 
 def test_tables_are_copied_as_spreadsheets_take_them(browser: Browser, report: Path) -> None:
@@ -206,7 +232,9 @@ def test_tables_are_copied_as_spreadsheets_take_them(browser: Browser, report: P
         assert cells[1][0] == "Filter error" and len({len(row) for row in cells}) == 1
 
 
-def test_paper_and_no_script_show_figures_that_stand_still(browser: Browser, report: Path) -> None:
+def test_paper_and_no_script_show_figures_that_stand_still(
+    browser: Browser, report: Path
+) -> None:
     with Reader(browser, report) as page:
         alive(page.locator(MOTION).first)
         page.emulate_media(media="print")

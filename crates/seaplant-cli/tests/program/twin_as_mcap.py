@@ -12,10 +12,11 @@ import math
 import pathlib
 import shutil
 import sys
-import tomllib
 
+import tomllib
 from mcap_ros2.writer import Writer
 from rosbags.typesys import Stores, get_typestore
+
 
 def columns(path):
     with open(path, newline="") as file:
@@ -71,7 +72,10 @@ def write(path, logs, start_ns):
         topic, kind, fill = TOPICS[log.stem]
         for row in columns(log):
             stamp = start_ns + round(row["time"] * 1e9)
-            header = {"stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9}, "frame_id": ""}
+            header = {
+                "stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9},
+                "frame_id": "",
+            }
             messages.append((stamp, topic, kind, {"header": header} | fill(row)))
     messages.sort(key=lambda message: message[0])
     with open(path, "wb") as file:

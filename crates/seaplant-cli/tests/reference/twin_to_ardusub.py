@@ -10,6 +10,7 @@ import csv
 import math
 import pathlib
 import sys
+
 import tomllib
 
 HERE = pathlib.Path(__file__).parent
@@ -58,8 +59,13 @@ def main():
         curve = thruster["curve"]
         forward, reverse = (curve[way] / SCALE**2 for way in ("forward", "reverse"))
         lines += ["[[thruster]]", f'name = "motor {order.index(thruster["name"]) + 1}"']
-        lines += [f"position_m = {thruster['position_m']}", f"direction = {thruster['direction']}"]
-        lines.append(f'curve = {{ kind = "quadratic", input = "pwm", forward = {forward}, reverse = {reverse} }}')
+        lines += [
+            f"position_m = {thruster['position_m']}",
+            f"direction = {thruster['direction']}",
+        ]
+        lines.append(
+            f'curve = {{ kind = "quadratic", input = "pwm", forward = {forward}, reverse = {reverse} }}'
+        )
     for name, sensor in vehicle.get("sensor", {}).items():
         if name != "dvl":
             lines.append(f"[sensor.{name}]")

@@ -42,7 +42,9 @@ def margins(case):
     worst = []
     for speed in (0.0, case[3]):
         omega, loop = response(case, speed)
-        gm, pm, _, _, wpm, _ = control.stability_margins(control.frd(loop, omega), returnall=True)
+        gm, pm, _, _, wpm, _ = control.stability_margins(
+            control.frd(loop, omega), returnall=True
+        )
         least = np.argmin(pm)
         rising = [g for g in np.atleast_1d(gm) if g > 1]
         delay = np.radians(pm[least]) / wpm[least]
@@ -97,7 +99,11 @@ for case in (CASES[1], CASES[3], CASES[4]):
         print(case, mass, f"{growth(case, mass, 1.0):.6f}")
 
 print("regulator: K_p, K_d")
-for m, d, error, force in ((100.0, 20.0, 0.1, 40.0), (0.5, 0.2, 0.05, 1.0), (12970.0, 0.0, 0.5, 900.0)):
+for m, d, error, force in (
+    (100.0, 20.0, 0.1, 40.0),
+    (0.5, 0.2, 0.05, 1.0),
+    (12970.0, 0.0, 0.5, 900.0),
+):
     a, b = np.array([[0, 1], [0, -d / m]]), np.array([[0], [1 / m]])
     q, r = np.diag([1 / error**2, 0]), np.array([[1 / force**2]])
     p = solve_continuous_are(a, b, q, r)

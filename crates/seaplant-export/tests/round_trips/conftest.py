@@ -80,7 +80,9 @@ def pytest_generate_tests(metafunc) -> None:
     """One test a plant; `six` is one of all six axes."""
     for name, names in (("case", CASES), ("six", SIX)):
         if name in metafunc.fixturenames:
-            cases = [Case(n, json.loads((FOLDER / n / "reference.json").read_text())) for n in names]
+            cases = [
+                Case(n, json.loads((FOLDER / n / "reference.json").read_text())) for n in names
+            ]
             metafunc.parametrize(name, cases, ids=names)
 
 
@@ -90,8 +92,6 @@ def kirchhoff():
 
     def force(mass: np.ndarray, nu: np.ndarray) -> np.ndarray:
         a, b = (mass @ nu)[:3], (mass @ nu)[3:]
-        return np.concatenate(
-            [np.cross(nu[3:], a), np.cross(nu[:3], a) + np.cross(nu[3:], b)]
-        )
+        return np.concatenate([np.cross(nu[3:], a), np.cross(nu[:3], a) + np.cross(nu[3:], b)])
 
     return force

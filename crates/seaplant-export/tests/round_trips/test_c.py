@@ -177,7 +177,12 @@ def rk4(header, theta, x, h):
             ]
         )
         turn = 0.5 * np.array(
-            [-a * p - b * q - c * r, w * p + b * r - c * q, w * q + c * p - a * r, w * r + a * q - b * p]
+            [
+                -a * p - b * q - c * r,
+                w * p + b * r - c * q,
+                w * q + c * p - a * r,
+                w * r + a * q - b * p,
+            ]
         )
         acceleration = header.acceleration(x[7:], down_of(x), np.zeros(6), theta)
         return np.concatenate([rotation @ x[7:10], turn, acceleration])
@@ -254,7 +259,9 @@ def test_angles_and_quaternions_are_each_others_inverse(case, header):
     for _, state in case.states():
         q, angles = np.zeros(4), np.zeros(3)
         header.of.quaternion(*map(ctypes.c_double, state["angles"]), pointer(q))
-        assert np.allclose(q * np.sign(q[0]), state["quaternion"] * np.sign(state["quaternion"][0]))
+        assert np.allclose(
+            q * np.sign(q[0]), state["quaternion"] * np.sign(state["quaternion"][0])
+        )
         header.of.angles(pointer(q), pointer(angles))
         assert np.allclose(angles, state["angles"])
 
@@ -262,7 +269,11 @@ def test_angles_and_quaternions_are_each_others_inverse(case, header):
 def test_every_file_says_what_it_is(case):
     """Units, frames, source and uncertainty stand in each format's files."""
     for path in case.file().rglob("*"):
-        if not path.is_file() or path.suffix in {".fmu", ".config"} or path.parent == case.file():
+        if (
+            not path.is_file()
+            or path.suffix in {".fmu", ".config"}
+            or path.parent == case.file()
+        ):
             continue
         text = path.read_text()
         for word in ("units: SI", "frames:", "source:", "standard deviation"):

@@ -52,7 +52,10 @@ def test_octave(case, tmp_path):
     rows = []
     for _, s in states:
         # The m-file has a level current, as MSS does.
-        speed, direction = np.hypot(*s["current"][:2]), np.arctan2(s["current"][1], s["current"][0])
+        speed, direction = (
+            np.hypot(*s["current"][:2]),
+            np.arctan2(s["current"][1], s["current"][0]),
+        )
         rows.append([*s["velocity"], 0, 0, 0, *s["angles"], *s["force"], speed, direction])
     np.savetxt(tmp_path / "states.txt", rows, fmt="%.17g")
     trajectory = case.reference["trajectory"]
@@ -64,7 +67,10 @@ def test_octave(case, tmp_path):
         last=120 if case.name in FOLLOWED else 0,
         speed=np.hypot(*current[:2]),
         direction=np.arctan2(current[1], current[0]),
-        **{name: tmp_path / f"{name}.txt" for name in ("states", "rates", "forces", "trajectory")},
+        **{
+            name: tmp_path / f"{name}.txt"
+            for name in ("states", "rates", "forces", "trajectory")
+        },
     )
     (tmp_path / "run.m").write_text(script)
     command = [*OCTAVE.split(), "--no-gui", "--norc", "--quiet", tmp_path / "run.m"]

@@ -116,7 +116,17 @@ def test_rust(case, tmp_path):
     main = tmp_path / "main.rs"
     main.write_text(MAIN.replace("PLANT", str(case.file("rust", "seaplant_plant.rs"))))
     program = tmp_path / "program"
-    command = ["rustc", "--edition=2024", "-D", "warnings", "-A", "dead_code", "-o", program, main]
+    command = [
+        "rustc",
+        "--edition=2024",
+        "-D",
+        "warnings",
+        "-A",
+        "dead_code",
+        "-o",
+        program,
+        main,
+    ]
     subprocess.run(command, check=True)
     states = list(case.states())
     lines = [np.concatenate([x, s["force"], s["current"]]) for x, s in states]

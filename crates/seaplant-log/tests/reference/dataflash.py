@@ -13,7 +13,24 @@ from pymavlink import DFReader
 # The symbols of UNIT records that stand for a unit known to Seaplant.
 UNITS = {
     symbol: symbol
-    for symbol in "A deg deg/s rad/s rad/s/s deg/s/s m m/s m/s/s % s rpm rad V Pa us".split()
+    for symbol in [
+        "A",
+        "deg",
+        "deg/s",
+        "rad/s",
+        "rad/s/s",
+        "deg/s/s",
+        "m",
+        "m/s",
+        "m/s/s",
+        "%",
+        "s",
+        "rpm",
+        "rad",
+        "V",
+        "Pa",
+        "us",
+    ]
 } | {"degheading": "deg", "deglatitude": "deg", "deglongitude": "deg"}
 
 ABOUT_THE_LOG = {"FMT", "FMTU", "UNIT", "MULT", "PARM"}

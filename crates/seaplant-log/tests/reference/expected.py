@@ -29,7 +29,13 @@ class Expected:
         self.numbers.extend(t for t, _ in present)
         self.numbers.extend(v for _, v in present)
         self.channels.append(
-            {"file": file, "column": column, "unit": unit, "start": start, "count": len(present)}
+            {
+                "file": file,
+                "column": column,
+                "unit": unit,
+                "start": start,
+                "count": len(present),
+            }
         )
 
     def save(self):

@@ -1,6 +1,6 @@
 """What pymavlink reads in logs of ArduSub that others recorded.
 
-    SEAPLANT_DATA=... python3 make_ardusub.py FOLDER
+SEAPLANT_DATA=... python3 make_ardusub.py FOLDER
 """
 
 import os

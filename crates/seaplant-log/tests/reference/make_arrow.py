@@ -1,6 +1,6 @@
 """Parquet and Arrow files as pyarrow writes them.
 
-    python3 make_arrow.py FOLDER
+python3 make_arrow.py FOLDER
 """
 
 import datetime
@@ -15,7 +15,6 @@ import pyarrow as pa
 import pyarrow.feather
 import pyarrow.ipc
 import pyarrow.parquet as pq
-
 from expected import Expected
 
 ROWS = 2500
@@ -79,7 +78,9 @@ def every_type(dice):
         add(f"clock {unit}", kind, short, seconds, unit="s")
 
     # A struct of structs, missing here and there at every level.
-    inner = pa.struct([pa.field("x", pa.float64(), metadata={"Units": "m"}), ("flag", pa.bool_())])
+    inner = pa.struct(
+        [pa.field("x", pa.float64(), metadata={"Units": "m"}), ("flag", pa.bool_())]
+    )
     outer = pa.struct([("gyro", inner), ("n", pa.int32())])
     poses = []
     for k in rows:
@@ -97,7 +98,10 @@ def every_type(dice):
     truth["pose.n"] = ([at(pose, "n") for pose in poses], None)
 
     # What is no series of numbers.
-    columns["ranges"] = (pa.field("ranges", pa.list_(pa.float64())), pa.array([[1.0, 2.0]] * ROWS))
+    columns["ranges"] = (
+        pa.field("ranges", pa.list_(pa.float64())),
+        pa.array([[1.0, 2.0]] * ROWS),
+    )
     columns["blob"] = (pa.field("blob", pa.binary()), pa.array([b"x"] * ROWS))
     columns["void"] = (pa.field("void", pa.null()), pa.nulls(ROWS))
     return columns, truth
@@ -110,11 +114,16 @@ def main():
     stamps = [START_NS + k * 12_345_000 for k in range(ROWS)]
     times = [stamp // 10**9 + (stamp % 10**9) / 1e9 for stamp in stamps]
     columns, truth = every_type(dice)
-    instant = (pa.field("time", pa.timestamp("ns", "UTC")), pa.array(stamps, pa.timestamp("ns", "UTC")))
+    instant = (
+        pa.field("time", pa.timestamp("ns", "UTC")),
+        pa.array(stamps, pa.timestamp("ns", "UTC")),
+    )
 
     def table(names):
         fields = [instant] + [columns[name] for name in names]
-        return pa.table([array for _, array in fields], pa.schema([field for field, _ in fields]))
+        return pa.table(
+            [array for _, array in fields], pa.schema([field for field, _ in fields])
+        )
 
     def expect(file, names, time_s=times):
         for name in names:
@@ -126,8 +135,16 @@ def main():
     few = table(narrow)
     for file, content, settings in [
         ("types.parquet", whole, {"compression": "snappy", "row_group_size": 700}),
-        ("old.parquet", few, {"compression": "gzip", "version": "1.0", "use_dictionary": False}),
-        ("pages.parquet", few, {"compression": "zstd", "data_page_version": "2.0", "data_page_size": 512}),
+        (
+            "old.parquet",
+            few,
+            {"compression": "gzip", "version": "1.0", "use_dictionary": False},
+        ),
+        (
+            "pages.parquet",
+            few,
+            {"compression": "zstd", "data_page_version": "2.0", "data_page_size": 512},
+        ),
         ("lz4.parquet", few, {"compression": "lz4"}),
         ("plain.parquet", few, {"compression": "none", "store_schema": False}),
         ("legacy.parquet", few, {"use_deprecated_int96_timestamps": True}),
@@ -143,7 +160,9 @@ def main():
         ("zstd.feather", few, "zstd"),
         ("plain.arrow", few, "uncompressed"),
     ]:
-        pyarrow.feather.write_feather(content, folder / file, compression=compression, chunksize=600)
+        pyarrow.feather.write_feather(
+            content, folder / file, compression=compression, chunksize=600
+        )
         expect(file, truth if content is whole else narrow)
     with pyarrow.ipc.new_stream(folder / "log.arrows", few.schema) as writer:
         writer.write_table(few, max_chunksize=600)
@@ -166,15 +185,25 @@ def main():
     # A time index that pandas left without a name, coarser units of it, and text for time.
     texts = [f"2020-07-31T13:50:{k % 60:02}.{k:03}Z" for k in range(60)]
     for file, field, values in [
-        ("index.parquet", pa.field("__index_level_0__", pa.timestamp("us")), [s // 1000 for s in stamps[:60]]),
+        (
+            "index.parquet",
+            pa.field("__index_level_0__", pa.timestamp("us")),
+            [s // 1000 for s in stamps[:60]],
+        ),
         ("text.parquet", pa.field("timestamp", pa.string()), texts),
-        ("seconds.parquet", pa.field("t", pa.float64(), metadata={"unit": "ms"}), [1000.0 * k for k in range(60)]),
+        (
+            "seconds.parquet",
+            pa.field("t", pa.float64(), metadata={"unit": "ms"}),
+            [1000.0 * k for k in range(60)],
+        ),
     ]:
         speeds = [dice.gauss(0, 1) for _ in range(60)]
         schema = pa.schema([field, pa.field("u", pa.float64())])
         pq.write_table(pa.table([pa.array(values, field.type), speeds], schema), folder / file)
         if file == "text.parquet":
-            zero = datetime.datetime(2020, 7, 31, 13, 50, tzinfo=datetime.timezone.utc).timestamp()
+            zero = datetime.datetime(
+                2020, 7, 31, 13, 50, tzinfo=datetime.timezone.utc
+            ).timestamp()
             time_s = [zero + k + k / 1000 for k in range(60)]
         elif file == "index.parquet":
             time_s = [(s // 1000) / 1e6 for s in stamps[:60]]
@@ -183,15 +212,25 @@ def main():
         expected.channel(file, "u", time_s, speeds)
 
     pq.write_table(few.slice(0, 50), folder / "brotli.parquet", compression="brotli")
-    constant = pa.table({"t": pa.array(range(3_000_000)), **{f"u{k}": pa.array([0] * 3_000_000) for k in range(40)}})
-    sorted_t = {"column_encoding": {"t": "DELTA_BINARY_PACKED"}, "use_dictionary": [f"u{k}" for k in range(40)]}
+    constant = pa.table(
+        {
+            "t": pa.array(range(3_000_000)),
+            **{f"u{k}": pa.array([0] * 3_000_000) for k in range(40)},
+        }
+    )
+    sorted_t = {
+        "column_encoding": {"t": "DELTA_BINARY_PACKED"},
+        "use_dictionary": [f"u{k}" for k in range(40)],
+    }
     pq.write_table(constant, folder / "bomb.parquet", compression="zstd", **sorted_t)
 
     small = whole.slice(0, 40).combine_chunks()
     for codec in ("none", "snappy", "zstd", "lz4", "gzip"):
         pq.write_table(small, folder / f"seed-{codec}.parquet", compression=codec)
     for codec in ("uncompressed", "lz4", "zstd"):
-        pyarrow.feather.write_feather(small, folder / f"seed-{codec}.arrow", compression=codec, chunksize=20)
+        pyarrow.feather.write_feather(
+            small, folder / f"seed-{codec}.arrow", compression=codec, chunksize=20
+        )
     with pyarrow.ipc.new_stream(folder / "seed.arrows", small.schema) as writer:
         writer.write_table(small, max_chunksize=20)
     expected.save()

@@ -1,6 +1,6 @@
 """DataFlash logs with every kind of field, read again by pymavlink.
 
-    python3 make_dataflash.py FOLDER
+python3 make_dataflash.py FOLDER
 """
 
 import pathlib
@@ -11,11 +11,30 @@ import sys
 import dataflash
 from expected import Expected
 
-UNITS = {"s": "s", "d": "deg", "h": "degheading", "n": "m/s", "Y": "us", "#": "instance", "-": "",
-         "?": "UNKNOWN", "P": "Pa", "D": "deglatitude", "G": "Gauss"}
-MULTIPLIERS = {"-": 0.0, "?": 1.0, "0": 1.0, "2": 100.0, "B": 0.01, "C": 0.001, "G": 1e-7,
-               # Some versions rounded to 32 bits before they stored 64.
-               "F": struct.unpack("<f", struct.pack("<f", 1e-6))[0]}
+UNITS = {
+    "s": "s",
+    "d": "deg",
+    "h": "degheading",
+    "n": "m/s",
+    "Y": "us",
+    "#": "instance",
+    "-": "",
+    "?": "UNKNOWN",
+    "P": "Pa",
+    "D": "deglatitude",
+    "G": "Gauss",
+}
+MULTIPLIERS = {
+    "-": 0.0,
+    "?": 1.0,
+    "0": 1.0,
+    "2": 100.0,
+    "B": 0.01,
+    "C": 0.001,
+    "G": 1e-7,
+    # Some versions rounded to 32 bits before they stored 64.
+    "F": struct.unpack("<f", struct.pack("<f", 1e-6))[0],
+}
 
 
 def every_kind(log, dice, records):
@@ -28,11 +47,21 @@ def every_kind(log, dice, records):
     log.record(132, 0, 10, "s-?dnnn---", "F-?B2C0---")
     log.record(132, 0, 11, "shhdmDnPP", "FBBBBGC2-")
     log.record(132, 0, 12, "s#PY-", "F-2--")
-    whole = {"b": (-2**7, 2**7), "B": (0, 2**8), "h": (-2**15, 2**15), "H": (0, 2**16),
-             "i": (-2**31, 2**31), "I": (0, 2**32), "q": (-2**53, 2**53), "Q": (0, 2**53)}
+    whole = {
+        "b": (-(2**7), 2**7),
+        "B": (0, 2**8),
+        "h": (-(2**15), 2**15),
+        "H": (0, 2**16),
+        "i": (-(2**31), 2**31),
+        "I": (0, 2**32),
+        "q": (-(2**53), 2**53),
+        "Q": (0, 2**53),
+    }
 
     def number(letter):
-        low, high = whole[{"c": "h", "C": "H", "e": "i", "E": "I", "L": "i", "M": "b"}.get(letter, letter)]
+        low, high = whole[
+            {"c": "h", "C": "H", "e": "i", "E": "I", "L": "i", "M": "b"}.get(letter, letter)
+        ]
         low = max(low, 0) if letter == "M" else low
         return dice.choice([low, high - 1, 0, dice.randrange(low, high)])
 
@@ -73,7 +102,9 @@ def main():
     expected.channel("odd.BIN", "OLD.Value", [10 + 0.1 * k for k in range(10)], range(10))
     seconds = [10 + k for k in range(10)]
     expected.channel("odd.BIN", "GPS.Status", seconds, [3] * 10)
-    expected.channel("odd.BIN", "GPS.GMS", seconds, [4 * 86_400_000 + 1000 * k for k in range(10)])
+    expected.channel(
+        "odd.BIN", "GPS.GMS", seconds, [4 * 86_400_000 + 1000 * k for k in range(10)]
+    )
     expected.channel("odd.BIN", "GPS.GWk", seconds, [2200] * 10)
 
     # Three starts of the autopilot in one file, the definitions before each.

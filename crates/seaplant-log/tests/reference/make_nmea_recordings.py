@@ -1,6 +1,6 @@
 """What the NMEA log in SEAPLANT_DATA/formats/ardusub holds, as pynmea2 decodes it.
 
-    python3 make_nmea_recordings.py FOLDER
+python3 make_nmea_recordings.py FOLDER
 """
 
 import datetime
@@ -9,7 +9,6 @@ import pathlib
 import sys
 
 import pynmea2
-
 from expected import Expected
 
 WORKSPACE = pathlib.Path(__file__).resolve().parents[4]
@@ -23,17 +22,28 @@ def main():
         before, dollar, sentence = line.partition("$")
         if not dollar:
             continue
-        moment = datetime.datetime.fromisoformat(before[:23]).replace(tzinfo=datetime.timezone.utc)
+        moment = datetime.datetime.fromisoformat(before[:23]).replace(
+            tzinfo=datetime.timezone.utc
+        )
         got = pynmea2.parse(dollar + sentence, check=True)
         if got.sentence_type == "RMC":
             sign = {"E": 1, "W": -1}[got.mag_var_dir]
-            values = [("latitude", "deg", got.latitude), ("longitude", "deg", got.longitude),
-                      ("speed", "kn", got.spd_over_grnd), ("course", "deg", got.true_course),
-                      ("variation", "deg", sign * float(got.mag_variation))]
+            values = [
+                ("latitude", "deg", got.latitude),
+                ("longitude", "deg", got.longitude),
+                ("speed", "kn", got.spd_over_grnd),
+                ("course", "deg", got.true_course),
+                ("variation", "deg", sign * float(got.mag_variation)),
+            ]
         elif got.sentence_type == "GGA":
-            values = [("latitude", "deg", got.latitude), ("longitude", "deg", got.longitude),
-                      ("altitude", "m", got.altitude), ("quality", None, got.gps_qual),
-                      ("satellites", None, got.num_sats), ("hdop", None, got.horizontal_dil)]
+            values = [
+                ("latitude", "deg", got.latitude),
+                ("longitude", "deg", got.longitude),
+                ("altitude", "m", got.altitude),
+                ("quality", None, got.gps_qual),
+                ("satellites", None, got.num_sats),
+                ("hdop", None, got.horizontal_dil),
+            ]
         else:
             assert got.heading is None
             values = []

@@ -1,6 +1,6 @@
 """A table, packed by Python's gzip and by zstandard in several ways, and damaged.
 
-    python3 make_packed.py FOLDER
+python3 make_packed.py FOLDER
 """
 
 import gzip
@@ -10,7 +10,6 @@ import sys
 import zlib
 
 import zstandard
-
 from expected import Expected
 
 

@@ -1,6 +1,6 @@
 """PD0 files, written by the tables of Teledyne's published format.
 
-    python3 make_pd0.py FOLDER
+python3 make_pd0.py FOLDER
 """
 
 import calendar
@@ -39,13 +39,27 @@ class Log:
         dice, number = self.dice, self.count
         year, month, day, hour, minute, second, hundredth = clock
         short = bytes([year % 100, month, day, hour, minute, second, hundredth])
-        sound, depth, heading = dice.randrange(1400, 1600), dice.randrange(9999), dice.randrange(36000)
+        sound, depth, heading = (
+            dice.randrange(1400, 1600),
+            dice.randrange(9999),
+            dice.randrange(36000),
+        )
         pitch, roll = dice.randrange(-2000, 2001), dice.randrange(-2000, 2001)
         salinity, temperature = dice.randrange(41), dice.randrange(-500, 4001)
         pressure = dice.randrange(-100, 1 << 24)
         leader = struct.pack("<HH", 0x0080, number & 0xFFFF) + short
-        leader += struct.pack("<BHHHHhhHh", number >> 16, 0, sound, depth, heading, pitch, roll,
-                              salinity, temperature)
+        leader += struct.pack(
+            "<BHHHHhhHh",
+            number >> 16,
+            0,
+            sound,
+            depth,
+            heading,
+            pitch,
+            roll,
+            salinity,
+            temperature,
+        )
         leader = leader.ljust(48, b"\0") + struct.pack("<ii", pressure, 0)
         if with_century:
             leader += b"\0" + bytes([year // 100]) + short
@@ -63,11 +77,15 @@ class Log:
 
     def bottom_track(self, frame):
         dice = self.dice
-        ranges = [dice.choice([0, dice.randrange(1, 65536), dice.randrange(65536, 1 << 17)])
-                  for _ in range(4)]
+        ranges = [
+            dice.choice([0, dice.randrange(1, 65536), dice.randrange(65536, 1 << 17)])
+            for _ in range(4)
+        ]
         speeds = [dice.choice([-32768, dice.randrange(-32767, 32768)]) for _ in range(4)]
         bottom = struct.pack("<H", 0x0600).ljust(16, b"\0")
-        bottom += struct.pack("<4H", *[r & 0xFFFF for r in ranges]) + struct.pack("<4h", *speeds)
+        bottom += struct.pack("<4H", *[r & 0xFFFF for r in ranges]) + struct.pack(
+            "<4h", *speeds
+        )
         bytes_of = {"correlation": [], "percent_good": []}
         for key in ("correlation", "amplitude", "percent_good"):
             four = [dice.randrange(101 if key == "percent_good" else 256) for _ in range(4)]
@@ -86,7 +104,9 @@ class Log:
     def ensemble(self, clock, frame=None, with_century=True, profile=False):
         """One more ensemble; its bytes are given back for who wants to damage them."""
         self.count += 1
-        types = [struct.pack("<H", 0x0000).ljust(25, b"\0") + bytes([(frame or 0) << 3 | 0b111])]
+        types = [
+            struct.pack("<H", 0x0000).ljust(25, b"\0") + bytes([(frame or 0) << 3 | 0b111])
+        ]
         types[0] = types[0].ljust(59, b"\0")
         types.append(self.variable_leader(clock, with_century))
         if profile:

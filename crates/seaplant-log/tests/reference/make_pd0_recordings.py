@@ -1,6 +1,6 @@
 """What the recordings in SEAPLANT_DATA/formats/pd0 hold, decoded by the tables of the format.
 
-    python3 make_pd0_recordings.py FOLDER
+python3 make_pd0_recordings.py FOLDER
 """
 
 import calendar
@@ -25,12 +25,12 @@ def ensembles(data):
     at = 0
     while (at := data.find(b"\x7f\x7f", at)) >= 0:
         size = struct.unpack_from("<H", data, at + 2)[0] if at + 6 <= len(data) else 0
-        body, check = data[at:at + size], data[at + size:at + size + 2]
+        body, check = data[at : at + size], data[at + size : at + size + 2]
         if size < 8 or len(check) < 2 or sum(body) % 65536 != int.from_bytes(check, "little"):
             at += 1
             continue
         starts = struct.unpack_from(f"<{body[5]}H", body, 6)
-        yield {int.from_bytes(body[s:s + 2], "little"): body[s:] for s in reversed(starts)}
+        yield {int.from_bytes(body[s : s + 2], "little"): body[s:] for s in reversed(starts)}
         at += size + 2
 
 

@@ -39,7 +39,9 @@ def main():
             "first_time": times[0],
             "last_time": times[-1],
         }
-    made_by = f"{platform.python_implementation()} {platform.python_version()}, csv {csv.__version__}"
+    made_by = (
+        f"{platform.python_implementation()} {platform.python_version()}, csv {csv.__version__}"
+    )
     print(json.dumps({"made_by": made_by, "columns": columns}, indent=2))
 
 

@@ -15,6 +15,7 @@ import sys
 from types import SimpleNamespace
 
 import numpy
+from expected import Expected
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from mcap_ros2.writer import Writer as Ros2Writer
@@ -24,8 +25,6 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Bag2Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from scipy.spatial.transform import Rotation
-
-from expected import Expected
 
 START = 1_600_000_000_000_000_000
 MOST = 32
@@ -222,7 +221,10 @@ class Types:
             return [self.message(desc[1]) for _ in range(count)]
         kind = desc[1][0]
         if kind == "string":
-            return ["".join(self.dice.choices("abcdé", k=self.dice.randrange(9))) for _ in range(count)]
+            return [
+                "".join(self.dice.choices("abcdé", k=self.dice.randrange(9)))
+                for _ in range(count)
+            ]
         dtype = {"byte": "int8" if self.ros1 else "uint8", "octet": "uint8", "char": "uint8"}
         return numpy.array([self.number(kind) for _ in range(count)], dtype.get(kind, kind))
 
@@ -272,9 +274,11 @@ class Types:
             kind, elements = desc[0], value
             if kind in (Nodetype.NAME, Nodetype.BASE):
                 elements = None
-            elif field.endswith(("covariance", "_covar")) or (kind == Nodetype.SEQUENCE and within):
-                continue
-            elif kind == Nodetype.ARRAY and desc[1][1] > MOST:
+            elif (
+                field.endswith(("covariance", "_covar"))
+                or (kind == Nodetype.SEQUENCE and within)
+                or (kind == Nodetype.ARRAY and desc[1][1] > MOST)
+            ):
                 continue
             if elements is None:
                 yield from self.leaf(value, desc, here, unit_here, within)
@@ -302,8 +306,12 @@ def angles(q):
     """Roll, pitch and yaw, by the textbook, and as SciPy has them."""
     square = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
     sine = 2.0 * (q.w * q.y - q.z * q.x) / square
-    roll = math.atan2(2.0 * (q.w * q.x + q.y * q.z), q.w * q.w - q.x * q.x - q.y * q.y + q.z * q.z)
-    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)
+    roll = math.atan2(
+        2.0 * (q.w * q.x + q.y * q.z), q.w * q.w - q.x * q.x - q.y * q.y + q.z * q.z
+    )
+    yaw = math.atan2(
+        2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z
+    )
     found = [roll, math.asin(sine), yaw]
     scipy = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_euler("ZYX")[::-1]
     assert numpy.allclose(found, scipy, rtol=0, atol=1e-6), (found, scipy)
@@ -329,7 +337,7 @@ class Topics:
 
     def expect(self, expected, file, upto=None, receive=False, names=None):
         topics = {}
-        for receipt, topic, name, message in self.messages[:upto]:
+        for receipt, topic, _, message in self.messages[:upto]:
             topics.setdefault(topic, []).append((receipt, message))
         for topic, messages in topics.items():
             self.expect_topic(expected, file, topic, messages, receive, names or {})
@@ -351,7 +359,9 @@ class Topics:
                     lengths.setdefault(path, set()).add(value)
                 else:
                     columns.setdefault(path, (unit, {}))[1][row] = value
-        usable = {p for p, found in lengths.items() if len(found - {0}) == 1 and max(found) <= MOST}
+        usable = {
+            p for p, found in lengths.items() if len(found - {0}) == 1 and max(found) <= MOST
+        }
         unusable = set(lengths) - usable
         for path, (unit, values) in columns.items():
             if any(path.startswith(f"{prefix}[") for prefix in unusable):
@@ -501,14 +511,18 @@ def ros2(folder, expected, dice):
         ("lz4", CompressionType.LZ4),
         ("plain", CompressionType.NONE),
     ]:
-        write_mcap_ros2(folder / f"{name}.mcap", topics, chunk_size=100_000, compression=packing)
+        write_mcap_ros2(
+            folder / f"{name}.mcap", topics, chunk_size=100_000, compression=packing
+        )
         topics.expect(expected, f"{name}.mcap", names=names)
     topics.expect(expected, "zstd.mcap/receive", receive=True, names=names)
     store = types.store
     unchunked = {"use_chunking": False, "compression": CompressionType.NONE}
     little = lambda m, n: store.serialize_cdr(m, n)
     big = lambda m, n: store.serialize_cdr(m, n, little_endian=False)
-    write_mcap_raw(folder / "unchunked.mcap", topics, little, "ros2", "ros2msg", "cdr", **unchunked)
+    write_mcap_raw(
+        folder / "unchunked.mcap", topics, little, "ros2", "ros2msg", "cdr", **unchunked
+    )
     topics.expect(expected, "unchunked.mcap", names=names)
     write_mcap_raw(folder / "big.mcap", topics, big, "ros2", "ros2msg", "cdr")
     topics.expect(expected, "big.mcap", names=names)
@@ -537,10 +551,15 @@ def ros2(folder, expected, dice):
     seed.add("/joints", "sensor_msgs/msg/JointState", 6, lambda k: joints(types, k))
     write_mcap_ros2(folder / "seed-zstd.mcap", seed, chunk_size=1000)
     write_mcap_ros2(
-        folder / "seed-plain.mcap", seed, chunk_size=1000, compression=CompressionType.NONE,
+        folder / "seed-plain.mcap",
+        seed,
+        chunk_size=1000,
+        compression=CompressionType.NONE,
         enable_crcs=False,
     )
-    write_mcap_raw(folder / "seed-flat.mcap", seed, little, "ros2", "ros2msg", "cdr", **unchunked)
+    write_mcap_raw(
+        folder / "seed-flat.mcap", seed, little, "ros2", "ros2msg", "cdr", **unchunked
+    )
     write_bag2(folder, "seed", seed, 9)
 
 

@@ -1,6 +1,6 @@
 """Logs long enough to be surveyed: the same steady recordings in every format.
 
-    python3 make_survey.py FOLDER
+python3 make_survey.py FOLDER
 """
 
 import math
@@ -14,7 +14,8 @@ import pyarrow
 import pyarrow.parquet
 from expected import Expected
 from make_tlog import Writer as Telemetry
-from mcap.writer import CompressionType, Writer as Mcap
+from mcap.writer import CompressionType
+from mcap.writer import Writer as Mcap
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rosbags.rosbag1 import Writer as Bag
 from rosbags.typesys import Stores, get_typestore
@@ -38,7 +39,9 @@ def parquet(path):
         "depth [m]": [math.sin(0.01 * k) for k in range(2 * TICKS)],
     }
     table = pyarrow.table(columns)
-    pyarrow.parquet.write_table(table, path, row_group_size=2500, data_page_size=2000, use_dictionary=False)
+    pyarrow.parquet.write_table(
+        table, path, row_group_size=2500, data_page_size=2000, use_dictionary=False
+    )
 
 
 def flash(path):
@@ -48,7 +51,9 @@ def flash(path):
     log.define(2, "BARO", "Qff", "TimeUS,Alt,Press")
     for k in range(TICKS):
         for instance in (0, 1):
-            log.record(1, 1_000_000 + 20_000 * k, instance, *(dice.gauss(0, 1) for _ in range(3)))
+            log.record(
+                1, 1_000_000 + 20_000 * k, instance, *(dice.gauss(0, 1) for _ in range(3))
+            )
         if k % 4 == 0:
             log.record(2, 1_000_000 + 20_000 * k, math.sin(0.01 * k), 1e5 + k)
     path.write_bytes(log.content)
@@ -82,10 +87,17 @@ def messages(store, ros_1):
         if 2000 <= k < 2300:
             kind = "sensor_msgs/msg/Temperature"
             fields = {"temperature": 8.0 + 0.001 * k, "variance": 0.0}
-            yield stamp, "/temperature", bytes(packed(make(kind, header=header, **fields), kind))
+            yield (
+                stamp,
+                "/temperature",
+                bytes(packed(make(kind, header=header, **fields), kind)),
+            )
 
 
-TYPES = {"/pressure": "sensor_msgs/msg/FluidPressure", "/temperature": "sensor_msgs/msg/Temperature"}
+TYPES = {
+    "/pressure": "sensor_msgs/msg/FluidPressure",
+    "/temperature": "sensor_msgs/msg/Temperature",
+}
 
 
 def mcap(path, compression):
@@ -135,8 +147,10 @@ def bag(path):
     writer = Bag(path)
     writer.chunk_threshold = 8192
     with writer:
-        connections = {topic: writer.add_connection(topic, kind, typestore=store)
-                       for topic, kind in TYPES.items()}
+        connections = {
+            topic: writer.add_connection(topic, kind, typestore=store)
+            for topic, kind in TYPES.items()
+        }
         for receipt, topic, content in messages(store, True):
             writer.write(connections[topic], receipt, content)
 

@@ -1,6 +1,6 @@
 """MAVLink telemetry logs with every message of ardupilotmega, read again by pymavlink.
 
-    python3 make_tlog.py FOLDER
+python3 make_tlog.py FOLDER
 """
 
 import pathlib
@@ -13,8 +13,16 @@ from expected import Expected
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 START_S = 1_700_000_000.25
-WHOLE = {"int8_t": 7, "int16_t": 15, "int32_t": 31, "int64_t": 53,
-         "uint8_t": 8, "uint16_t": 16, "uint32_t": 32, "uint64_t": 53}
+WHOLE = {
+    "int8_t": 7,
+    "int16_t": 15,
+    "int32_t": 31,
+    "int64_t": 53,
+    "uint8_t": 8,
+    "uint16_t": 16,
+    "uint32_t": 32,
+    "uint64_t": 53,
+}
 
 
 class Writer:
@@ -26,7 +34,9 @@ class Writer:
 
     def receive(self, time_s, message, sender=(1, 1), version_1=False, signed=False):
         if sender not in self.links:
-            self.links[sender] = dialect.MAVLink(None, srcSystem=sender[0], srcComponent=sender[1])
+            self.links[sender] = dialect.MAVLink(
+                None, srcSystem=sender[0], srcComponent=sender[1]
+            )
         link = self.links[sender]
         link.signing.secret_key = bytes(range(32)) if signed else None
         link.signing.sign_outgoing = signed
@@ -75,16 +85,25 @@ def several_senders(log, dice, rounds):
     for k in range(rounds):
         now = START_S + 0.1 * k
         boot_ms = 5000 + 100 * k
-        log.receive(now, dialect.MAVLink_attitude_message(boot_ms, *(dice.gauss(0, 1) for _ in range(6))))
+        log.receive(
+            now,
+            dialect.MAVLink_attitude_message(boot_ms, *(dice.gauss(0, 1) for _ in range(6))),
+        )
         for sender in [(1, 1), (255, 190)]:
             log.receive(now, dialect.MAVLink_heartbeat_message(k % 5, 2, 3, 4, 5, 3), sender)
         for name in [b"Lights1", b"CamTilt"]:
             log.receive(now, dialect.MAVLink_named_value_float_message(boot_ms, name, k))
         for battery in range(2):
-            log.receive(now + 0.01, dialect.MAVLink_battery_status_message(
-                battery, 1, 2, 300 + k, [16_000 + k] * 10, -1000 - k, k, 5, 80))
+            log.receive(
+                now + 0.01,
+                dialect.MAVLink_battery_status_message(
+                    battery, 1, 2, 300 + k, [16_000 + k] * 10, -1000 - k, k, 5, 80
+                ),
+            )
         pulses = [1500 + dice.randrange(-400, 400) for _ in range(8)]
-        log.receive(now + 0.02, dialect.MAVLink_servo_output_raw_message(boot_ms * 1000, 0, *pulses))
+        log.receive(
+            now + 0.02, dialect.MAVLink_servo_output_raw_message(boot_ms * 1000, 0, *pulses)
+        )
         log.receive(now, dialect.MAVLink_param_value_message(b"FRAME_CONFIG", 2.0, 9, 1, 0))
 
 
@@ -106,8 +125,12 @@ def stamps(log, expected, dice):
             time = now + late if unbelieved else now
             found["ATTITUDE.yaw"].append((time, k))
             if not unbelieved:
-                log.receive(now + late, dialect.MAVLink_servo_output_raw_message(
-                    boot_ms * 1000 % 2**32, 0, 1000 + k, *[1500] * 7))
+                log.receive(
+                    now + late,
+                    dialect.MAVLink_servo_output_raw_message(
+                        boot_ms * 1000 % 2**32, 0, 1000 + k, *[1500] * 7
+                    ),
+                )
                 found["SERVO_OUTPUT_RAW.servo1_raw"].append((now, 1000 + k))
             log.receive(now + late, dialect.MAVLink_heartbeat_message(2, 3, 4, k, 5, 3))
             found["HEARTBEAT.custom_mode"].append((now + late, k))

@@ -1,6 +1,6 @@
 """ULog files by the letter of their format, and what pyulog reads in them and in those of PX4.
 
-    SEAPLANT_DATA=... python3 make_ulog.py FOLDER
+SEAPLANT_DATA=... python3 make_ulog.py FOLDER
 """
 
 import math
@@ -49,8 +49,21 @@ def record(number, body):
 
 
 def every(k):
-    body = struct.pack("<QbBhHiIqQfd?", 2_000_000 + 20_000 * k, -k, k, -30 * k, 40 * k, -5000 * k, 6000 * k,
-                       -(2**40) - k, 2**41 + k, k / 3, -k / 7, k % 2 == 0)
+    body = struct.pack(
+        "<QbBhHiIqQfd?",
+        2_000_000 + 20_000 * k,
+        -k,
+        k,
+        -30 * k,
+        40 * k,
+        -5000 * k,
+        6000 * k,
+        -(2**40) - k,
+        2**41 + k,
+        k / 3,
+        -k / 7,
+        k % 2 == 0,
+    )
     body += b"abcd"
     for part in range(2):
         body += struct.pack("<ffB", k + part / 8, -k, part) + b"xyz"
@@ -59,7 +72,11 @@ def every(k):
 
 def attitude(k):
     half = 0.01 * k
-    q = (math.cos(half), 0.6 * math.sin(half), 0.0, 0.8 * math.sin(half)) if k != 3 else (0.0, 0.0, 0.0, 0.0)
+    q = (
+        (math.cos(half), 0.6 * math.sin(half), 0.0, 0.8 * math.sin(half))
+        if k != 3
+        else (0.0, 0.0, 0.0, 0.0)
+    )
     return struct.pack("<Q4f", 2_000_000 + 10_000 * k, *q)
 
 
@@ -70,7 +87,9 @@ def whole():
     for k in range(40):
         data += record(0, every(k)) + record(1, attitude(k))
         for number in (2, 3):
-            data += record(number, struct.pack("<Qf", 2_000_000 + 5_000 * k + number, k * number))
+            data += record(
+                number, struct.pack("<Qf", 2_000_000 + 5_000 * k + number, k * number)
+            )
         if k == 20:
             data += message("S", bytes([0x2F, 0x73, 0x13, 0x20, 0x25, 0x0C, 0xBB, 0x12]))
             data += message("O", struct.pack("<H", 12))
@@ -84,8 +103,10 @@ def appended():
     for k in range(10):
         first += record(2, struct.pack("<Qf", 1_000_000 * (k + 2), k))
     first += record(2, struct.pack("<Qf", 99, 99.0))[:9]
-    first = header(len(first)) + first[len(header(1)):]
-    rest = subscribe(2, "sensor") + b"".join(record(2, struct.pack("<Qf", 1_000_000 * (k + 2), k)) for k in range(10, 15))
+    first = header(len(first)) + first[len(header(1)) :]
+    rest = subscribe(2, "sensor") + b"".join(
+        record(2, struct.pack("<Qf", 1_000_000 * (k + 2), k)) for k in range(10, 15)
+    )
     return first + rest
 
 
@@ -109,7 +130,11 @@ def expect(expected, path, name):
         topic = f"{data.name}[{data.multi_id}]" if instances[data.name] > 1 else data.name
         # Of records that repeat a time, the first is kept.
         stamps = [int(t) for t in data.data["timestamp"]]
-        kept = [k for k, t in enumerate(stamps) if t not in stamps[:k]] if len(set(stamps)) < len(stamps) else range(len(stamps))
+        kept = (
+            [k for k, t in enumerate(stamps) if t not in stamps[:k]]
+            if len(set(stamps)) < len(stamps)
+            else range(len(stamps))
+        )
         time_s = [stamps[k] / 1e6 for k in kept]
         fields = [f.field_name for f in data.field_data if f.field_name != "timestamp"]
         texts = {f.field_name for f in data.field_data if f.type_str == "char"}
@@ -133,7 +158,9 @@ def main():
     folder = pathlib.Path(sys.argv[1])
     (folder / "all.ulg").write_bytes(whole())
     (folder / "appended.ulg").write_bytes(appended())
-    seed = header() + setting("A", 1) + subscribe(2, "sensor") + subscribe(1, "vehicle_attitude")
+    seed = (
+        header() + setting("A", 1) + subscribe(2, "sensor") + subscribe(1, "vehicle_attitude")
+    )
     for k in range(12):
         seed += record(2, struct.pack("<Qf", 2_000_000 + 5_000 * k, k)) + record(1, attitude(k))
     (folder / "seed.ulg").write_bytes(seed)

@@ -1,6 +1,6 @@
 """Workbooks as openpyxl and XlsxWriter write them.
 
-    python3 make_xlsx.py FOLDER
+python3 make_xlsx.py FOLDER
 """
 
 import datetime
@@ -10,9 +10,8 @@ import sys
 
 import openpyxl
 import xlsxwriter
-from openpyxl.utils.datetime import CALENDAR_MAC_1904
-
 from expected import Expected
+from openpyxl.utils.datetime import CALENDAR_MAC_1904
 
 UTC = datetime.timezone.utc
 
@@ -52,7 +51,9 @@ def main():
     other.append(["t (s)", "mass (kg)"])
     for k in range(10):
         other.append([k, 0.5 * k])
-    expected.channel("log.xlsx/Ballast", "mass (kg)", range(10), [0.5 * k for k in range(10)], unit="kg")
+    expected.channel(
+        "log.xlsx/Ballast", "mass (kg)", range(10), [0.5 * k for k in range(10)], unit="kg"
+    )
     book.create_chartsheet("Plot", 0)
     book.create_sheet("Hidden", 0).sheet_state = "hidden"
     book.save(folder / "log.xlsx")

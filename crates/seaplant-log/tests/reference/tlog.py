@@ -4,17 +4,43 @@ import os
 
 os.environ["MAVLINK20"] = "1"
 
-from pymavlink import mavutil
-
 from dataflash import sorted_once
+from pymavlink import mavutil
 
 # The symbols of definitions: what Seaplant calls the unit, and what it divides values by.
 UNITS = {
     symbol: (symbol, 1)
-    for symbol in (
-        "m cm mm m/s cm/s mm/s m/s/s rad deg rad/s mrad/s deg/s s ms ns % V mV A mA rpm W kg "
-        "Pa kPa hPa mbar us mG"
-    ).split()
+    for symbol in [
+        "m",
+        "cm",
+        "mm",
+        "m/s",
+        "cm/s",
+        "mm/s",
+        "m/s/s",
+        "rad",
+        "deg",
+        "rad/s",
+        "mrad/s",
+        "deg/s",
+        "s",
+        "ms",
+        "ns",
+        "%",
+        "V",
+        "mV",
+        "A",
+        "mA",
+        "rpm",
+        "W",
+        "kg",
+        "Pa",
+        "kPa",
+        "hPa",
+        "mbar",
+        "us",
+        "mG",
+    ]
 } | {
     "degE7": ("deg", 1e7),
     "degE5": ("deg", 1e5),

@@ -33,6 +33,8 @@ pub(crate) struct AxisSection {
 pub(super) struct Motions {
     title: &'static str,
     role: &'static str,
+    /// Which of the trials these are, if they are not all.
+    note: Option<String>,
     charts: Vec<ChartView>,
 }
 
@@ -57,7 +59,10 @@ pub(crate) fn view(
         terms: words::terms(&plant.terms),
         stability: stability(dof, &plant.stability),
         intervals: of(Subject::Intervals),
-        motions: motions(|role| of(Subject::Motion(role))),
+        motions: motions(
+            |role| of(Subject::Motion(role)),
+            |role| pictures.drawn.note(dof.name(), role),
+        ),
         memory: of(Subject::Memory),
         spectra: of(Subject::Spectrum),
         tables: vec![parameters(dof, &methods, plant.method), scores(dof, &methods, plant.method)],
@@ -80,13 +85,17 @@ fn methods<'a>(
 }
 
 /// The charts of each role that has some, the fitted trials first.
-pub(super) fn motions(of: impl Fn(Role) -> Vec<ChartView>) -> Vec<Motions> {
+pub(super) fn motions(
+    of: impl Fn(Role) -> Vec<ChartView>,
+    note: impl Fn(Role) -> Option<String>,
+) -> Vec<Motions> {
     let titles = [
         (Role::Fit, "Fitted trials", "fitted"),
         (Role::HoldOut, "Held-out trials", "held-out"),
         (Role::Steady, "Steady trials", "steady"),
     ];
-    let of_role = |(role, title, class)| Motions { title, role: class, charts: of(role) };
+    let of_role =
+        |(role, title, class)| Motions { title, role: class, note: note(role), charts: of(role) };
     titles.map(of_role).into_iter().filter(|group| !group.charts.is_empty()).collect()
 }
 

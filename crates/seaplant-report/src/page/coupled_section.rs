@@ -52,11 +52,14 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> 
         trust_class: plant.verdict.trust.name().replace(' ', "-"),
         reason: plant.verdict.reason.clone(),
         lead: lead(plant),
-        motions: motions(|role| {
-            pictures.charts(|chart| {
-                chart.plant.as_deref() == Some(name) && chart.subject == Subject::Together(role)
-            })
-        }),
+        motions: motions(
+            |role| {
+                pictures.charts(|chart| {
+                    chart.plant.as_deref() == Some(name) && chart.subject == Subject::Together(role)
+                })
+            },
+            |role| pictures.drawn.note(name, role),
+        ),
         tables,
         details,
     }

@@ -57,8 +57,10 @@ fn drag_coefficient(dof: Dof, plant: &PlantResult, vehicle: &Vehicle) -> Option<
     })
 }
 
-/// Without the size of the hull: water adds to a vehicle up to six times its mass in air where
-/// open frames hold it [Jason2, table 5], and no more than this.
+/// Without the size of the hull: with the water that open frames hold, a vehicle has up to six times
+/// its mass in air [Jason2, table 5]; more than this is doubtful …
+const DOUBTFUL_TIMES_DRY: f64 = 7.0;
+/// … and more than this is no vehicle's.
 const MOST_TIMES_DRY: f64 = 10.0;
 
 /// A hull may stand out of its box, by tanks and frames: half as much again is forgiven.
@@ -70,17 +72,27 @@ const FORGIVEN_TIMES: f64 = 1.5;
 /// An inertia: the vehicle at the corners of its box, the water in it and around it spread evenly.
 fn too_heavy(dof: Dof, mass: &Parameter, vehicle: &Vehicle) -> Option<Caveat> {
     let (most, by) = most_mass(dof, vehicle)?;
-    (mass.low95 > most).then(|| {
-        let message = format!(
-            "the {dof} {} of {} {} is beyond {} {}, {by}: check the unit of thrust, the scale of the thrust curve, and the unit of speed",
-            if dof.is_rotation() { "inertia" } else { "mass" },
-            spoken(mass.value),
-            mass.unit,
-            spoken(most),
-            mass.unit
-        );
-        Caveat::severe(CaveatCode::Implausible, message)
-    })
+    let (doubtful, by_doubt) = match vehicle.size_m {
+        Some(_) => (
+            most / FORGIVEN_TIMES,
+            "the greatest of a hull of that size with the water in it and around it",
+        ),
+        None => (most * DOUBTFUL_TIMES_DRY / MOST_TIMES_DRY, "seven times the mass in air"),
+    };
+    let (limit, by, caveat): (f64, &str, fn(CaveatCode, String) -> Caveat) = match mass.low95 {
+        low if low > most => (most, by, Caveat::severe),
+        low if low > doubtful => (doubtful, by_doubt, Caveat::warning),
+        _ => return None,
+    };
+    let message = format!(
+        "the {dof} {} of {} {} is beyond {} {}, {by}: check the unit of thrust, the scale of the thrust curve, and the unit of speed",
+        if dof.is_rotation() { "inertia" } else { "mass" },
+        spoken(mass.value),
+        mass.unit,
+        spoken(limit),
+        mass.unit
+    );
+    Some(caveat(CaveatCode::Implausible, message))
 }
 
 /// The most mass that moves with a hull along an axis, and why.
@@ -171,6 +183,7 @@ fn out_of_order(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Severity;
 
     #[test]
     fn open_frames_and_small_robots_are_below_the_most_and_twenty_times_as_much_is_not() {
@@ -191,6 +204,15 @@ mod tests {
             assert!(mass < most && 20.0 * mass > most, "{dof}: {mass} and {most}");
         }
         let unsized_hull = Vehicle { size_m: None, ..jason };
+        let mass = |times: f64| {
+            let (value, std) = (times * 3400.0, 1.0);
+            let (low95, high95, unit) = (value - 2.0, value + 2.0, "kg".to_owned());
+            let mass = Parameter { value, std, low95, high95, unit };
+            too_heavy(Dof::Surge, &mass, &unsized_hull).map(|caveat| caveat.severity)
+        };
+        // The published heave, twice the published surge, and three times that.
+        let found = [5.97, 7.63, 11.4].map(mass);
+        assert_eq!(found, [None, Some(Severity::Warning), Some(Severity::Severe)]);
         assert_eq!(most_mass(Dof::Surge, &unsized_hull).map(|most| most.0), Some(34000.0));
         assert_eq!(most_mass(Dof::Yaw, &unsized_hull), None);
     }

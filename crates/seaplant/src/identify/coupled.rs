@@ -123,14 +123,16 @@ impl CoupledPlan {
     }
 }
 
-/// Identifies every coupled plant that is asked for.
+/// Identifies every coupled plant that is asked for; tells of the axes of each before.
 pub(super) fn identify(
     vehicle: &Vehicle,
     trials: &[Trial],
     options: &IdentifyOptions,
     results: &mut Results,
+    begins: &mut dyn FnMut(&[Dof]),
 ) {
     for plan in &options.coupled {
+        begins(&plan.axes);
         match plant(plan, vehicle, trials, options) {
             Ok((name, plant, (online, failures))) => {
                 results.coupled.insert(name.clone(), plant);

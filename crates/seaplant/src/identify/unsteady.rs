@@ -99,10 +99,8 @@ impl Work<'_> {
         watch: &mut dyn FnMut(Method),
     ) -> (Vec<(Fit, Vec<AxisRecord>)>, Option<Fit>) {
         let asked = self.methods();
-        let mut order = asked.clone();
-        order.sort_by_key(|method| method.scheme().is_some());
         let (mut fits, mut batch) = (Vec::new(), None);
-        for method in order {
+        for method in self.in_order() {
             watch(method);
             let work = Work { batch: batch.as_ref(), ..*self };
             match work.fit(method, self.options.terms_for(self.dof)) {
@@ -155,6 +153,13 @@ impl Work<'_> {
             true => vec![Method::FilterError],
             false => all.clone(),
         }
+    }
+
+    /// The methods in the order in which they are fitted.
+    pub(super) fn in_order(&self) -> Vec<Method> {
+        let mut order = self.methods();
+        order.sort_by_key(|method| method.scheme().is_some());
+        order
     }
 
     fn bench(&self) -> Result<Bench, Error> {
@@ -256,7 +261,7 @@ impl Work<'_> {
                 };
                 let reasons: Vec<String> = contenders.iter().filter_map(reason).collect();
                 format!(
-                    "none of them gives a physical plant ({}); check thrust, its unit and its sign, and drive longer and more varied",
+                    "none of them gives a physical plant ({}); check thrust, its unit and its sign; run longer trials with more variation of thrust",
                     reasons.join("; ")
                 )
             },

@@ -239,7 +239,7 @@ struct Batch {
     square: f64,
 }
 
-/// How much of each column the errors ask for.
+/// How much of each column would make the errors least.
 #[derive(Clone, Debug)]
 pub(crate) struct Asked {
     pub(crate) value: DVector<f64>,
@@ -268,7 +268,7 @@ impl Lacking {
         Self { batches }
     }
 
-    /// What the errors ask for; `None` if columns depend on each other or batches are too few.
+    /// What would make the errors least; `None` if columns depend on each other or batches are too few.
     pub(crate) fn solve(&self) -> Option<Asked> {
         let p = self.batches.first()?.score.len();
         let freedom = self.batches.len().checked_sub(p).filter(|freedom| *freedom > 1)? as f64;

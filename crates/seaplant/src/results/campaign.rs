@@ -81,7 +81,7 @@ pub struct TrialResult {
     pub role: Role,
     /// The files that it was read from.
     pub files: Vec<String>,
-    /// The files whose clocks were moved by what the data tell.
+    /// The files whose clocks were moved by an estimated offset.
     #[serde(default)]
     pub offsets: Vec<FileOffset>,
     /// Each degree of freedom that it exercises.
@@ -122,7 +122,7 @@ pub struct AxisResult {
     pub speed_max: Option<f64>,
     /// Root mean square velocity, m/s or rad/s; absent likewise.
     pub speed_rms: Option<f64>,
-    /// How far it goes to and fro, amplitude of velocity times period, m or rad; of a steady
+    /// How far it oscillates, amplitude of velocity times period, m or rad; of a steady
     /// run, all its way.
     #[serde(default)]
     pub stroke: Option<f64>,

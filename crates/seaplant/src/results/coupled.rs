@@ -45,7 +45,7 @@ pub struct CoupledPlant {
     /// Coefficients without dimension, where the vehicle's length is known.
     #[serde(default)]
     pub nondimensional: Option<PrimeSystem>,
-    /// What the trials tell of the coefficients.
+    /// How well the trials determine the coefficients.
     pub identifiability: Identifiability,
     /// The terms that were tried beside the usual ones.
     #[serde(default)]
@@ -91,7 +91,7 @@ pub struct Coefficient {
     pub unit: String,
     /// The axes on which it acts.
     pub on: Vec<Dof>,
-    /// What tells it.
+    /// What determines it.
     pub told_by: ToldBy,
 }
 
@@ -159,12 +159,12 @@ pub struct Correlation {
     pub value: Vec<Vec<f64>>,
 }
 
-/// What trials tell of coefficients.
+/// How well trials determine coefficients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Identifiability {
     /// How many coefficients there are.
     pub coefficients: usize,
-    /// How many combinations of them the motion tells.
+    /// How many combinations of them the motion determines.
     pub rank: usize,
     /// What each coefficient's variance is multiplied with because others look like it.
     pub variance_inflation: BTreeMap<String, f64>,

@@ -19,8 +19,8 @@ pub struct OnlineHistory {
     /// When each came within 5 % of its last value to stay there, s of motion; absent if it had
     /// not before the last tenth.
     pub settled_s: BTreeMap<String, Option<f64>>,
-    /// The least eigenvalue of the information at a unit diagonal: 1 if each parameter is told by
-    /// itself, 0 if some combination is not told at all.
+    /// The least eigenvalue of the information at a unit diagonal: 1 if each parameter is
+    /// determined by itself, 0 if some combination is not at all.
     pub excitation: f64,
     /// When the plant seemed to change.
     pub changes: Vec<PlantChanged>,
@@ -34,7 +34,7 @@ pub struct OnlineHistory {
 pub struct PlantChanged {
     /// In which trial.
     pub trial: String,
-    /// When it began, as far as blocks of 15 s tell, s of the log.
+    /// When it began, to blocks of 15 s, s of the log.
     pub since_s: f64,
     /// When it was noticed, s of the log.
     pub noticed_s: f64,

@@ -24,7 +24,7 @@ pub struct Score {
     /// trial (of long ones, to each 150 s): what methods are compared by.
     #[serde(default)]
     pub offset_free_error: Option<f64>,
-    /// The change of the plant that the errors ask for; absent where they do not tell.
+    /// The change of the plant that would make the errors least; absent where they do not determine it.
     #[serde(default)]
     pub change: Option<PlantChange>,
     /// 1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials.

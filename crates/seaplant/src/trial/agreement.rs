@@ -64,7 +64,7 @@ impl AxisRecord {
         let warning = |message| Some(Caveat::warning(CaveatCode::InstrumentsDisagree, message));
         if plain.std < WRONG_SCALE && off(plain) > WRONG_SCALE.max(3.0 * plain.std) {
             let message = format!(
-                "{}; check unit, sign and mounting of both instruments, for only the velocity is fitted",
+                "{}; check unit, sign and mounting of both instruments: only the velocity is fitted",
                 says(plain, 2)
             );
             return warning(message);

@@ -33,7 +33,9 @@ def x_series() -> np.ndarray:
 def main() -> None:
     y, x = y_series(), x_series()
     lags = signal.correlation_lags(len(x), len(y))
-    both = signal.correlate((~np.isnan(x)).astype(float), (~np.isnan(y)).astype(float), method="direct")
+    both = signal.correlate(
+        (~np.isnan(x)).astype(float), (~np.isnan(y)).astype(float), method="direct"
+    )
     rows = []
     for lag, instants in zip(lags, both):
         if round(instants) < LEAST:
@@ -41,7 +43,7 @@ def main() -> None:
         k = np.arange(max(0, -lag), min(len(y), len(x) - lag))
         pairs = ~np.isnan(y[k]) & ~np.isnan(x[k + lag])
         r = stats.pearsonr(y[k][pairs], x[k + lag][pairs]).statistic
-        rows.append([int(lag), float(r), int(round(instants))])
+        rows.append([int(lag), float(r), round(instants)])
     json.dump({"scipy": scipy.__version__, "numpy": np.__version__, "lags": rows}, sys.stdout)
     print()
 

@@ -51,7 +51,9 @@ def motion(theta: np.ndarray) -> np.ndarray:
     for k in range(SAMPLES - 1):
         span = (0.0, PERIOD_S)
         # Force is held over the interval.
-        run = solve_ivp(slope(thrust(np.array(k))), span, y, method="DOP853", rtol=1e-12, atol=1e-14)
+        run = solve_ivp(
+            slope(thrust(np.array(k))), span, y, method="DOP853", rtol=1e-12, atol=1e-14
+        )
         y = run.y[:, -1]
         states.append(y)
     return np.array(states)

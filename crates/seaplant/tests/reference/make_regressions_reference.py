@@ -87,7 +87,9 @@ def total(f, y, used):
 
     found = minimize(cost, np.ones(len(used)), method="BFGS", options={"gtol": 1e-12})
     found = minimize(
-        cost, found.x, method="Nelder-Mead",
+        cost,
+        found.x,
+        method="Nelder-Mead",
         options={"xatol": 1e-12, "fatol": 1e-16, "maxiter": 20000, "maxfev": 20000},
     )
     theta = start * found.x
@@ -107,13 +109,16 @@ def weighted(f, y, used):
             slope, level = 0.0, np.mean(e**2)
         w = 1 / np.sqrt(max(level, 0.05 * np.mean(e**2)) + slope * v**2)
         u = w * e
-        r = np.array([u[lag * SPACING :] @ u[: len(u) - lag * SPACING] for lag in range(HIGHEST + 1)])
+        r = np.array(
+            [u[lag * SPACING :] @ u[: len(u) - lag * SPACING] for lag in range(HIGHEST + 1)]
+        )
         independent = len(u) / SPACING
         orders = range(HIGHEST + 1) if order is None else [order]
         best = None
         for p in orders:
             phi = np.linalg.solve(
-                np.array([[r[abs(i - j)] for j in range(p)] for i in range(p)]).reshape(p, p), r[1 : p + 1]
+                np.array([[r[abs(i - j)] for j in range(p)] for i in range(p)]).reshape(p, p),
+                r[1 : p + 1],
             )
             bic = independent * np.log(r[0] - phi @ r[1 : p + 1]) + p * np.log(independent)
             if best is None or bic < best[0]:
@@ -141,7 +146,9 @@ def bootstrap(f, y, used, resamples=20000, block=200, seed=3):
     """Circular blocks that begin at each quarter of a block."""
     f = f[:, used]
     rng = np.random.default_rng(seed)
-    starts = rng.integers(0, SAMPLES // (block // 4), (resamples, SAMPLES // block)) * (block // 4)
+    starts = rng.integers(0, SAMPLES // (block // 4), (resamples, SAMPLES // block)) * (
+        block // 4
+    )
     draws = []
     for start in starts:
         rows = ((start[:, None] + np.arange(block)) % SAMPLES).ravel()

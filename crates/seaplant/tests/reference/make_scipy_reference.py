@@ -24,7 +24,16 @@ def series(n: int) -> np.ndarray:
 def main() -> None:
     x = series(SAMPLES)
     filters = []
-    for cutoff_hz, order in [(0.125, 2), (1.5, 2), (0.5, 2), (0.5, 1), (0.25, 3), (1.0, 4), (2.0, 5), (0.3, 8)]:
+    for cutoff_hz, order in [
+        (0.125, 2),
+        (1.5, 2),
+        (0.5, 2),
+        (0.5, 1),
+        (0.25, 3),
+        (1.0, 4),
+        (2.0, 5),
+        (0.3, 8),
+    ]:
         sos = signal.butter(order, cutoff_hz, fs=SAMPLE_HZ, output="sos")
         y = signal.sosfiltfilt(sos, x)
         filters.append({"cutoff_hz": cutoff_hz, "order": order, "y": y.tolist()})
@@ -49,6 +58,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    import scipy.stats  # noqa: F401
+    import scipy.stats
 
     main()

@@ -47,7 +47,7 @@ fn bode(dof: Dof, response: &Response, axis: &AxisGains) -> Vec<CurveChart> {
         axis.margins.crossover_hz
     );
     let phase = format!(
-        "Phase margin {:.0}°; {:.0}° at the worst of what the plant could be.",
+        "Phase margin {:.0}° for the estimated plant; {:.0}° for the worst plant drawn from its uncertainty.",
         axis.margins.phase_deg, axis.worst.phase_deg
     );
     let (upper, lower) = (chart("gain", crossing, "dB"), chart("phase", phase, "degrees"));

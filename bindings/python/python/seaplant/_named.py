@@ -1,0 +1,55 @@
+"""Attributes that are asked for and are not there, answered with those that are."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from seaplant.errors import InputError
+
+
+class Named:
+    """An object that says what it has, if it is asked for what it has not."""
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            # Python itself asks for names with underscores, and takes a plain answer.
+            if name.startswith("_"):
+                raise AttributeError(name)
+            # A property that failed has a reason of its own.
+            if hasattr(type(self), name):
+                return object.__getattribute__(self, name)
+            raise _NoAttributeError(_answer(self, name))
+
+    def _item(self, name: str) -> str | None:
+        """How else to ask for what is no attribute: ``["surge"]``."""
+        return next((hint for hint in map(_within(name), vars(self).items()) if hint), None)
+
+
+class _NoAttributeError(InputError, AttributeError):
+    """An object has no such attribute."""
+
+
+def _within(name: str) -> Any:
+    def hint(part: tuple[str, object]) -> str | None:
+        key, value = part
+        if key.startswith("_"):
+            return None
+        if isinstance(value, Mapping) and name in value:
+            return f".{key}[{name!r}]"
+        return f".{key}.{name}" if name in getattr(value, "__dict__", {}) else None
+
+    return hint
+
+
+def _answer(of: Named, name: str) -> str:
+    kind = type(of).__name__
+    public = [key for key in {*dir(type(of)), *vars(of)} if not key.startswith("_")]
+    hint = of._item(name)
+    if hint is None:
+        near = difflib.get_close_matches(name, public, 1)
+        hint = f".{near[0]}" if near else None
+    meant = f"; did you mean {hint}?" if hint else ";"
+    return f"{kind} has no `{name}`{meant} it has {', '.join(sorted(public))}"

@@ -1,0 +1,95 @@
+//! The fits of an identification, in order, with what they may cost.
+
+use super::{CoupledPlan, IdentifyOptions, TrialsOf, Work};
+use crate::{Dof, Method, Trial, Vehicle, VelocitySource};
+
+/// A fit of an identification, with the scores of its plant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// Of which degrees of freedom: one, or those of a plant of several axes.
+    pub axes: Vec<Dof>,
+    /// By which method.
+    pub method: Method,
+    /// How many fits are made before it.
+    pub done: usize,
+    /// How many samples of motion it is made of, of all trials.
+    pub samples: usize,
+    /// Within how much processor time, s, such fits mostly are made: the least, and the most.
+    ///
+    /// A fit whose model turns out to need lags, delays and currents takes many times that of a
+    /// plain one, which only the fit itself shows.
+    pub cost_s: (f64, f64),
+}
+
+impl Stage {
+    /// The usual cost, s: the geometric mean of the least and the most.
+    pub fn usual_s(&self) -> f64 {
+        (self.cost_s.0 * self.cost_s.1).sqrt()
+    }
+}
+
+/// Every fit that [`identify`](crate::identify) makes of these trials, in its order.
+pub fn stages(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) -> Vec<Stage> {
+    let mut stages = Vec::new();
+    let mut push = |axes: Vec<Dof>, method, samples, cost_s| {
+        stages.push(Stage { axes, method, done: stages.len(), samples, cost_s });
+    };
+    for dof in Dof::ALL {
+        let trials = &TrialsOf::new(dof, trials);
+        if trials.fit.is_empty() {
+            continue;
+        }
+        let work = Work { dof, vehicle, options, trials, batch: None };
+        let samples = trials.fit.iter().map(|trial| samples(trial, dof)).sum();
+        for method in work.in_order() {
+            push(vec![dof], method, samples, cost_s(method, samples));
+        }
+    }
+    for plan in &options.coupled {
+        let samples = trials.iter().map(|trial| samples_together(trial, plan)).sum();
+        push(plan.axes.clone(), Method::FilterError, samples, cost_together_s(plan, samples));
+    }
+    stages
+}
+
+fn samples(trial: &Trial, dof: Dof) -> usize {
+    trial.axis(dof, VelocitySource::Measured).map_or(0, |axis| axis.motion.series().len())
+}
+
+/// The instants of the axis that was sampled most often.
+fn samples_together(trial: &Trial, plan: &CoupledPlan) -> usize {
+    let Ok(record) = trial.coupled(&plan.axes) else { return 0 };
+    record.velocity.iter().flatten().map(|series| series.len()).max().unwrap_or(0)
+}
+
+/// Of more samples than this, filter error searches a part for which terms there are.
+const SEARCHED: usize = 40_000;
+
+/// What fits took of twins and of real logs on a processor of 2023, so much for each sample:
+/// `bench/README.md` has the longest.
+fn cost_s(method: Method, samples: usize) -> (f64, f64) {
+    let micro_s = |least: f64, most: f64| {
+        let samples = samples as f64 * 1e-6;
+        (least * samples, most * samples)
+    };
+    match method {
+        Method::FilterError => {
+            let searched = samples.min(SEARCHED) as f64 * 1e-6;
+            let (least, most) = micro_s(40.0, 200.0);
+            (least + 90.0 * searched, most + 3200.0 * searched)
+        }
+        Method::OutputError => micro_s(5.0, 50.0),
+        Method::EquationError | Method::Paper | Method::TotalLeastSquares => micro_s(2.0, 10.0),
+        Method::WeightedLeastSquares => micro_s(4.0, 20.0),
+        Method::Sriv | Method::Adaptive | Method::Recursive => micro_s(15.0, 60.0),
+        Method::Ekf => micro_s(50.0, 200.0),
+    }
+}
+
+/// The same of a plant of several axes, where it grows with the square of their number.
+fn cost_together_s(plan: &CoupledPlan, samples: usize) -> (f64, f64) {
+    let axes = plan.axes.len() as f64;
+    let (least, most) = (30e-6, 500e-6);
+    let samples = axes * axes * samples as f64;
+    (least * samples, most * samples)
+}
