@@ -254,6 +254,8 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
             mean_abs_error: e,
             null_error: 0.3,
             disturbance_error: None,
+            restarted_error: None,
+            kept_error: None,
             r2: e.map(|e| 1.0 - e),
             samples: 900,
         };

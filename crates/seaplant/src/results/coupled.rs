@@ -205,11 +205,20 @@ pub struct AxisScore {
     /// rad/s: so far does that alone take the true plant from what is measured; with the noise of
     /// velocities that are slopes of positions.
     pub disturbance_error: Option<f64>,
+    /// Mean |model − measured| of roll and pitch where the model begins anew every 10 s from what
+    /// is measured, rad/s: they swing about their rest, and who has lost their phase once is as far
+    /// off as one that knows nothing of them.
+    pub restarted_error: Option<f64>,
+    /// The same of a rate that stays as it is at each beginning.
+    pub kept_error: Option<f64>,
     /// 1 − Σ(model − measured)² / Σ(measured − mean)².
     pub r2: Option<f64>,
     /// Samples compared.
     pub samples: usize,
 }
+
+/// What begins anew follows an axis if its error is less than this part of that of a rate that stays.
+const FOLLOWED: f64 = 0.5;
 
 /// An error that is greater than what a disturbance does by this factor is not its doing.
 const DISTURBED: f64 = 1.5;
@@ -219,5 +228,11 @@ impl AxisScore {
     pub(crate) fn is_of_disturbance(&self) -> bool {
         let both = self.mean_abs_error.zip(self.disturbance_error);
         both.is_some_and(|(error, disturbance)| error < DISTURBED * disturbance)
+    }
+
+    /// Whether the plant follows a roll or pitch for some seconds, if not over a whole trial.
+    pub(crate) fn is_followed(&self) -> bool {
+        let both = self.restarted_error.zip(self.kept_error);
+        both.is_some_and(|(error, kept)| error < FOLLOWED * kept)
     }
 }

@@ -267,7 +267,7 @@ pub(super) fn falls_short(score: &AxisScore) -> bool {
 
 /// Whether an axis falls short, and nothing but the plant can be the reason.
 pub(super) fn is_refuted(score: &AxisScore) -> bool {
-    falls_short(score) && !score.is_of_disturbance()
+    falls_short(score) && !score.is_of_disturbance() && !score.is_followed()
 }
 
 /// Whether some axis is refuted.
@@ -283,11 +283,12 @@ fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
         };
         let units = dof.units().velocity;
         let message = if fails(score) {
-            let why = match score.is_of_disturbance() {
-                true => {
-                    ", about as much as forces that are not logged cause: these trials hardly test the plant there; excite the axis more"
-                }
-                false => "",
+            let why = if score.is_of_disturbance() {
+                ", about as much as forces that are not logged cause: these trials hardly test the plant there; excite the axis more"
+            } else if score.is_followed() {
+                "; begun anew every 10 s from what is measured it follows the axis: over a whole trial it loses the phase"
+            } else {
+                ""
             };
             format!(
                 "on {where_} the error of {dof} is {} {units}, and that of a model that never moves {} {units}{why}",

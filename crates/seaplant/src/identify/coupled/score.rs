@@ -26,6 +26,8 @@ struct Sums {
     sum: f64,
     of_squares: f64,
     disturbed: f64,
+    restarted: f64,
+    kept: f64,
     diverged: bool,
 }
 
@@ -53,6 +55,8 @@ impl Sums {
             sum: self.sum + other.sum,
             of_squares: self.of_squares + other.of_squares,
             disturbed: self.disturbed + other.disturbed,
+            restarted: self.restarted + other.restarted,
+            kept: self.kept + other.kept,
             diverged: self.diverged || other.diverged,
         }
     }
@@ -65,6 +69,8 @@ impl Sums {
             mean_abs_error: of(self.error / n),
             null_error: self.null / n,
             disturbance_error: of(self.disturbed / n).filter(|x| x.is_finite()),
+            restarted_error: Some(self.restarted / n).filter(|x| x.is_finite()),
+            kept_error: Some(self.kept / n).filter(|x| x.is_finite()),
             r2: of(1.0 - self.squares / spread).filter(|r2| r2.is_finite()),
             samples: self.n,
         }
@@ -192,6 +198,9 @@ struct AxisMotion {
     simulated: Option<Vec<f64>>,
     /// The same with each draw of what is not known that does not run away.
     drawn: Vec<Vec<f64>>,
+    /// Of roll and pitch: simulated anew from the beginning of each span of [`RESTARTED_S`], and as
+    /// it is at that beginning.
+    restarted: Option<[Vec<f64>; 2]>,
 }
 
 /// Simulates a trial freely from its start, with thrust as it acts, and again with draws of what is
@@ -231,6 +240,11 @@ fn motions(
         let water = draw.water(record)?;
         drawn.extend(followed(&plant, &inputs, &start)?.map(|motion| (motion, water)));
     }
+    let swings = |(dof, _): &(Dof, Timed)| matches!(dof, Dof::Roll | Dof::Pitch);
+    let anew = match measured.iter().any(swings) {
+        true => restarted(plant, &inputs, record, &times)?,
+        false => None,
+    };
     let motion = |(dof, measured): (Dof, Timed)| {
         let at = |t: &f64| times.partition_point(|known| known < t);
         let places: Vec<usize> = measured.time_s().iter().map(at).collect();
@@ -242,9 +256,41 @@ fn motions(
             of(found).iter().zip(measured.time_s()).map(|(v, t)| v + seen(*t)).collect()
         };
         let drawn = drawn.iter().map(in_water).collect();
-        AxisMotion { dof, simulated: simulated.as_ref().map(of), drawn, measured }
+        let own = |of: &[Vector6<f64>]| places.iter().map(|k| of[*k][dof.index()]).collect();
+        let anew = anew.as_ref().filter(|_| matches!(dof, Dof::Roll | Dof::Pitch));
+        let restarted = anew.map(|[simulated, kept]| [own(simulated), own(kept)]);
+        AxisMotion { dof, simulated: simulated.as_ref().map(of), drawn, restarted, measured }
     };
     Ok(measured.into_iter().map(motion).collect())
+}
+
+/// Roll and pitch are simulated anew after so long, s: a few swings.
+const RESTARTED_S: f64 = 10.0;
+
+/// Velocity at some instants, simulated anew from the first of each span of [`RESTARTED_S`], and as it
+/// is there; none if a simulation runs away.
+fn restarted(
+    plant: &Plant,
+    inputs: &Inputs,
+    record: &CoupledRecord,
+    times: &[f64],
+) -> Result<Option<[Vec<Vector6<f64>>; 2]>, Error> {
+    let Some(first) = times.first() else { return Ok(None) };
+    let span = |t: &f64| ((t - first) / RESTARTED_S).floor();
+    let (mut simulated, mut kept) = (Vec::new(), Vec::new());
+    for few in times.chunk_by(|a, b| span(a) == span(b)) {
+        let measured = |t: f64| {
+            Vector6::from_fn(|k, _| record.velocity[k].as_ref().map_or(0.0, |series| series.at(t)))
+        };
+        let start = measured(few[0]);
+        match simulate(plant, inputs, &start, few) {
+            Ok(motion) => simulated.extend(motion.velocity),
+            Err(Error::Diverged { .. }) => return Ok(None),
+            Err(other) => return Err(other),
+        }
+        kept.extend(few.iter().map(|_| start));
+    }
+    Ok(Some([simulated, kept]))
 }
 
 impl AxisMotion {
@@ -268,8 +314,14 @@ impl AxisMotion {
                 .drawn
                 .iter()
                 .map(|other| model.map_or(f64::NAN, |model| (mean(other) - model).hypot(noise)));
-            // Nothing is known where there are no draws.
-            sums.disturbed += off.sum::<f64>() / self.drawn.len() as f64;
+            let off = off.sum::<f64>();
+            // Nothing is known where there are no draws, or of an axis that is not begun anew.
+            let [anew, kept] = self.restarted.as_ref().map_or([f64::NAN; 2], |both| {
+                both.each_ref().map(|model| (mean(model) - mean(series.values())).abs())
+            });
+            sums.restarted += anew;
+            sums.kept += kept;
+            sums.disturbed += off / self.drawn.len() as f64;
         }
         sums
     }

@@ -41,9 +41,11 @@ pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
         (_, true) => {
             format!("predicts every axis of held-out trials with R² of {least:.2} or more")
         }
-        (true, _) => "forces that are not logged mask its prediction of held-out trials".to_owned(),
+        (true, _) => {
+            "forces that are not logged mask its prediction of whole held-out trials".to_owned()
+        }
         _ => format!(
-            "predicts {} of held-out trials with R² of {least:.2} or more; forces that are not logged mask {} in them",
+            "predicts {} of held-out trials with R² of {least:.2} or more; over whole trials, forces that are not logged mask {}",
             names(&seen),
             names(&hidden)
         ),
