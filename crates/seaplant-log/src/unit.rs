@@ -442,7 +442,7 @@ mod tests {
         assert!(all.starts_with("unknown unit \"☃\"; write one of us, s, ms, ns, min, h, m, cm"));
         assert!(all.ends_with(", 1, %"), "{all}");
         let of_time = Unit::parse_as("furlong", Dimension::Time).unwrap_err().to_string();
-        assert_eq!(of_time, "unknown unit \"furlong\"; write one of us, s, ms, ns, min, h");
+        assert_eq!(of_time, "unknown unit \"furlong\"; write one of s, ms, us, ns, min, h");
     }
 
     #[test]

@@ -73,10 +73,8 @@ const FORGIVEN_TIMES: f64 = 1.5;
 fn too_heavy(dof: Dof, mass: &Parameter, vehicle: &Vehicle) -> Option<Caveat> {
     let (most, by) = most_mass(dof, vehicle)?;
     let (doubtful, by_doubt) = match vehicle.size_m {
-        Some(_) => (
-            most / FORGIVEN_TIMES,
-            "the greatest of a hull of that size with the water in it and around it",
-        ),
+        // What a hull of a known size holds and moves leaves no room for doubt.
+        Some(_) => (most, by),
         None => (most * DOUBTFUL_TIMES_DRY / MOST_TIMES_DRY, "seven times the mass in air"),
     };
     let (limit, by, caveat): (f64, &str, fn(CaveatCode, String) -> Caveat) = match mass.low95 {
