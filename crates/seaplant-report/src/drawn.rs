@@ -64,19 +64,25 @@ impl Drawn {
             Series::Steady(figure) => (figure.dof.name(), Role::Steady, &figure.trial),
         };
         let picked = self.picked.get(&(of.to_owned(), role));
-        picked.is_none_or(|picked| picked.names.contains(trial))
+        picked.is_none_or(|picked| !picked.is_part() || picked.names.contains(trial))
     }
 
     /// Which trials of an axis, or of a plant of several, are drawn, if not all are.
     pub(crate) fn note(&self, of: &str, role: Role) -> Option<String> {
         let picked = self.picked.get(&(of.to_owned(), role))?;
-        (picked.names.len() < picked.of).then(|| {
+        picked.is_part().then(|| {
             format!(
                 "{} of {} trials are drawn: those with the largest errors, and others spread evenly. The folder series has all of them.",
                 picked.names.len(),
                 count(picked.of as u64)
             )
         })
+    }
+}
+
+impl Picked {
+    fn is_part(&self) -> bool {
+        self.names.len() < self.of
     }
 }
 
