@@ -484,11 +484,19 @@ class AxisScore(Record):
     rad/s: so far does that alone take the true plant from what is measured; with the noise of
     velocities that are slopes of positions."""
 
+    kept_error: float | None
+    """The same of a rate that stays as it is at each beginning."""
+
     mean_abs_error: float | None
     """Mean |model − measured| of velocity, m/s or rad/s."""
 
     r2: float | None
     """1 − Σ(model − measured)² / Σ(measured − mean)²."""
+
+    restarted_error: float | None
+    """Mean |model − measured| of roll and pitch where the model begins anew every 10 s from
+    what is measured, rad/s: they swing about their rest, and who has lost their phase once is
+    as far off as one that knows nothing of them."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -613,7 +621,7 @@ class ClockOffset(Record):
     """The standard error of that, s."""
 
     pairs: tuple[OffsetPair, ...]
-    """The pairs of signals that were compared: those that tell the offset, then the
+    """The pairs of signals that were compared: those that determine the offset, then the
     others."""
 
 
@@ -1757,7 +1765,8 @@ class Score(Record):
     """The best model without a plant; absent if a simulation diverged."""
 
     change: PlantChange | None
-    """The change of the plant that the errors ask for; absent where they do not tell."""
+    """The change of the plant that would make the errors least; absent where they do not
+    determine it."""
 
     mean_abs_error: float | None
     """e = mean |v_model − v| on raw velocity."""
