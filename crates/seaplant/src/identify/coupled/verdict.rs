@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::doubts::{coloured, falls_short, is_coloured, is_refuted, refutes};
 use crate::caveat::spoken;
 use crate::estimate::CoupledFit;
-use crate::results::{AxisScore, CoupledPlant, Trust, Verdict};
+use crate::results::{AxisScore, CoupledPlant, CoupledScore, Trust, Verdict};
 use crate::{Caveat, CaveatCode, Dof, Severity};
 
 /// Judges a plant by its caveats, its innovations and its error on trials that it has not seen.
@@ -32,6 +32,10 @@ pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
     }
     let (hidden, seen): (Vec<_>, Vec<_>) =
         score.by_axis.iter().partition(|(_, score)| falls_short(score));
+    let untested = untested(score);
+    if !untested.is_empty() {
+        return of(Trust::Doubtful, masked(&untested));
+    }
     let r2 = seen.iter().filter_map(|(_, score)| score.r2);
     let least = r2.fold(f64::INFINITY, f64::min);
     let names = |of: &[(&Dof, &AxisScore)]| {
@@ -69,7 +73,10 @@ pub(super) fn by_axis(
         let verdict = match &plant.hold_out {
             Some(held) if whole.trust == Trust::Doubtful => {
                 let score = held.by_axis.get(&dof);
-                match doubt(dof, score, fit, of_axes) {
+                let own = || doubt(dof, score, fit, of_axes);
+                let untested = untested(held);
+                let own = if untested.contains(&dof) { Some(masked(&untested)) } else { own() };
+                match own {
                     Some(reason) => Verdict { reason, ..whole.clone() },
                     None => beside_doubtful(score, whole),
                 }
@@ -79,6 +86,23 @@ pub(super) fn by_axis(
         (dof, verdict)
     };
     plant.axes.iter().map(of).collect()
+}
+
+/// The axes that held-out trials do not test, if that is half of them or more: few tests passed by
+/// the others are no test of the plant.
+fn untested(score: &CoupledScore) -> Vec<Dof> {
+    let is_untested = |score: &AxisScore| falls_short(score) && !score.is_followed();
+    let axes = score.by_axis.iter().filter(|(_, score)| is_untested(score));
+    let axes: Vec<Dof> = axes.map(|(dof, _)| *dof).collect();
+    if 2 * axes.len() >= score.by_axis.len() { axes } else { Vec::new() }
+}
+
+fn masked(axes: &[Dof]) -> String {
+    let names: Vec<String> = axes.iter().map(Dof::to_string).collect();
+    format!(
+        "held-out trials do not test {}: forces that are not logged do as much there as the plant",
+        names.join(", ")
+    )
 }
 
 /// Why an axis is doubtful, if it is.
