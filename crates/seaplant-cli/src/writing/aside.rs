@@ -62,7 +62,10 @@ impl Hidden {
 
 impl Drop for Hidden {
     fn drop(&mut self) {
-        unfinished().retain(|of| of.aside != self.folder.path());
+        // An interrupt waits until the folder is gone.
+        let mut unfinished = unfinished();
+        let _ = fs::remove_dir_all(self.folder.path());
+        unfinished.retain(|of| of.aside != self.folder.path());
     }
 }
 
