@@ -250,7 +250,7 @@ class Online(Named):
 
     @property
     def has_started(self) -> bool:
-        """Whether the scheme itself works yet; until then its estimates are of least squares."""
+        """Whether the scheme itself works yet; until then its estimates are least squares."""
         return bool(self._native.has_started())
 
     @property
