@@ -116,7 +116,7 @@ impl Campaign {
         stages(&self.vehicle, &self.trials, &self.options)
     }
 
-    /// [`Self::identify`], that tells of each of its [`Self::stages`] before it begins.
+    /// [`Self::identify`], calling back before each of its [`Self::stages`].
     pub fn identify_watched(&self, command: &str, watch: &mut dyn FnMut(&Stage)) -> Identification {
         let mut found = identify_watched(&self.vehicle, &self.trials, &self.options, watch);
         let results = &mut found.results;

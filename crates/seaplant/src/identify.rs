@@ -106,7 +106,7 @@ pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) 
     identify_watched(vehicle, trials, options, &mut |_| {})
 }
 
-/// [`identify`], that tells of each of its [`stages`] before it begins, for those who wait.
+/// [`identify`], calling back before each of its [`stages`], to show progress.
 pub fn identify_watched(
     vehicle: &Vehicle,
     trials: &[Trial],

@@ -23,7 +23,6 @@ use acceleration::{Around, Felt};
 use attitude::AttitudeRecord;
 pub use attitude::unwrap;
 pub use beside::Beside;
-pub(crate) use gyro::sample_noise;
 use tilt::{heave_path, yaw_path};
 use track::Track;
 

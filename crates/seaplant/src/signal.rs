@@ -5,6 +5,7 @@ mod derivative;
 mod low_pass;
 mod outliers;
 mod resample;
+mod size;
 mod spectrum;
 mod spikes;
 
@@ -14,5 +15,6 @@ pub use derivative::{differentiate, differentiate_timed};
 pub use low_pass::LowPass;
 pub use outliers::{Hampel, Masked};
 pub use resample::{Stretch, Stretches, resample, uniform_stretches};
+pub(crate) use size::{rms, sample_noise};
 pub use spectrum::{Spectrum, amplitude_spectrum};
 pub(crate) use spikes::spikes;

@@ -8,6 +8,7 @@ use seaplant::results::Results;
 use seaplant_campaign::{Simulation, campaign_files, read_logs};
 use seaplant_report::number::{or_absent, significant};
 
+use super::plant::{file_of, read_table};
 use super::predict;
 use super::validate::read_results;
 use crate::args::Simulate;
@@ -19,12 +20,19 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
     if let Some(inputs) = predict::inputs_alone(arguments)? {
         return predict::run(arguments, inputs, output);
     }
-    let results = read_results(&arguments.results)?;
+    let path = file_of(&arguments.results);
+    if read_table(&path)?.is_some() {
+        let table = path.display();
+        bail!(
+            "{table} is a plant without a campaign, which says what the channels of a log are: give              it inputs (--step, a profile or a table of inputs), or compare it with a log by              `seaplant validate {table} campaign.toml`"
+        );
+    }
+    let results = read_results(&path)?;
     let dof = arguments.dof.map_or_else(|| only_dof(&results), Ok)?;
     let plant = results.plant_of(dof, arguments.method)?;
     let campaign = campaign_of(arguments, &results)?;
     let mut inputs = campaign_files(&campaign);
-    inputs.push(arguments.results.clone());
+    inputs.push(path);
     inputs.extend(arguments.logs.iter().cloned());
     let permit = Permit::of(&inputs, arguments.force);
     let is_ours = |bytes: &[u8]| bytes.starts_with(HEADER.as_bytes());
@@ -46,7 +54,10 @@ fn only_dof(results: &Results) -> Result<Dof> {
     let all: Vec<Dof> = results.plants.keys().copied().collect();
     match all.as_slice() {
         [only] => Ok(*only),
-        [] => bail!("the results hold no plant"),
+        [] => bail!(
+            "the results hold no plant of one axis, and a log is simulated axis by axis; give \
+             inputs (--step, a profile or a table of inputs) for a plant of several axes"
+        ),
         several => {
             let names: Vec<&str> = several.iter().map(|dof| dof.name()).collect();
             bail!("the results hold {}; choose one with --dof", names.join(", "))

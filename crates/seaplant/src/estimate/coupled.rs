@@ -8,6 +8,8 @@ mod fit;
 mod free;
 mod schedule;
 mod search;
+mod start;
+mod uncertainty;
 
 use std::collections::BTreeMap;
 
@@ -23,6 +25,8 @@ use filter::{Drift, Noise};
 use fit::{Optimum, Point, Problem, Tolerance, first_noise};
 pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
+use start::begun;
+use uncertainty::{current_drift, disturbances, inflation, inverse, of_coefficients, whiteness};
 
 /// A coupled plant fitted to trials.
 #[derive(Clone, Debug)]
@@ -45,6 +49,9 @@ pub struct CoupledFit {
     pub disturbances: BTreeMap<Dof, AxisNoise>,
     /// How the current changes about its mean of a trial, if the trials show that.
     pub current_drift: Option<CurrentDrift>,
+    /// By how much translations are measured late beside thrust and rates, s, with its standard
+    /// deviation, if the trials show that; they were taken to be earlier by that.
+    pub translation_delay_s: Option<(f64, f64)>,
     /// ln-likelihood.
     pub log_likelihood: f64,
     /// Numbers measured.
@@ -83,9 +90,6 @@ pub struct CurrentDrift {
     /// Their correlation time, s, likewise.
     pub correlation_s: (f64, f64),
 }
-
-/// Lengths of the test functions of starts, s: short for small vehicles, long for ships.
-const WINDOWS_S: [f64; 5] = [0.6, 1.2, 3.0, 8.0, 20.0];
 
 /// Fits a structure to trials by the filter error method.
 ///
@@ -141,6 +145,9 @@ fn fit_as(
         let rigid_body = rigid_body.map(RigidBody::mass_matrix);
         let problem = Problem::new(structure, records, rigid_body, is_free);
         let (first, least_squares, fitted) = begun::<N>(problem, records)?;
+        let (fitted, earlier) = fitted.with_delay_that_shows(records)?;
+        let earlier: Vec<&CoupledRecord> = earlier.iter().collect();
+        let records = if earlier.is_empty() { records } else { &earlier };
         let fitted = fitted.with_actuator_that_shows()?.with_drift_that_shows()?;
         let fitted = match search {
             // What a coupling explains an actuator need not.
@@ -156,9 +163,63 @@ struct Fitted<const N: usize> {
     problem: Problem,
     optimum: Optimum<N>,
     tried: Vec<Tried>,
+    /// By how much translations are measured late, s, and its standard deviation; the problem's
+    /// are earlier by that.
+    delay_s: Option<(f64, f64)>,
 }
 
 impl<const N: usize> Fitted<N> {
+    const fn new(problem: Problem, optimum: Optimum<N>) -> Self {
+        Self { problem, optimum, tried: Vec::new(), delay_s: None }
+    }
+
+    /// The same with translations as much earlier as they are late beside thrust and rates, if the
+    /// trials show that, and the records with these; none if they do not.
+    ///
+    /// A DVL reports a mean of its pings when it has worked it out, a tenth to half a second
+    /// after the middle of them. The delay that counts is beside rates: one of everything that is
+    /// measured is the thrusters'.
+    fn with_delay_that_shows(
+        mut self,
+        records: &[&CoupledRecord],
+    ) -> Result<(Self, Vec<CoupledRecord>), Error> {
+        let has = |of: &dyn Fn(usize) -> bool| {
+            let measured = |k: usize| records.iter().any(|record| !record.by_slope[k]);
+            self.problem.structure.axes().iter().any(|dof| of(dof.index()) && measured(dof.index()))
+        };
+        if self.problem.is_free || !has(&|k| k < 3) || !has(&|k| k >= 3) {
+            return Ok((self, Vec::new()));
+        }
+        let mut found: Option<(Vec<CoupledRecord>, f64, f64)> = None;
+        for _ in 0..MOST_DELAYS {
+            let Some((step, std)) = self.problem.delay(&self.optimum.point) else { break };
+            let before = found.as_ref().map_or(0.0, |(_, delay_s, _)| *delay_s);
+            let total = (before + step).clamp(-MOST_DELAY_S, MOST_DELAY_S);
+            let white = self.whiteness()?;
+            let axes = self.problem.structure.axes().iter().filter(|dof| !dof.is_rotation());
+            let colour = axes.map(|dof| white(*dof)).fold(1.0, f64::max);
+            let worth = (step / std).powi(2) / colour;
+            let is_seen = step.abs() > LEAST_DELAY_S && worth > search::ADMITTED;
+            if !is_seen {
+                break;
+            }
+            let moved: Vec<CoupledRecord> =
+                records.iter().map(|record| record.with_translations_earlier(total)).collect();
+            let refs: Vec<&CoupledRecord> = moved.iter().collect();
+            let Self { problem, optimum, .. } = &self;
+            let rigid_body = problem.rigid_body;
+            let later = Problem::new(&problem.structure, &refs, rigid_body, false);
+            let Ok(there) = later.descent(optimum.point.clone(), Tolerance::COARSE) else { break };
+            let iterations = optimum.iterations + there.iterations;
+            self.problem = later;
+            self.optimum = Optimum { iterations, ..there };
+            found = Some((moved, total, std));
+        }
+        let Some((moved, delay_s, std)) = found else { return Ok((self, Vec::new())) };
+        self.delay_s = Some((delay_s, std));
+        Ok((self, moved))
+    }
+
     /// The same with the couplings in damping that the trials ask for.
     ///
     /// In rounds, as a missing coupling colours the innovations of its axis and hides others.
@@ -196,7 +257,7 @@ impl<const N: usize> Fitted<N> {
         } else {
             problem.descent_at_noise(start, Tolerance::COARSE)?
         };
-        Ok(Self { optimum, problem, tried: Vec::new() })
+        Ok(Self { optimum, problem, tried: Vec::new(), delay_s: self.delay_s })
     }
 
     /// The same without what the trials do not show of the actuator.
@@ -317,7 +378,7 @@ impl<const N: usize> Fitted<N> {
         least_squares: &EquationError,
         method: Method,
     ) -> Result<CoupledFit, Error> {
-        let Self { problem, optimum, tried } = self;
+        let Self { problem, optimum, tried, delay_s } = self;
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
         let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
@@ -342,6 +403,7 @@ impl<const N: usize> Fitted<N> {
             has_thrusters: problem.has_thrusters,
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
             disturbances: disturbances(&problem.structure, &optimum.point.noise, &noise_covariance),
+            translation_delay_s: delay_s,
             current_drift: current_drift(&optimum.point.noise, &noise_covariance),
             log_likelihood: -optimum.cost,
             samples: problem.schedules.iter().map(schedule::Schedule::samples).sum(),
@@ -354,8 +416,14 @@ impl<const N: usize> Fitted<N> {
     }
 }
 
-/// The lag that fits begin with, s.
-const FIRST_LAG_S: f64 = 0.1;
+/// Steps towards the delay of translations: from the second on they are small.
+const MOST_DELAYS: usize = 6;
+
+/// A delay of less is none, s: a sample's own rounding …
+const LEAST_DELAY_S: f64 = 0.003;
+
+/// … and of more is another fault, s.
+const MOST_DELAY_S: f64 = 1.5;
 
 /// Rounds of admitting and dropping couplings.
 const MOST_ROUNDS: usize = 4;
@@ -420,221 +488,12 @@ impl<const N: usize> Search<N> {
     }
 }
 
-/// The covariance of a plant's coefficients: a held one has no error, and no other less than a log
-/// leaves.
-fn of_coefficients(plant: &Plant, all: &DMatrix<f64>) -> DMatrix<f64> {
-    let structure = plant.structure();
-    let terms = structure.terms().iter();
-    let is_held: Vec<bool> = terms.map(|term| structure.held(term).is_some()).collect();
-    let least = |k: usize| (PRECISION * plant.coefficients()[k]).powi(2);
-    DMatrix::from_fn(is_held.len(), is_held.len(), |i, j| match is_held[i] || is_held[j] {
-        true => 0.0,
-        false => all[(i, j)] + if i == j { least(i) } else { 0.0 },
-    })
-}
-
-/// What each coefficient's variance is multiplied with because others look like it.
-fn inflation(information: &DMatrix<f64>, p: usize) -> Vec<f64> {
-    let covariance = inverse(information);
-    (0..p).map(|k| covariance[(k, k)] * information[(k, k)]).collect()
-}
-
-fn disturbances<const N: usize>(
-    structure: &Structure,
-    noise: &Noise<N>,
-    covariance: &DMatrix<f64>,
-) -> BTreeMap<Dof, AxisNoise> {
-    let with_std = |x: f64, k: usize| (x, x * covariance[(k, k)].sqrt());
-    let of = |(i, &dof): (usize, &Dof)| {
-        let found = AxisNoise {
-            disturbance: with_std(noise.disturbance[i], i),
-            correlation_s: with_std(noise.correlation_s[i], N + i),
-            velocity: with_std(noise.velocity[i], 2 * N + i),
-        };
-        (dof, found)
-    };
-    structure.axes().iter().enumerate().map(of).collect()
-}
-
-fn current_drift<const N: usize>(
-    noise: &Noise<N>,
-    covariance: &DMatrix<f64>,
-) -> Option<CurrentDrift> {
-    let Drift { std_m_s, correlation_s } = noise.drift?;
-    let with_std = |x: f64, k: usize| (x, x * covariance[(k, k)].sqrt());
-    Some(CurrentDrift {
-        std_m_s: with_std(std_m_s, Noise::<N>::DRIFT),
-        correlation_s: with_std(correlation_s, Noise::<N>::DRIFT + 1),
-    })
-}
-
-/// The first optimum; where none is reached, from that of fewer terms: without products of three
-/// velocities and more, and then without couplings.
-///
-/// # Errors
-/// That of the whole structure, if it has no such terms or leaving them out does not help.
-fn begun<const N: usize>(
-    problem: Problem,
-    records: &[&CoupledRecord],
-) -> Result<(Plant, EquationError, Fitted<N>), Error> {
-    let refused = match first_optimum::<N>(&problem, records) {
-        Ok((start, found, optimum)) => {
-            return Ok((start, found, Fitted { problem, optimum, tried: Vec::new() }));
-        }
-        Err(error) => error,
-    };
-    let without = |is_left_out: fn(&Basis) -> bool| {
-        let lower = problem.structure.without(is_left_out);
-        (lower.terms().len() < problem.structure.terms().len()).then_some(lower)
-    };
-    for lower in [without(is_high), without(is_coupling)].into_iter().flatten() {
-        let lower = problem.with_terms(lower);
-        let Ok((start, found, optimum)) = first_optimum::<N>(&lower, records) else { continue };
-        let start_of_whole = search::widened(&problem, &lower, &optimum.point);
-        if let Ok(optimum) = problem.optimum(start_of_whole, Tolerance::COARSE) {
-            return Ok((start, found, Fitted { problem, optimum, tried: Vec::new() }));
-        }
-    }
-    Err(refused)
-}
-
-/// Whether a term is a product of three velocities or more.
-fn is_high(term: &Basis) -> bool {
-    matches!(term, Basis::Product(_, product) if product.factors().count() > 2)
-}
-
-/// Whether a term has one axis act on another.
-fn is_coupling(term: &Basis) -> bool {
-    match term {
-        Basis::Mass(a, b) => a != b,
-        Basis::Product(axis, product) => product.factors().any(|factor| factor.of != *axis),
-        _ => false,
-    }
-}
-
-/// The optimum that the likeliest of several starts leads to; from the next one, if that does
-/// not settle.
-///
-/// # Errors
-/// That of the likeliest start, if none settles.
-fn first_optimum<const N: usize>(
-    problem: &Problem,
-    records: &[&CoupledRecord],
-) -> Result<(Plant, EquationError, Optimum<N>), Error> {
-    let mut refused = None;
-    let tries = if problem.has_rival() { 1 } else { usize::MAX };
-    let mut starts = starts::<N>(problem, records, &mut refused);
-    if problem.is_free {
-        starts = problem.nearer(starts);
-    }
-    for (point, found) in starts.into_iter().take(tries) {
-        let start = problem.plant(&point.free)?;
-        match problem.optimum(point, Tolerance::COARSE) {
-            Ok(optimum) => return Ok((start, found, optimum)),
-            Err(error) => {
-                refused.get_or_insert(error);
-            }
-        }
-    }
-    Err(refused.unwrap_or(Error::TooShort { name: "the fit".to_owned(), found: 0, needed: 1 }))
-}
-
-/// Starts by equation error with test functions of several lengths, the likeliest first.
-fn starts<const N: usize>(
-    problem: &Problem,
-    records: &[&CoupledRecord],
-    refused: &mut Option<Error>,
-) -> Vec<(Point<N>, EquationError)> {
-    let mut found = Vec::new();
-    let pieces = problem.in_pieces();
-    for window_s in WINDOWS_S {
-        let (structure, physical) = (&problem.structure, &problem.physical);
-        match equation_error::fits(structure, physical, records, window_s) {
-            Ok(fits) => found.extend(fits.into_iter().map(|least_squares| {
-                let point = first_point(problem, records, &least_squares);
-                let cost = pieces.as_ref().unwrap_or(problem).cost(&point);
-                (cost, point, least_squares)
-            })),
-            Err(error) => drop(refused.get_or_insert(error)),
-        }
-    }
-    if found.iter().any(|(cost, ..)| cost.is_finite()) {
-        *refused = None;
-    }
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    found.into_iter().map(|(_, point, least_squares)| (point, least_squares)).collect()
-}
-
-fn first_point<const N: usize>(
-    problem: &Problem,
-    records: &[&CoupledRecord],
-    least_squares: &EquationError,
-) -> Point<N> {
-    let mut point = Point {
-        free: problem.physical.free(&least_squares.coefficients),
-        actuator: Actuator {
-            lag_s: if problem.fits[0] { FIRST_LAG_S } else { 0.0 },
-            ..Actuator::prompt(records)
-        },
-        currents: vec![[0.0; 2]; records.len()],
-        noise: first_noise(problem, &least_squares.residual),
-    };
-    if problem.is_free {
-        point.noise = free::first_noise(problem, records);
-        problem.in_pieces().as_ref().unwrap_or(problem).step_misfit(&mut point, Tolerance::COARSE);
-    }
-    point
-}
-
-/// The inverse of an information matrix, scaled first; what it does not tell gets a variance
-/// that says so.
-fn inverse(information: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = information.nrows();
-    let scale = DVector::from_fn(n, |k, _| {
-        let own = information[(k, k)];
-        if own > 0.0 { 1.0 / own.sqrt() } else { 1.0 }
-    });
-    let scaled = DMatrix::from_fn(n, n, |i, j| information[(i, j)] * scale[i] * scale[j]);
-    let eigen = scaled.symmetric_eigen();
-    let values = eigen.eigenvalues.map(|value| 1.0 / value.max(LEAST_INFORMATION));
-    let inverse =
-        &eigen.eigenvectors * DMatrix::from_diagonal(&values) * eigen.eigenvectors.transpose();
-    DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j])
-}
-
-/// Eigenvalues of scaled information below this are rounding.
-const LEAST_INFORMATION: f64 = 1e-12;
-
-/// Every so many of an axis's innovations are tested where neighbours share the error of one fix.
-const APART_OF_SLOPES: usize = 2;
-
-/// Lags over which innovations are to be white.
-const LAGS: usize = 40;
-
-fn whiteness<const N: usize>(
-    problem: &Problem,
-    point: &Point<N>,
-) -> Result<BTreeMap<Dof, f64>, Error> {
-    let trials = problem.innovations(point)?;
-    let of = |(axis, &dof): (usize, &Dof)| {
-        let mut statistic = (0.0, 0_usize);
-        let apart = if problem.by_slope[dof.index()] { APART_OF_SLOPES } else { 1 };
-        for trial in &trials {
-            let of_axis = trial.iter().filter(|innovation| innovation.axis == axis).step_by(apart);
-            let e: Vec<f64> = of_axis.map(|innovation| innovation.normalised).collect();
-            let power: f64 = e.iter().map(|x| x * x).sum();
-            for lag in 1..=LAGS.min(e.len() / 4) {
-                let product: f64 = e.iter().zip(&e[lag..]).map(|(a, b)| a * b).sum();
-                let r = product / power;
-                statistic = (statistic.0 + e.len() as f64 * r * r, statistic.1 + 1);
-            }
-        }
-        (dof, statistic.0 / statistic.1.max(1) as f64)
-    };
-    Ok(problem.structure.axes().iter().enumerate().map(of).collect())
-}
-
 impl CoupledFit {
+    /// By how much translations are measured late, s; zero if the trials do not show that.
+    pub fn translation_delay(&self) -> f64 {
+        self.translation_delay_s.map_or(0.0, |(delay_s, _)| delay_s)
+    }
+
     /// The current of a trial, north and east, m/s; zero of one that was not fitted.
     pub fn current_of(&self, trial: &str) -> [f64; 2] {
         self.currents.get(trial).map_or([0.0; 2], |current| current.map(|(value, _)| value))

@@ -19,6 +19,7 @@ mod together;
 mod whiteness;
 
 pub use candidate::{Candidate, Decision};
+pub(crate) use fit::MOST_SEARCHED;
 pub use fit::{FilterErrorOptions, Records, first_delays, fit_filter_error};
 pub use together::SteadyTest;
 

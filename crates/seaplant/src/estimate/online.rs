@@ -65,7 +65,7 @@ pub struct OnlineEstimate {
     pub residual: Vector6<f64>,
     /// Samples that would say as much if they were independent.
     pub independent_samples: f64,
-    /// By what part every mass must change at once for [`Online::update`] to tell of it within two
+    /// By what part every mass must change at once for [`Online::update`] to notice it within two
     /// minutes; `None` before two minutes have told what is usual.
     pub noticeable_change: Option<f64>,
     /// Motion so far, s.

@@ -7,6 +7,7 @@ use nalgebra::Vector4;
 use super::filtered::Filtered;
 use super::{EquationErrorOptions, Fit, Method};
 use crate::regression::{LeastSquares, Regression, Row};
+use crate::signal::rms;
 use crate::{AxisRecord, Dof, Error, Terms};
 use noise::{Memory, Variance};
 
@@ -90,7 +91,7 @@ impl Equation<'_> {
             let std = next.covariance.diagonal().map(f64::sqrt);
             found = next;
             if is_within(&moved, &std) {
-                found.residual_rms = rms(&self.errors(&found));
+                found.residual_rms = rms(self.errors(&found).iter().flatten());
                 return Ok(found);
             }
         }
@@ -144,10 +145,4 @@ impl Equation<'_> {
 /// Whether no coefficient moved by more than [`SETTLED`] standard deviations.
 fn is_within(moved: &Vector4<f64>, std: &Vector4<f64>) -> bool {
     moved.iter().zip(std).all(|(moved, std)| moved.abs() <= SETTLED * std)
-}
-
-fn rms(errors: &[Vec<f64>]) -> f64 {
-    let (sum, count) =
-        errors.iter().flatten().fold((0.0, 0_usize), |(sum, count), e| (sum + e * e, count + 1));
-    (sum / count.max(1) as f64).sqrt()
 }

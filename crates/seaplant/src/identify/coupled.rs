@@ -590,6 +590,9 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
         all.insert(format!("current north: {trial}"), parameter(*north, "m/s"));
         all.insert(format!("current east: {trial}"), parameter(*east, "m/s"));
     }
+    if let Some(delay_s) = fit.translation_delay_s {
+        all.insert("translation_delay".to_owned(), parameter(delay_s, "s"));
+    }
     if let Some(drift) = fit.current_drift {
         all.insert("current_drift".to_owned(), parameter(drift.std_m_s, "m/s"));
         all.insert("current_drift_correlation".to_owned(), parameter(drift.correlation_s, "s"));

@@ -1,6 +1,7 @@
 //! The fits of an identification, in order, with what they may cost.
 
 use super::{CoupledPlan, IdentifyOptions, TrialsOf, Work};
+use crate::estimate::MOST_SEARCHED;
 use crate::{Dof, Method, Trial, Vehicle, VelocitySource};
 
 /// A fit of an identification, with the scores of its plant.
@@ -62,11 +63,8 @@ fn samples_together(trial: &Trial, plan: &CoupledPlan) -> usize {
     record.velocity.iter().flatten().map(|series| series.len()).max().unwrap_or(0)
 }
 
-/// Of more samples than this, filter error searches a part for which terms there are.
-const SEARCHED: usize = 40_000;
-
-/// What fits took of twins and of real logs on a processor of 2023, so much for each sample:
-/// `bench/README.md` has the longest.
+/// What fits of twins and of real logs take, so much for each sample: `bench/README.md` has the
+/// longest.
 fn cost_s(method: Method, samples: usize) -> (f64, f64) {
     let micro_s = |least: f64, most: f64| {
         let samples = samples as f64 * 1e-6;
@@ -74,7 +72,7 @@ fn cost_s(method: Method, samples: usize) -> (f64, f64) {
     };
     match method {
         Method::FilterError => {
-            let searched = samples.min(SEARCHED) as f64 * 1e-6;
+            let searched = samples.min(MOST_SEARCHED) as f64 * 1e-6;
             let (least, most) = micro_s(40.0, 200.0);
             (least + 90.0 * searched, most + 3200.0 * searched)
         }

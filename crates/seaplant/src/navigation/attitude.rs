@@ -6,7 +6,7 @@ use super::Recording;
 use super::turns::Turns;
 use crate::quantity::{Attitude, Axis};
 use crate::series::{Cutter, Reader};
-use crate::signal::{LowPass, differentiate, resample, uniform_stretches};
+use crate::signal::{LowPass, differentiate, resample, rms, sample_noise, uniform_stretches};
 use crate::{Dof, Error, Gap, Grid, Quantity, Sensors, Timed};
 
 /// Angular rates for the lever arm are read off the attitude below this frequency:
@@ -171,20 +171,14 @@ fn append(all: &mut Vec<f64>, part: Vec<f64>) {
 /// `1 − (noise / slope)²` of root mean squares, Wiener's gain.
 ///
 /// A vehicle that hardly turns would else be given the attitude sensor's noise times its
-/// lever arm as velocity. Noise of one sample is read off third differences, whose
-/// variance is 20 σ²; smoothed and differentiated it is
+/// lever arm as velocity. Noise of one sample, σ, smoothed and differentiated is
 /// `2π σ f_c^{3/2} √(2 h ∫ x²/(1+x⁴)² dx)`, with the integral π√2/16.
 fn believed_part(angle: &Timed, slope: &[f64], period_s: f64) -> f64 {
     use std::f64::consts::{PI, SQRT_2};
-    let mean_square = |x: &mut dyn Iterator<Item = f64>| {
-        let (sum, n) = x.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
-        sum / n.max(1) as f64
-    };
-    let thirds = angle.values().windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]);
-    let sample = mean_square(&mut { thirds }) / 20.0;
+    let sample = sample_noise([angle]).unwrap_or(0.0).powi(2);
     let passed = 2.0 * PI * RATE_FILTER.cutoff_hz.powf(1.5);
     let noise = sample * passed * passed * 2.0 * period_s * PI * SQRT_2 / 16.0;
-    let slope = mean_square(&mut slope.iter().copied());
+    let slope = rms(slope).powi(2);
     if slope > noise { 1.0 - noise / slope } else { 0.0 }
 }
 

@@ -3,6 +3,7 @@
 use super::Recording;
 use super::turns::{Turns, integral};
 use crate::quantity::{Attitude, Axis};
+use crate::signal::{rms, sample_noise};
 use crate::{Caveat, CaveatCode, Dof, Quantity, Timed};
 
 /// What is wrong with a rate or an angle.
@@ -117,16 +118,17 @@ impl Spans {
             let mean = rates.iter().sum::<f64>() / rates.len() as f64;
             rates.into_iter().map(|x| SPAN_S * (x - mean)).collect()
         };
+        let noise = |series: &Timed| sample_noise([series]).unwrap_or(0.0);
         Self {
             rate: beside_mean(by_rate),
             angle: beside_mean(by_angle),
-            rate_noise: sample_noise(rate) * (rate.period_s() * SPAN_S).sqrt(),
-            angle_noise: sample_noise(&turns.heading) * 2_f64.sqrt(),
+            rate_noise: noise(rate) * (rate.period_s() * SPAN_S).sqrt(),
+            angle_noise: noise(&turns.heading) * 2_f64.sqrt(),
         }
     }
 
     fn is_clear(&self, moved: &[f64], noise: f64) -> bool {
-        moved.len() >= LEAST_SPANS && rms(moved.iter().copied()) > LEAST_TURN.max(CLEAR * noise)
+        moved.len() >= LEAST_SPANS && rms(moved) > LEAST_TURN.max(CLEAR * noise)
     }
 
     fn angle_moves(&self) -> bool {
@@ -149,17 +151,6 @@ impl Spans {
             (both / of_rate, both * both / of_rate / dot(&self.angle, &self.angle));
         ((scale - 1.0).abs() > WRONG_SCALE || explained < LEAST_EXPLAINED).then_some(scale)
     }
-}
-
-/// The noise of one sample, from third differences, whose variance is 20 σ².
-pub(crate) fn sample_noise(series: &Timed) -> f64 {
-    let thirds = series.values().windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]);
-    rms(thirds) / 20_f64.sqrt()
-}
-
-fn rms(x: impl Iterator<Item = f64>) -> f64 {
-    let (sum, n) = x.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
-    (sum / n.max(1) as f64).sqrt()
 }
 
 #[cfg(test)]

@@ -236,3 +236,33 @@ impl AxisScore {
         both.is_some_and(|(error, kept)| error < FOLLOWED * kept)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_swing_is_followed_whose_error_is_less_than_half_that_of_a_kept_rate() {
+        let score = |restarted_error, kept_error| AxisScore {
+            restarted_error,
+            kept_error,
+            ..AxisScore::default()
+        };
+        assert!(score(Some(0.04), Some(0.1)).is_followed());
+        assert!(!score(Some(0.06), Some(0.1)).is_followed());
+        // Nothing but roll and pitch is begun anew.
+        assert!(!score(None, None).is_followed());
+    }
+
+    #[test]
+    fn a_disturbance_explains_an_error_of_its_own_size() {
+        let score = |disturbance_error| AxisScore {
+            mean_abs_error: Some(0.1),
+            disturbance_error,
+            ..AxisScore::default()
+        };
+        assert!(score(Some(0.08)).is_of_disturbance());
+        assert!(!score(Some(0.05)).is_of_disturbance());
+        assert!(!score(None).is_of_disturbance());
+    }
+}

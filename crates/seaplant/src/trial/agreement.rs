@@ -4,6 +4,7 @@ use nalgebra::{Matrix4, Vector4};
 
 use super::AxisRecord;
 use crate::navigation::Motion;
+use crate::signal::sample_noise;
 use crate::{Caveat, CaveatCode, Dof, Gap, Timed};
 
 /// How far position moves for each metre that velocity says: 1 if both are right.
@@ -179,11 +180,10 @@ impl Line {
     }
 }
 
-/// The noise of the way over a span, from third differences of velocity, whose variance is 20 σ².
+/// The noise of the way over a span.
 fn way_noise(velocity: &Timed) -> f64 {
-    let thirds = velocity.values().windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]);
-    let (sum, n) = thirds.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
-    (sum / 20.0 / n.max(1) as f64 * velocity.period_s() * SPAN_S).sqrt()
+    let noise = sample_noise([velocity]).unwrap_or(0.0);
+    noise * (velocity.period_s() * SPAN_S).sqrt()
 }
 
 /// What each span says.

@@ -62,6 +62,12 @@ const SETTLING_PART: f64 = 0.05;
 const LEAST_SAMPLES: usize = 30;
 
 impl CoupledRecord {
+    /// The measured velocity at a time, interpolated; zero where none is measured.
+    pub(crate) fn velocity_at(&self, t_s: f64) -> Vector6<f64> {
+        let at = |series: &Timed| series.at(t_s);
+        Vector6::from_fn(|k, _| self.velocity[k].as_ref().map_or(0.0, at))
+    }
+
     /// Reads what a recording says of some axes.
     ///
     /// Velocity is what an instrument measured; where there is none, the slope of heading, roll,
@@ -148,6 +154,20 @@ impl CoupledRecord {
         record.window_s = record.common_window(setup, axes)?;
         record.check_length(axes)?;
         Ok(record)
+    }
+
+    /// The same with measured translations so much earlier, s: of an instrument that reports them
+    /// late.
+    pub(crate) fn with_translations_earlier(&self, by_s: f64) -> Self {
+        let mut earlier = self.clone();
+        for (series, by_slope) in earlier.velocity.iter_mut().zip(self.by_slope).take(3) {
+            if let Some(series) = series.as_mut().filter(|_| !by_slope) {
+                *series = series.shifted(-by_s);
+            }
+        }
+        let (from, to) = self.window_s;
+        earlier.window_s = (from - by_s.min(0.0), to - by_s.max(0.0));
+        earlier
     }
 
     /// Whether an axis is pushed at all.

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::motion::{body_from_world, interpolated_attitude};
 use crate::navigation::{Navigated, Recording};
 use crate::quantity::World;
+use crate::signal::{rms, sample_noise};
 use crate::{Dof, Error, Quantity, Timed};
 
 /// Noise of a slope is no more than this part of the slopes themselves, where a longer span can
@@ -98,20 +99,12 @@ fn samples_of_span(paths: &[&Timed]) -> usize {
         let slopes = spans(path.time_s(), most);
         rms(slopes.map(|span| (path.values()[span.to] - path.values()[span.from]) / span.length_s))
     };
-    // Third differences of white noise have 20 times its variance, first ones twice.
-    let third = |path: &&Timed| {
-        let of = |x: &[f64]| x[3] - 3.0 * x[2] + 3.0 * x[1] - x[0];
-        rms(path.values().windows(4).map(of)) / 20_f64.sqrt()
-    };
+    let noise_of = |path: &&Timed| sample_noise([*path]).unwrap_or(0.0);
     let both = |of: &dyn Fn(&&Timed) -> f64| paths.iter().map(of).fold(0.0, f64::hypot);
-    let (speed, noise) = (both(&moved), both(&third));
+    // The difference of two samples has √2 times the noise of one.
+    let (speed, noise) = (both(&moved), both(&noise_of));
     let needed = 2_f64.sqrt() * noise / (NOISE_PART * speed * period_s);
     if needed.is_finite() { (needed.ceil() as usize).clamp(1, most) } else { 1 }
-}
-
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
-    (sum / count.max(1) as f64).sqrt()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector, Vector6};
 
 use crate::motion::{down_body, interpolated_attitude};
 use crate::plant::{Instant, Physical, Structure};
+use crate::signal::rms;
 use crate::{CoupledRecord, Dof, Error, Grid};
 
 /// What least squares on the equation of motion gives.
@@ -97,11 +98,6 @@ fn fit(
         held.iter().for_each(|(k, value)| found.coefficients[*k] = *value);
     }
     found.ok_or(Error::TooShort { name: "the fit".to_owned(), found: 0, needed: 1 })
-}
-
-fn rms<'a>(x: impl Iterator<Item = &'a f64>) -> f64 {
-    let (sum, n) = x.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
-    (sum / n.max(1) as f64).sqrt()
 }
 
 fn solve(rows: &Rows, weights: &[f64]) -> EquationError {

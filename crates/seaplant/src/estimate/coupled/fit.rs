@@ -7,9 +7,11 @@ use nalgebra::{DMatrix, DVector, Matrix6, SVector};
 use super::actuator::Actuator;
 use super::filter::{Gain, Innovation, Noise, Pass, Slope};
 use super::schedule::Schedule;
+use super::uncertainty::inverse;
 use crate::estimate::descend::Parabola;
 use crate::motion::{HeldForce, Prepared};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
+use crate::signal::sample_noise;
 use crate::{CoupledRecord, Error};
 
 /// Everything that is fitted.
@@ -168,6 +170,10 @@ impl Problem {
         let axes = structure.axes();
         let has_force = records.iter().any(|record| record.force.iter().any(Option::is_some));
         let has_thrusters = records.iter().any(|record| !record.thrusters.is_empty());
+        let noise = |axis: usize| {
+            let measured = records.iter().filter_map(|record| record.velocity[axis].as_ref());
+            sample_noise(measured).unwrap_or(0.0).max(LEAST_NOISE)
+        };
         let pieces = Schedule::pieces(records, structure);
         let samples: usize = pieces.iter().map(Schedule::samples).sum();
         let are_enough = samples >= SAMPLES_PER_TERM * structure.terms().len();
@@ -181,7 +187,7 @@ impl Problem {
             rigid_body,
             fits: Actuator::fitted(has_force, has_thrusters, records.len()),
             has_thrusters,
-            sample_noise: axes.iter().map(|dof| sample_noise(records, dof.index())).collect(),
+            sample_noise: axes.iter().map(|dof| noise(dof.index())).collect(),
             by_slope: std::array::from_fn(|k| records.iter().any(|record| record.by_slope[k])),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
             is_free,
@@ -244,36 +250,57 @@ impl Problem {
         point: &Point<N>,
     ) -> Option<(Slope, Vec<Vec<Gain<N>>>)> {
         let plant = self.prepared(&point.free)?;
-        let (p, trials) = (plant.count() + Actuator::COUNT, self.trials.len());
-        let mut sum = Slope::zeros(p + 2 * trials);
-        let mut all_gains = Vec::with_capacity(self.schedules.len());
         let found = self.each(point, &plant, |_, pass| pass.by_plant());
-        for (schedule, (slope, gains)) in self.schedules.iter().zip(found) {
-            let trial = schedule.trial;
-            let place = |k: usize| if k < p { k } else { 2 * trial + k };
+        let (slopes, gains): (Vec<Slope>, Vec<_>) = found.into_iter().unzip();
+        Some((self.summed(point, &slopes)?, gains))
+    }
+
+    /// By how much translations are measured later than they are taken to be, s, and its standard
+    /// deviation: a step of Gauss and Newton, all other numbers being free as well.
+    pub(super) fn delay<const N: usize>(&self, point: &Point<N>) -> Option<(f64, f64)> {
+        let plant = self.prepared(&point.free)?;
+        let slopes = self.each(point, &plant, |_, pass| pass.by_plant_and_delay());
+        let slope = self.summed(point, &slopes)?;
+        let last = slope.gradient.len() - 1;
+        let covariance = inverse(&slope.information);
+        let step = -covariance.row(last).transpose().dot(&slope.gradient);
+        Some((step, covariance[(last, last)].sqrt()))
+    }
+
+    /// The slopes of all schedules, with a current for each trial; what comes after the current
+    /// stands last.
+    fn summed<const N: usize>(&self, point: &Point<N>, slopes: &[Slope]) -> Option<Slope> {
+        let (terms, trials) = (self.structure.terms().len(), self.trials.len());
+        let (p, count) = (terms + Actuator::COUNT, slopes.first()?.gradient.len());
+        let mut sum = Slope::zeros(count + 2 * (trials - 1));
+        for (schedule, slope) in self.schedules.iter().zip(slopes) {
+            let place = |k: usize| match k.checked_sub(p) {
+                None => k,
+                Some(0 | 1) => k + 2 * schedule.trial,
+                Some(_) => k + 2 * (trials - 1),
+            };
             sum.cost += slope.cost;
             sum.misfit += slope.misfit;
-            for i in 0..p + 2 {
+            for i in 0..count {
                 sum.gradient[place(i)] += slope.gradient[i];
-                for j in 0..p + 2 {
+                for j in 0..count {
                     sum.information[(place(i), place(j))] += slope.information[(i, j)];
                 }
             }
-            all_gains.push(gains);
         }
         for k in (0..Actuator::COUNT).filter(|k| !self.fits[*k]) {
-            let place = plant.count() + k;
+            let place = terms + k;
             sum.gradient[place] = 0.0;
             sum.information.row_mut(place).fill(0.0);
             sum.information.column_mut(place).fill(0.0);
         }
         for (k, (x, std)) in prior_numbers(point).enumerate() {
-            sum.gradient[plant.count() + k] += x / (std * std);
-            sum.information[(plant.count() + k, plant.count() + k)] += 1.0 / (std * std);
+            sum.gradient[terms + k] += x / (std * std);
+            sum.information[(terms + k, terms + k)] += 1.0 / (std * std);
         }
         self.hold(&mut sum);
         sum.cost += self.prior(point);
-        sum.cost.is_finite().then_some((sum, all_gains))
+        sum.cost.is_finite().then_some(sum)
     }
 
     /// Coefficients that are known have no gradient, and no error.
@@ -596,19 +623,6 @@ pub(super) fn in_threads<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync
     });
     found.sort_by_key(|(k, _)| *k);
     found.into_iter().map(|(_, found)| found).collect()
-}
-
-/// Standard deviation of one sample, from third differences, whose variance is 20 σ².
-pub(super) fn sample_noise(records: &[&CoupledRecord], axis: usize) -> f64 {
-    let mut sum = (0.0, 0_usize);
-    for record in records {
-        let Some(series) = &record.velocity[axis] else { continue };
-        for x in series.values().windows(4) {
-            let third = x[3] - 3.0 * x[2] + 3.0 * x[1] - x[0];
-            sum = (sum.0 + third * third, sum.1 + 1);
-        }
-    }
-    (sum.0 / (20.0 * sum.1.max(1) as f64)).sqrt().max(LEAST_NOISE)
 }
 
 /// A sensor is not better than that, m/s or rad/s.

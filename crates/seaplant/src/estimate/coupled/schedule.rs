@@ -97,9 +97,7 @@ impl Schedule {
         let mut before = *times.first()?;
         let mut schedule = Self {
             trial,
-            start: Vector6::from_fn(|k, _| {
-                record.velocity[k].as_ref().map_or(0.0, |series| series.at(before))
-            }),
+            start: record.velocity_at(before),
             stops: Vec::new(),
             slices: Vec::new(),
             thrust: Arc::clone(thrust),

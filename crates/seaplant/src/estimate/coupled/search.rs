@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::fit::{Point, Problem};
-use super::inverse;
+use super::uncertainty::inverse;
 use crate::plant::{Basis, Parameterisation, Plant, Product, Structure, Symmetry};
 use crate::{CoupledRecord, Dof, Error};
 
@@ -235,10 +235,7 @@ pub(crate) fn damping_power(plant: &Plant, record: &CoupledRecord) -> (f64, f64)
     let times = record.velocity.iter().flatten().next().map(crate::Timed::time_s);
     let mut range = (0.0_f64, 0.0_f64);
     for &t in times.into_iter().flatten() {
-        let velocity = nalgebra::Vector6::from_fn(|k, _| {
-            record.velocity[k].as_ref().map_or(0.0, |series| series.at(t))
-        });
-        let power = plant.damping_power(&velocity);
+        let power = plant.damping_power(&record.velocity_at(t));
         range = (range.0.min(power), range.1.max(power));
     }
     range

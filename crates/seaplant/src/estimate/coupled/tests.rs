@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::filter::Pass;
-use super::fit::{in_threads, sample_noise};
+use super::fit::in_threads;
 use super::*;
 use crate::motion::{HeldForce, Inputs, Prepared, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
@@ -209,19 +209,28 @@ const LINEARISATION: f64 = 0.02;
 
 #[test]
 fn the_noises_slope_is_that_of_the_likelihood() {
+    check_slope_of(&noise());
+}
+
+#[test]
+fn the_slope_holds_where_forces_last_for_a_part_of_a_step() {
+    check_slope_of(&Noise { correlation_s: [0.04, 0.1, 0.07].into(), ..noise() });
+}
+
+fn check_slope_of(noise: &Noise<3>) {
     let plant = planar();
     let record = record(&plant, "a", 1, 60, 0.005);
     let schedules = schedule::Schedule::whole(&[&record], plant.structure());
     let schedule = &schedules[0];
     let prepared = Prepared::<3>::new(&plant).expect("three axes");
-    let logarithms = noise().logarithms();
+    let logarithms = noise.logarithms();
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
     let pass = |noise: &Noise<3>| {
         let pass =
             Pass { plant: &prepared, schedule, pushes: &pushes, current: [0.1, -0.05], noise };
         (pass.by_noise(), pass.innovations().0)
     };
-    let (slope, cost) = pass(&noise());
+    let (slope, cost) = pass(noise);
     assert!((slope.cost - cost).abs() < 1e-9 * cost.abs());
     for k in 0..Noise::<3>::COUNT {
         let at = |step: f64| {
@@ -411,11 +420,4 @@ fn added_mass_stays_above_zero_where_the_rigid_body_is_known() {
 #[test]
 fn threads_give_results_in_order() {
     assert_eq!(in_threads(100, |k| k * k), (0..100).map(|k| k * k).collect::<Vec<_>>());
-}
-
-#[test]
-fn noise_of_a_sample_is_read_off_third_differences() {
-    let record = record(&planar(), "a", 8, 300, 0.01);
-    let found = sample_noise(&[&record], Dof::Surge.index());
-    assert!((found / 0.01 - 1.0).abs() < 0.15, "{found}");
 }

@@ -4,6 +4,7 @@ use nalgebra::Matrix4;
 
 use crate::estimate::{DelayedFit, Fit, Method};
 use crate::navigation::MeanOver;
+use crate::signal::rms;
 use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
 
@@ -23,7 +24,7 @@ pub(crate) fn first_look(
         let name = format!("the acceleration in {dof}");
         return Err(Error::TooShort { name, found: samples, needed: LEAST_SAMPLES });
     }
-    let tau_rms = rms(plain.iter().flat_map(|trace| trace.tau.iter().copied()));
+    let tau_rms = rms(plain.iter().flat_map(|trace| &trace.tau));
     let mut best: Option<(f64, f64, LumpedParameters)> = None;
     for delay_s in delays_s.filter(|delay_s| *delay_s < MOST_DELAY_S) {
         let traces: Vec<Trace> = axes.iter().map(|axis| Trace::of(axis, delay_s)).collect();
@@ -114,11 +115,6 @@ fn direct_alpha(traces: &[Trace]) -> Option<f64> {
     }
     // A wrong sign is kept: the judges refuse it.
     (xx > 0.0 && xy != 0.0).then(|| xy / xx)
-}
-
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
-    (sum / count.max(1) as f64).sqrt()
 }
 
 /// The plant as a fit without uncertainty: nothing but its numbers is looked at.

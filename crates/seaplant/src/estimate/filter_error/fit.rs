@@ -25,7 +25,7 @@ use crate::estimate::{
 use crate::judge::robust_covariance;
 use crate::judge::simulated_speed;
 use crate::regression::batch_s;
-use crate::signal::autocorrelation;
+use crate::signal::{autocorrelation, rms, sample_noise};
 use crate::terms::Term;
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms, Timed};
 
@@ -170,7 +170,7 @@ pub fn fit_filter_error(
 
 /// Of more samples than this, what the model has is searched on a part: the search takes a hundred
 /// times what the last fit does, and more samples hardly change which terms there are.
-const MOST_SEARCHED: usize = 40_000;
+pub(crate) const MOST_SEARCHED: usize = 40_000;
 
 fn samples_of(records: &[Record]) -> usize {
     records.iter().map(Record::samples).sum()
@@ -612,26 +612,13 @@ fn usual_speed(axes: &[AxisRecord], start: &DelayedFit) -> f64 {
     simulated_speed(&start.fit.lumped.into(), axes)
 }
 
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0_usize), |(sum, n), x| (sum + x * x, n + 1));
-    (sum / count.max(1) as f64).sqrt()
-}
-
 fn force_rms(axes: &[AxisRecord]) -> f64 {
-    rms(axes.iter().flat_map(|axis| axis.force.values()).copied())
+    rms(axes.iter().flat_map(|axis| axis.force.values()))
 }
 
 fn speed_rms(axes: &[AxisRecord]) -> f64 {
     let velocities: Vec<Timed> = axes.iter().filter_map(|axis| axis.velocity().ok()).collect();
-    rms(velocities.iter().flat_map(|velocity| velocity.values()).copied())
-}
-
-/// The noise of one sample, from third differences: what a vehicle cannot do in three
-/// samples. White noise of variance σ² has third differences of variance 20 σ².
-fn sample_noise<'a>(series: impl Iterator<Item = &'a Timed>) -> Option<f64> {
-    let mut thirds = series.flat_map(|series| series.values().windows(4)).peekable();
-    thirds.peek()?;
-    Some(rms(thirds.map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0])) / 20_f64.sqrt())
+    rms(velocities.iter().flat_map(|velocity| velocity.values()))
 }
 
 /// The plant of one record's kind.

@@ -161,6 +161,7 @@ mod tests {
 
     use super::super::stretch::Measured;
     use super::*;
+    use crate::signal::rms;
 
     fn uneven_times(n: usize) -> Vec<f64> {
         (0..n).map(|k| 0.3 * k as f64 + 0.2 * (k as f64).sin()).collect()
@@ -209,10 +210,6 @@ mod tests {
             Residual { measured: Measured::Position, at_s, value }
         };
         (0..4000).map(|k| 0.1 * f64::from(k)).map(of).collect()
-    }
-
-    fn rms(x: &[f64]) -> f64 {
-        (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
     }
 
     #[test]

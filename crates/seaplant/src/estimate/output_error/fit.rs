@@ -9,6 +9,7 @@ use super::sensitivity::{Count, Residual, Weighing};
 use super::stretch::{Measured, Stretch};
 use super::{Loss, OutputErrorOptions};
 use crate::estimate::{Filters, Fit, Method, Nuisances};
+use crate::signal::rms;
 use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
 
@@ -152,10 +153,6 @@ fn wander(velocity: &[Vec<Residual>], batch_s: f64) -> f64 {
         ways += way * way;
     }
     if total_s > 0.0 { (ways - noise).max(0.0) / total_s } else { 0.0 }
-}
-
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt()
 }
 
 /// 1.4826 times the median size of the residuals: their standard deviation if they are

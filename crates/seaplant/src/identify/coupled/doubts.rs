@@ -46,8 +46,22 @@ pub(super) fn doubts(
     all.extend(not_white(fit));
     all.extend(another_power(fit));
     all.extend(changing_thrust(fit));
+    all.extend(late(fit));
     all.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
     all
+}
+
+/// That translations are measured late, by what they were taken to be earlier.
+fn late(fit: &CoupledFit) -> Option<Caveat> {
+    fit.translation_delay_s.map(|(delay_s, std)| {
+        let way = if delay_s > 0.0 { "later" } else { "earlier" };
+        let message = format!(
+            "velocities are measured {} ± {} s {way} than thrust and rates of turn, as a DVL's that are averaged; this was allowed for; `offset_s` of the trial corrects the clock of a file",
+            spoken(delay_s.abs()),
+            spoken(1.96 * std)
+        );
+        Caveat::note(CaveatCode::ClockOffset, message)
+    })
 }
 
 /// That thrust is no square law, so that its scale depends on where its curve is right.
@@ -265,45 +279,41 @@ pub(super) fn falls_short(score: &AxisScore) -> bool {
     fails(score) || explains_nothing(score)
 }
 
-/// Whether an axis falls short, and nothing but the plant can be the reason.
-pub(super) fn is_refuted(score: &AxisScore) -> bool {
-    falls_short(score) && !score.is_of_disturbance() && !score.is_followed()
-}
-
-/// Whether some axis is refuted.
-pub(super) fn refutes(score: &CoupledScore) -> bool {
-    score.by_axis.values().any(is_refuted)
+/// How an axis falls short of what it takes over some trials, if it does.
+pub(super) fn shortfall(dof: Dof, score: &AxisScore, where_: &str) -> Option<String> {
+    let unit = dof.units().velocity;
+    if fails(score) {
+        let error = score.mean_abs_error.map_or("unbounded".to_owned(), spoken);
+        let null = spoken(score.null_error);
+        return Some(format!(
+            "on {where_} the error of {dof} is {error} {unit}, and that of a model that never moves {null} {unit}"
+        ));
+    }
+    explains_nothing(score).then(|| {
+        format!(
+            "on {where_} the plant explains {:.0} % of the variation of {dof}, hardly more than a model that keeps its mean speed",
+            100.0 * score.r2.unwrap_or(0.0).max(0.0)
+        )
+    })
 }
 
 fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
     let of = |(dof, score): (&Dof, &AxisScore)| {
-        let Some(error) = score.mean_abs_error else {
+        if score.mean_abs_error.is_none() {
             let message = format!("simulated over {where_}, the plant diverges");
             return Some(Caveat::severe(CaveatCode::Unstable, message));
-        };
-        let units = dof.units().velocity;
-        let message = if fails(score) {
-            let why = if score.is_of_disturbance() {
-                ", about as much as forces that are not logged cause: these trials hardly test the plant there; excite the axis more"
-            } else if score.is_followed() {
-                "; begun anew every 10 s from what is measured it follows the axis: over a whole trial it loses the phase"
-            } else {
-                ""
-            };
-            format!(
-                "on {where_} the error of {dof} is {} {units}, and that of a model that never moves {} {units}{why}",
-                spoken(error),
-                spoken(score.null_error)
-            )
-        } else if explains_nothing(score) {
-            format!(
-                "on {where_} the plant explains {:.0} % of the variation of {dof}, hardly more than a model that keeps its mean speed",
-                100.0 * score.r2.unwrap_or(0.0).max(0.0)
-            )
+        }
+        let why = if !fails(score) {
+            ""
+        } else if score.is_of_disturbance() {
+            ", about as much as forces that are not logged cause: these trials hardly test the plant there; excite the axis more"
+        } else if score.is_followed() {
+            "; begun anew every 10 s from what is measured it follows the axis: over a whole trial it loses the phase"
         } else {
-            return None;
+            ""
         };
-        Some(Caveat::warning(CaveatCode::NoBetterThanNull, message))
+        let what = shortfall(*dof, score, where_)?;
+        Some(Caveat::warning(CaveatCode::NoBetterThanNull, format!("{what}{why}")))
     };
     let mut found: Vec<Caveat> = score.by_axis.iter().filter_map(of).collect();
     found.dedup();

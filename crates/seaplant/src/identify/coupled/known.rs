@@ -8,6 +8,7 @@ use crate::diagnose::impossible_mass;
 use crate::estimate::CoupledFit;
 use crate::plant::{Basis, Product};
 use crate::results::{Coefficient, Parameter};
+use crate::signal::rms;
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Estimate, Vehicle};
 
 /// A mass interval whose ends are further apart than this factor says nothing of mass.
@@ -30,8 +31,39 @@ pub(super) fn doubts(
         let impossible = impossible_mass(dof, &mass, vehicle);
         Some([impossible, unknown_mass(dof, &mass), drag].map(|caveat| Some((dof, caveat?))))
     };
-    pushed.filter_map(of).flatten().flatten().collect()
+    let pushed: Vec<Dof> = pushed.copied().collect();
+    let mut all: Vec<(Dof, Caveat)> = pushed.iter().filter_map(of).flatten().flatten().collect();
+    all.extend(without_added_mass(fit, &pushed, vehicle));
+    all
 }
+
+/// That every mass is that of the stated rigid body, below which a fit does not go: the trials ask
+/// for less.
+fn without_added_mass(
+    fit: &CoupledFit,
+    pushed: &[Dof],
+    vehicle: &Vehicle,
+) -> Option<(Dof, Caveat)> {
+    let body = vehicle.rigid_body.as_ref()?.mass_matrix();
+    let translations: Vec<Dof> = pushed.iter().filter(|dof| !dof.is_rotation()).copied().collect();
+    let mass = fit.plant.mass_matrix_of_six();
+    let has_none = |dof: &Dof| {
+        let k = dof.index();
+        mass[(k, k)] < (1.0 + LEAST_ADDED_PART) * body[(k, k)]
+    };
+    let [first, _, ..] = translations[..] else { return None };
+    translations.iter().all(has_none).then(|| {
+        let message = format!(
+            "the trials ask for masses below that of the stated rigid body, {} kg, in {}: thrust is too small (its curve, its unit), or the stated mass too large",
+            spoken(body[(0, 0)]),
+            super::names(&translations)
+        );
+        (first, Caveat::severe(CaveatCode::Implausible, message))
+    })
+}
+
+/// No body has less added mass, as a part of its own, in two directions.
+const LEAST_ADDED_PART: f64 = 0.02;
 
 fn parameter(x: &Coefficient) -> Parameter {
     let Coefficient { value, std, low95, high95, unit, .. } = x.clone();
@@ -87,10 +119,5 @@ fn unknown_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Optio
 /// The root mean square of an axis's velocity over all trials.
 pub(super) fn usual_speed(dof: Dof, records: &[&CoupledRecord]) -> f64 {
     let series = records.iter().filter_map(|record| record.velocity[dof.index()].as_ref());
-    let (mut sum, mut count) = (0.0, 0_usize);
-    for x in series.flat_map(|series| series.values()) {
-        sum += x * x;
-        count += 1;
-    }
-    (sum / count.max(1) as f64).sqrt()
+    rms(series.flat_map(|series| series.values()))
 }

@@ -9,10 +9,10 @@ use rand_chacha::ChaCha8Rng;
 use super::plant_of_result;
 use crate::estimate::{Actuator, CoupledFit};
 use crate::motion::{Inputs, Simulated, body_from_world, interpolated_attitude, simulate};
-use crate::navigation::sample_noise;
 use crate::plant::Plant;
 use crate::results::{AxisScore, CoupledPlant, CoupledScore};
 use crate::series::union;
+use crate::signal::sample_noise;
 use crate::twin::random::{gauss_markov, normal};
 use crate::{Agreement, Comparison, CoupledRecord, Dof, Error, Method, ScoredMotion, Timed, Trial};
 
@@ -211,6 +211,7 @@ fn motions(
     record: &CoupledRecord,
     current: [f64; 2],
 ) -> Result<Vec<AxisMotion>, Error> {
+    let record = &record.with_translations_earlier(stands.late_s);
     let (from, to) = record.window_s;
     let velocity = |dof: Dof| record.velocity[dof.index()].as_ref();
     let measured: Vec<(Dof, Timed)> = plant
@@ -223,8 +224,7 @@ fn motions(
     times.sort_by(f64::total_cmp);
     times.dedup();
     let first = times.first().copied().unwrap_or(from);
-    let start =
-        Vector6::from_fn(|k, _| record.velocity[k].as_ref().map_or(0.0, |series| series.at(first)));
+    let start = record.velocity_at(first);
     let inputs = stands.inputs(record, current)?;
     let followed = |plant: &Plant, inputs: &Inputs, start: &Vector6<f64>| match simulate(
         plant, inputs, start, &times,
@@ -279,10 +279,7 @@ fn restarted(
     let span = |t: &f64| ((t - first) / RESTARTED_S).floor();
     let (mut simulated, mut kept) = (Vec::new(), Vec::new());
     for few in times.chunk_by(|a, b| span(a) == span(b)) {
-        let measured = |t: f64| {
-            Vector6::from_fn(|k, _| record.velocity[k].as_ref().map_or(0.0, |series| series.at(t)))
-        };
-        let start = measured(few[0]);
+        let start = record.velocity_at(few[0]);
         match simulate(plant, inputs, &start, few) {
             Ok(motion) => simulated.extend(motion.velocity),
             Err(Error::Diverged { .. }) => return Ok(None),
@@ -336,6 +333,8 @@ const SPAN_OF_SLOPES_S: f64 = 1.0;
 /// What stands beside a plant: how thrust acts, and what is not known.
 pub(super) struct Standing<'a> {
     actuator: Actuator,
+    /// By how much translations are measured late, s.
+    late_s: f64,
     /// The fit, where it knows what disturbs the axes.
     fit: Option<&'a CoupledFit>,
 }
@@ -371,7 +370,11 @@ impl<'a> Standing<'a> {
     /// What a fit found beside its plant; output error takes all misfit for the measurement's.
     pub(super) fn beside(fit: &'a CoupledFit) -> Self {
         let has_disturbances = fit.method != Method::OutputError;
-        Self { actuator: fit.actuator, fit: has_disturbances.then_some(fit) }
+        Self {
+            actuator: fit.actuator,
+            late_s: fit.translation_delay(),
+            fit: has_disturbances.then_some(fit),
+        }
     }
 
     /// Standard deviation of a sample of an axis's velocity, m/s or rad/s; zero if not known.
@@ -401,7 +404,7 @@ impl<'a> Standing<'a> {
             log_change_between: number("thrust_change_between").ln_1p(),
             full_speed: ratio("full_speed"),
         };
-        Self { actuator, fit: None }
+        Self { actuator, late_s: number("translation_delay"), fit: None }
     }
 
     /// What drives a trial, with thrust as it acts.
@@ -458,7 +461,7 @@ impl Draw<'_> {
             });
         }
         for angle in inputs.attitude.iter_mut().flatten() {
-            let off = sample_noise(angle) * normal(&mut random);
+            let off = sample_noise([&*angle]).unwrap_or(0.0) * normal(&mut random);
             *angle = angle.map(|x| x + off);
         }
         Ok((self.plant(plant), inputs, start))

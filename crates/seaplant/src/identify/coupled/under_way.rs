@@ -5,6 +5,7 @@ use super::Records;
 use crate::caveat::spoken;
 use crate::plant::Signal;
 use crate::results::{CoupledPlant, ToldBy};
+use crate::signal::rms;
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Fin, Vehicle};
 
 /// Slower than this a vehicle has no way on, m/s.
@@ -37,7 +38,7 @@ fn munk(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat> {
     if !has(Dof::Yaw) || lacks.is_empty() {
         return None;
     }
-    let (ahead, side) = (rms(records, Dof::Surge)?, rms(records, Dof::Sway)?);
+    let (ahead, side) = (speed(records, Dof::Surge)?, speed(records, Dof::Sway)?);
     (ahead > UNDER_WAY && side > DRIFTS * ahead).then(|| {
         let message = format!(
             "{} is not among the plant's axes, but the vehicle drifts while it is under way ({} m/s sideways, {} m/s ahead): its yaw inertia and damping include part of Munk's moment, (m22 - m11) u v; fit surge, sway and yaw together",
@@ -49,12 +50,12 @@ fn munk(plant: &CoupledPlant, records: &[&CoupledRecord]) -> Option<Caveat> {
     })
 }
 
-fn rms(records: &[&CoupledRecord], dof: Dof) -> Option<f64> {
-    let all = records.iter().filter_map(|record| record.velocity[dof.index()].as_ref());
-    let (sum, count) = all
-        .flat_map(|series| series.values())
-        .fold((0.0, 0_usize), |(sum, count), x| (sum + x * x, count + 1));
-    (count > 0).then(|| (sum / count as f64).sqrt())
+/// Its root mean square, where it is known.
+fn speed(records: &[&CoupledRecord], dof: Dof) -> Option<f64> {
+    let known = records.iter().filter_map(|record| record.velocity[dof.index()].as_ref());
+    let mut values = known.flat_map(|series| series.values()).peekable();
+    values.peek()?;
+    Some(rms(values))
 }
 
 /// Speeds within this part of the greatest are one speed.
@@ -267,5 +268,18 @@ mod tests {
         assert!((greatest_drift(&turning) - 0.7_f64.atan()).abs() < 1e-3);
         let idle = record([&|_| 0.05, &|_| 0.3], |_| 0.0);
         assert_eq!(greatest_drift(&idle), 0.0);
+    }
+
+    #[test]
+    fn a_vehicle_whose_thrusters_push_it_sideways_may_drift() {
+        let pushed = |sway: f64| {
+            let mut record = record([&|_| 1.0, &|_| 0.0], |_| 0.0);
+            let held = |x: f64| Timed::new("force", vec![0.0, 199.0], vec![x, -x]).ok();
+            (record.force[0], record.force[1]) = (held(100.0), held(sway));
+            is_pushed_sideways(&record)
+        };
+        assert!(pushed(50.0));
+        assert!(!pushed(10.0));
+        assert!(!is_pushed_sideways(&record([&|_| 1.0, &|_| 0.3], |_| 0.0)));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::doubts::{coloured, falls_short, is_coloured, is_refuted, refutes};
+use super::doubts::{coloured, falls_short, is_coloured, shortfall};
 use crate::caveat::spoken;
 use crate::estimate::CoupledFit;
 use crate::results::{AxisScore, CoupledPlant, CoupledScore, Trust, Verdict};
@@ -20,11 +20,11 @@ pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
     let Some(score) = &plant.hold_out else {
         return of(Trust::Doubtful, "no held-out trial has tested it".to_owned());
     };
-    let is_doubt = |code| match code {
-        CaveatCode::NoBetterThanNull => refutes(score),
-        code => code == CaveatCode::NotDetermined,
-    };
-    if let Some(doubt) = with(Severity::Warning).find(|caveat| is_doubt(caveat.code)) {
+    if let Some(reason) = score.by_axis.iter().find_map(|(dof, score)| refuted(*dof, score)) {
+        return of(Trust::Doubtful, reason);
+    }
+    let is_unknown = |caveat: &&Caveat| caveat.code == CaveatCode::NotDetermined;
+    if let Some(doubt) = with(Severity::Warning).find(is_unknown) {
         return of(Trust::Doubtful, first_sentence(&doubt.message));
     }
     if let Some(dof) = coloured(fit) {
@@ -120,16 +120,16 @@ fn doubt(
     if let Some((_, caveat)) = of_axes.iter().find(is_own) {
         return Some(first_sentence(&caveat.message));
     }
-    if let Some(score) = score.filter(|score| is_refuted(score)) {
-        let error = score.mean_abs_error.map_or("unbounded".to_owned(), spoken);
-        let reason = format!(
-            "on the held-out trials the error of {dof} is {error} {}, and that of a model that never moves {}",
-            dof.units().velocity,
-            spoken(score.null_error)
-        );
+    if let Some(reason) = score.and_then(|score| refuted(dof, score)) {
         return Some(reason);
     }
     is_coloured(fit, dof).then(|| lacks_something(dof))
+}
+
+/// What held-out trials refute an axis by.
+fn refuted(dof: Dof, score: &AxisScore) -> Option<String> {
+    let is_refuted = falls_short(score) && !score.is_of_disturbance() && !score.is_followed();
+    if is_refuted { shortfall(dof, score, "held-out trials") } else { None }
 }
 
 /// An axis without a doubt of its own in a plant that is doubtful for others.
@@ -151,4 +151,50 @@ fn lacks_something(dof: Dof) -> String {
     format!(
         "what it fails to predict in {dof} is strongly correlated in time: the model lacks something, and its coefficients compensate for it"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A model that never moves has an error of 0.1.
+    fn axis(error: f64, disturbance: f64) -> AxisScore {
+        AxisScore {
+            mean_abs_error: Some(error),
+            null_error: 0.1,
+            disturbance_error: Some(disturbance),
+            r2: Some(1.0 - (error / 0.1).powi(2)),
+            ..AxisScore::default()
+        }
+    }
+
+    fn scored(axes: &[AxisScore]) -> CoupledScore {
+        let by_axis = Dof::ALL.into_iter().zip(axes.iter().copied()).collect();
+        CoupledScore { by_axis, ..CoupledScore::default() }
+    }
+
+    #[test]
+    fn a_plant_is_tested_where_most_of_its_axes_are() {
+        let (good, masked) = (axis(0.01, 0.01), axis(0.09, 0.09));
+        assert_eq!(untested(&scored(&[good, good, masked])), []);
+        assert_eq!(untested(&scored(&[masked, good, good, masked])), [Dof::Surge, Dof::Roll]);
+        // A swing that is followed for seconds is a test passed.
+        let followed =
+            AxisScore { restarted_error: Some(0.01), kept_error: Some(0.1), ..axis(0.09, 0.09) };
+        assert_eq!(untested(&scored(&[masked, good, good, followed])), []);
+    }
+
+    #[test]
+    fn an_axis_is_refuted_by_an_error_that_nothing_else_explains() {
+        let of = |score: AxisScore| refuted(Dof::Sway, &score);
+        let reason = of(axis(0.09, 0.01)).expect("0.09 of 0.1, and disturbances make 0.01");
+        assert!(reason.contains("the error of sway is 0.09"), "{reason}");
+        assert_eq!(of(axis(0.09, 0.09)), None);
+        assert_eq!(of(axis(0.01, 0.0)), None);
+        let followed =
+            AxisScore { restarted_error: Some(0.01), kept_error: Some(0.1), ..axis(0.09, 0.01) };
+        assert_eq!(of(followed), None);
+        let flat = AxisScore { r2: Some(0.02), ..axis(0.04, 0.0) };
+        assert!(of(flat).expect("explains nothing").contains("2 % of the variation of sway"));
+    }
 }

@@ -1,0 +1,540 @@
+"""Draws vehicles of six axes at random, drives them, and writes their logs as a user has them.
+
+Shares nothing with Seaplant but the files: the state is momentum, not velocity (Kirchhoff's
+equations, so that C is never formed), attitude is a matrix, drag may be cross-flow in strips,
+and the mass tensor is full. Each vehicle has one to three faults out of `FAULTS`.
+
+    draw.py OUT NUMBER SEED        # writes OUT/000 ..., each with truth.json
+"""
+
+import json
+import multiprocessing
+import sys
+from pathlib import Path
+
+import numpy as np
+
+RHO, G = 1025.0, 9.81
+AXES = ["surge", "sway", "heave", "roll", "pitch", "yaw"]
+STEP = 0.01
+SECONDS = (300.0, 300.0, 150.0)
+TRIALS = ["first", "second", "held-out"]
+
+# Each fault is a function of the vehicle `s` and the generator: it changes the truth, the logs or
+# what the files claim.
+FAULTS = {}
+
+
+def fault(f):
+    FAULTS[f.__name__] = f
+    return f
+
+
+@fault
+def lag(s, g):
+    s["lag_up"] = s["lag_down"] = g.uniform(0.1, 0.5)
+
+
+@fault
+def lag_two_way(s, g):
+    s["lag_up"], s["lag_down"] = g.uniform(0.05, 0.2), g.uniform(0.25, 0.6)
+
+
+@fault
+def delay(s, g):
+    s["delay"] = g.uniform(0.05, 0.4)
+
+
+@fault
+def reverse(s, g):
+    s["reverse"] = g.uniform(0.6, 0.9)
+
+
+@fault
+def exponent(s, g):
+    s["exponent"] = g.uniform(1.75, 2.15)
+
+
+@fault
+def thrust_scale(s, g):
+    s["claimed_thrust"] = g.choice([0.1, 0.5, 2.0, 10.0])
+
+
+@fault
+def battery(s, g):
+    s["sag"] = g.uniform(0.05, 0.15)
+
+
+@fault
+def slow_thrust_log(s, g):
+    s["thrust_hz"] = g.choice([2.0, 4.0])
+
+
+@fault
+def wrench_log(s, g):
+    s["wrench"] = True
+
+
+@fault
+def inflow(s, g):
+    s["inflow"] = g.uniform(0.1, 0.3)
+
+
+@fault
+def tether(s, g):
+    s["tether"] = g.uniform(0.02, 0.12)
+
+
+@fault
+def kicks(s, g):
+    s["kicks"] = g.uniform(0.1, 0.3)
+
+
+@fault
+def current(s, g):
+    s["current"] = g.uniform(0.05, 0.3)
+
+
+@fault
+def current_varies(s, g):
+    s["current"], s["current_std"] = g.uniform(0.0, 0.2), g.uniform(0.03, 0.1)
+
+
+@fault
+def waves(s, g):
+    s["waves"] = g.uniform(0.02, 0.1)
+
+
+@fault
+def strips(s, g):
+    s["strips"] = True
+
+
+@fault
+def cross_drag(s, g):
+    s["cross_drag"] = g.uniform(0.1, 0.3)
+
+
+@fault
+def noise(s, g):
+    s["noise"] = g.uniform(2.0, 6.0)
+
+
+@fault
+def spikes(s, g):
+    s["spikes"] = g.uniform(0.002, 0.02)
+
+
+@fault
+def dvl_scale(s, g):
+    s["dvl_scale"] = g.uniform(0.97, 1.03)
+
+
+@fault
+def dvl_means(s, g):
+    s["dvl_window"] = g.uniform(0.2, 0.8)
+
+
+@fault
+def dvl_late(s, g):
+    s["dvl_late"] = g.uniform(0.05, 0.3)
+
+
+@fault
+def dvl_turned(s, g):
+    s["dvl_turned"] = np.radians(g.uniform(2.0, 6.0))
+
+
+@fault
+def dvl_place(s, g):
+    s["dvl_place"] = s["length"] * g.uniform(-0.2, 0.2, 3)
+
+
+@fault
+def gap(s, g):
+    s["gap"] = g.uniform(5.0, 30.0)
+
+
+@fault
+def gyro_bias(s, g):
+    s["gyro_bias"] = g.uniform(-0.01, 0.01, 3)
+
+
+@fault
+def short_level(s, g):
+    s["tilt"] = 0.0
+
+
+def skew(a):
+    z = np.zeros(a.shape[:-1])
+    x, y, w = a[..., 0], a[..., 1], a[..., 2]
+    return np.stack(
+        [np.stack([z, -w, y], -1), np.stack([w, z, -x], -1), np.stack([-y, x, z], -1)], -2
+    )
+
+
+def positive(g, diagonal, spread):
+    """A symmetric matrix of this diagonal whose correlations are about `spread`."""
+    a = np.eye(6) + spread * g.standard_normal((6, 6)) / np.sqrt(2.0)
+    c = a @ a.T
+    d = np.sqrt(np.diag(c))
+    root = np.sqrt(diagonal)
+    return c / np.outer(d, d) * np.outer(root, root)
+
+
+def draw(seed):
+    """A vehicle: sizes, mass, drag, thrusters, sensors and faults."""
+    g = np.random.default_rng(seed)
+    length = np.exp(g.uniform(np.log(0.35), np.log(3.5)))
+    size = length * np.array([1.0, g.uniform(0.35, 0.9), g.uniform(0.3, 0.8)])
+    displaced = RHO * np.prod(size) * g.uniform(0.3, 0.6)
+    mass = displaced * g.uniform(0.99, 1.0)
+    radii = size / np.sqrt(12.0) * g.uniform(0.8, 1.1, 3)
+    r2 = radii**2
+    inertia = mass * np.array([r2[1] + r2[2], r2[0] + r2[2], r2[0] + r2[1]])
+    cg = np.array([0.0, 0.0, size[2] * g.uniform(0.02, 0.08)])
+    rigid = np.zeros((6, 6))
+    rigid[:3, :3] = mass * np.eye(3)
+    rigid[:3, 3:] = -mass * skew(cg)
+    rigid[3:, :3] = mass * skew(cg)
+    rigid[3:, 3:] = np.diag(inertia) - mass * skew(cg) @ skew(cg)
+    parts = np.array([g.uniform(lo, hi) for lo, hi in
+                      [(0.2, 0.8), (0.5, 1.3), (0.6, 1.6), (0.2, 0.9), (0.3, 1.2), (0.3, 1.2)]])
+    added = positive(g, parts * np.r_[displaced * np.ones(3), inertia], g.uniform(0.0, 0.1))
+    top = g.uniform(0.5, 1.2) * length**0.25
+    rate = g.uniform(0.5, 1.2) / length**0.4
+    area = np.array([size[1] * size[2], size[0] * size[2], size[0] * size[1]])
+    reach = np.array([size[1] ** 2 + size[2] ** 2, size[0] ** 2 + size[2] ** 2,
+                      size[0] ** 2 + size[1] ** 2]) / 4.0
+    cd = g.uniform(0.7, 1.4, 6)
+    quadratic = 0.5 * RHO * cd * np.r_[area, area[[1, 2, 1]] * reach**1.5 * 0.4]
+    speed = top * np.array([1.0, 0.6, 0.5, 0.0, 0.0, 0.0])
+    speed[3:] = rate * np.array([0.5, 0.5, 1.0])
+    linear = quadratic * speed * g.uniform(0.05, 0.5, 6)
+    s = {
+        "seed": seed, "length": length, "size": size, "mass": mass, "displaced": displaced,
+        "rigid": rigid, "M": rigid + added, "cg": cg, "cb": np.array([0.0, 0.0, 0.0]),
+        "linear": linear, "quadratic": quadratic, "top": top, "rate": rate, "speed": speed,
+        "lag_up": 0.0, "lag_down": 0.0, "delay": 0.0, "reverse": 1.0, "exponent": 2.0,
+        "claimed_thrust": 1.0, "sag": 0.0, "thrust_hz": float(g.choice([10.0, 20.0])),
+        "wrench": False, "inflow": 0.0, "tether": 0.0, "kicks": 0.0, "current": 0.0,
+        "current_std": 0.0, "waves": 0.0, "strips": False, "cross_drag": 0.0, "noise": 1.0,
+        "spikes": 0.0, "dvl_scale": 1.0, "dvl_window": 0.0, "dvl_late": 0.0, "dvl_turned": 0.0,
+        "dvl_place": np.zeros(3), "gap": 0.0, "gyro_bias": np.zeros(3),
+        "tilt": g.uniform(0.05, 0.3), "dvl_hz": float(g.choice([5.0, 8.0, 10.0])),
+        "imu_hz": float(g.choice([25.0, 50.0])), "pilot_hz": float(g.choice([10.0, 20.0])),
+        "states_rigid_body": bool(g.uniform() < 0.5),
+    }
+    thrusters(s, g)
+    chosen = g.choice(list(FAULTS), size=g.integers(1, 4), replace=False)
+    for name in chosen:
+        FAULTS[name](s, g)
+    s["faults"] = [str(name) for name in chosen]
+    s["coupling"] = np.zeros((6, 6))
+    if s["cross_drag"]:
+        scale = np.sqrt(linear)
+        s["coupling"] = s["cross_drag"] * np.outer(scale, scale) * g.uniform(-1, 1, (6, 6))
+        np.fill_diagonal(s["coupling"], 0.0)
+    return s, g
+
+
+def thrusters(s, g):
+    """Eight propellers: four vectored, four vertical; strong enough for the speeds wanted."""
+    lx, ly, lz = s["size"] / 2
+    angle = np.radians(g.uniform(30, 50))
+    c, w = np.cos(angle), np.sin(angle)
+    z = lz * g.uniform(-0.2, 0.3)
+    places = [[0.8 * lx, y * ly, z] for y in (1, -1)] + [[-0.8 * lx, y * ly, z] for y in (1, -1)]
+    ways = [[c, -w, 0], [c, w, 0], [c, w, 0], [c, -w, 0]]
+    places += [[x * 0.6 * lx, y * 0.8 * ly, 0.0] for x in (1, -1) for y in (1, -1)]
+    ways += [[0.0, 0.0, -1.0]] * 4
+    s["places"], s["ways"] = np.array(places), np.array(ways)
+    s["B"] = np.vstack([s["ways"].T, np.cross(s["places"], s["ways"]).T])
+    drag = (s["quadratic"] * s["speed"] + s["linear"]) * s["speed"]
+    share = np.abs(np.linalg.pinv(s["B"]))
+    s["max_force"] = 2.5 * (share.max(0) * drag).max()
+    s["max_rate"] = g.uniform(100.0, 300.0)
+
+
+def drag_force(s, nu):
+    if not s["strips"]:
+        force = (s["linear"] + s["quadratic"] * np.abs(nu)) * nu + nu @ s["coupling"].T
+        return force
+    # Cross-flow: each strip across the hull sees its own sideways and downward speed.
+    x = (np.arange(11) + 0.5) / 11 * s["size"][0] - s["size"][0] / 2
+    force = (s["linear"] + s["quadratic"] * np.abs(nu)) * nu
+    v = nu[:, 1:2] + x * nu[:, 5:6]
+    w = nu[:, 2:3] - x * nu[:, 4:5]
+    flow = np.hypot(v, w)
+    fy = s["quadratic"][1] / 11 * flow * v
+    fz = s["quadratic"][2] / 11 * flow * w
+    force[:, 1] = s["linear"][1] * nu[:, 1] + fy.sum(1)
+    force[:, 2] = s["linear"][2] * nu[:, 2] + fz.sum(1)
+    force[:, 4] = s["linear"][4] * nu[:, 4] - (x * fz).sum(1)
+    force[:, 5] = s["linear"][5] * nu[:, 5] + (x * fy).sum(1)
+    return force
+
+
+def derivative(s, state, thrust, outside, water):
+    """Rates of momentum, attitude and place; three trials at a time."""
+    p, rot, _ = state
+    relative = p @ s["inverse"].T
+    a, w = p[:, :3], p[:, 3:]
+    v, omega = relative[:, :3], relative[:, 3:]
+    force = thrust + outside - drag_force(s, relative)
+    down = rot[:, 2, :]
+    weight, lift = s["mass"] * G, s["displaced"] * G
+    force[:, :3] += (weight - lift) * down
+    force[:, 3:] += np.cross(weight * s["cg"] - lift * s["cb"], down)
+    dp = np.hstack([np.cross(a, omega), np.cross(w, omega) + np.cross(a, v)]) + force
+    over_ground = v + np.einsum("nij,ni->nj", rot, water)
+    return dp, rot @ skew(omega), np.einsum("nij,nj->ni", rot, over_ground)
+
+
+def simulate(s, g):
+    """Drives all trials at once; returns what happened at every step."""
+    n, count = len(TRIALS), int(max(SECONDS) / STEP)
+    s["inverse"] = np.linalg.inv(s["M"])
+    pinv = np.linalg.pinv(s["B"])
+    mass = np.diag(s["M"])
+    drag = (s["quadratic"] * s["speed"] + s["linear"]) * s["speed"]
+    bandwidth = np.clip(drag / (mass * np.maximum(s["speed"], 1e-9)), 0.3, 1.5)
+    spring = s["mass"] * G * s["cg"][2]
+    holds = [g.uniform(3, 12, 200).cumsum() for _ in range(n * 6)]
+    levels = g.uniform(-1, 1, (n, 6, 201))
+    rot = np.repeat(np.eye(3)[None], n, 0)
+    place = np.zeros((n, 3))
+    speed_prop = np.zeros((n, 8))
+    late = int(round(s["delay"] / STEP))
+    commands = np.zeros((count + late + 1, n, 8))
+    out = {k: np.zeros((count, n, w)) for k, w in
+           [("nu", 6), ("euler", 3), ("place", 3), ("command", 8), ("wrench", 6)]}
+    every = max(1, int(round(1.0 / (s["pilot_hz"] * STEP))))
+    ou = np.zeros((n, 6))
+    water_var = np.zeros((n, 3))
+    heading = g.uniform(0, 2 * np.pi)
+    water_mean = s["current"] * np.array([np.cos(heading), np.sin(heading), 0.0])
+    wave_phase = g.uniform(0, 2 * np.pi, (3, 6, n))
+    wave_rate = 2 * np.pi / g.uniform(4, 9, 3)
+    kick, kick_left = np.zeros((n, 6)), np.zeros(n)
+    relative0 = np.zeros((n, 6))
+    relative0[:, :3] = -np.einsum("nij,i->nj", rot, water_mean)
+    p = relative0 @ s["M"].T
+    seconds = np.array(SECONDS)
+    command = np.zeros((n, 8))
+    for k in range(count):
+        t = k * STEP
+        # Where water speeds up, its pressure carries a weightless body along: the momentum
+        # relative to the water stays.
+        if s["current_std"]:
+            tau = 60.0
+            water_var += -water_var * STEP / tau + s["current_std"] * np.sqrt(2 * STEP / tau) * (
+                g.standard_normal((n, 3)) * [1, 1, 0.2])
+        water = water_mean + water_var
+        relative = p @ s["inverse"].T
+        nu = relative.copy()
+        nu[:, :3] += np.einsum("nij,ni->nj", rot, water)
+        roll = np.arctan2(rot[:, 2, 1], rot[:, 2, 2])
+        pitch = -np.arcsin(np.clip(rot[:, 2, 0], -1, 1))
+        yaw = np.arctan2(rot[:, 1, 0], rot[:, 0, 0])
+        if k % every == 0:
+            want = np.zeros((n, 6))
+            for trial in range(n):
+                for axis in range(6):
+                    at = np.searchsorted(holds[trial * 6 + axis], t)
+                    want[trial, axis] = levels[trial, axis, at]
+            seen = nu + g.standard_normal((n, 6)) * 0.003
+            tau = want * drag * 1.2
+            # Roll and pitch are held at an angle, depth within bounds, and never too fast.
+            target = want[:, 3:5] * s["tilt"]
+            angle = np.stack([roll, pitch], 1) + g.standard_normal((n, 2)) * 0.003
+            stiff = 0.6 * spring + mass[3:5] * 0.8
+            tau[:, 3:5] = stiff * (target - angle) + spring * target - (
+                mass[3:5] * 1.2) * seen[:, 3:5]
+            tau[:, 2] -= 0.15 * bandwidth[2] * mass[2] * place[:, 2] / s["length"] ** 0.5
+            tau -= 0.3 * drag * np.maximum(np.abs(seen) / np.maximum(s["speed"], 1e-9) - 1, 0) * (
+                np.sign(seen))
+            force = np.clip(tau @ pinv.T, -s["max_force"], s["max_force"])
+            command = np.sign(force) * np.sqrt(np.abs(force) / s["max_force"]) * s["max_rate"]
+            command = np.round(command / s["max_rate"] * 400) / 400 * s["max_rate"]
+        commands[k + late] = command
+        heard = commands[k]
+        # Propellers: speed follows its command, faster up than down if so drawn.
+        if s["lag_up"]:
+            up = np.abs(heard) > np.abs(speed_prop)
+            blend = np.where(up, np.exp(-STEP / s["lag_up"]), np.exp(-STEP / s["lag_down"]))
+            after = heard + (speed_prop - heard) * blend
+            middle = 0.5 * (after + speed_prop)
+            speed_prop = after
+        else:
+            middle = speed_prop = heard
+        part = middle / s["max_rate"]
+        pushed = np.sign(part) * np.abs(part) ** s["exponent"] * s["max_force"]
+        pushed = np.where(pushed < 0, s["reverse"] * pushed, pushed)
+        dive = (t + np.r_[0, np.cumsum(seconds)[:-1]]) / seconds.sum()
+        pushed *= (1 - s["sag"] * dive)[:, None]
+        if s["inflow"]:
+            own = relative[:, :3] @ s["ways"].T + np.einsum(
+                "nij,ij->ni", np.cross(relative[:, None, 3:], s["places"][None]), s["ways"])
+            pushed -= s["inflow"] * s["max_force"] / s["top"] * np.abs(part) * own
+        thrust = pushed @ s["B"].T
+        outside = np.zeros((n, 6))
+        if s["tether"]:
+            ou += -ou * STEP / 8.0 + np.sqrt(2 * STEP / 8.0) * g.standard_normal((n, 6))
+            outside += s["tether"] * drag * ou
+        if s["kicks"]:
+            start = (g.uniform(size=n) < STEP / 25.0) & (kick_left <= 0)
+            kick[start] = s["kicks"] * drag * g.standard_normal((start.sum(), 6))
+            kick_left = np.where(start, 3.0, kick_left - STEP)
+            outside += np.where((kick_left > 0)[:, None], kick, 0.0)
+        if s["waves"]:
+            swing = np.sin(wave_rate[:, None, None] * t + wave_phase).sum(0).T
+            outside += s["waves"] * drag * swing
+        out["nu"][k], out["place"][k] = nu, place
+        out["euler"][k] = np.stack([roll, pitch, yaw], 1)
+        out["command"][k] = command
+        # A ship's computer that logs a wrench knows its own curves, no lag.
+        c = command / s["max_rate"]
+        out["wrench"][k] = (np.sign(c) * c**2 * s["max_force"]) @ s["B"].T
+        state = (p, rot, place)
+        k1 = derivative(s, state, thrust, outside, water)
+        k2 = derivative(s, [x + 0.5 * STEP * d for x, d in zip(state, k1)], thrust, outside, water)
+        k3 = derivative(s, [x + 0.5 * STEP * d for x, d in zip(state, k2)], thrust, outside, water)
+        k4 = derivative(s, [x + STEP * d for x, d in zip(state, k3)], thrust, outside, water)
+        p, rot, place = (x + STEP / 6 * (a + 2 * b + 2 * c_ + d) for x, a, b, c_, d in
+                         zip(state, k1, k2, k3, k4))
+        u, _, v = np.linalg.svd(rot)
+        rot = u @ v
+        if not np.isfinite(p).all():
+            raise FloatingPointError(f"vehicle {s['seed']} runs away at {t:.1f} s")
+    return out
+
+
+def sampled(values, hz, window=0.0, late=0.0):
+    """Rows of `values` at `hz`, each the mean of the `window` seconds that end at it."""
+    rows = np.arange(0, len(values) - 1, 1.0 / (hz * STEP)).round().astype(int)
+    width = max(1, int(round(window / STEP)))
+    if width > 1:
+        total = np.cumsum(np.concatenate([np.zeros_like(values[:1]), values]), 0)
+        low = np.maximum(rows + 1 - width, 0)
+        picked = (total[rows + 1] - total[low]) / (rows + 1 - low)[:, None]
+    else:
+        picked = values[np.maximum(rows - int(round(late / STEP)), 0)]
+    return rows * STEP, picked
+
+
+def table(path, header, time, columns):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    lines = [",".join(["time (s)", *header])]
+    for t, row in zip(time, columns):
+        lines.append(f"{t:.3f}," + ",".join("" if np.isnan(x) else f"{x:.6g}" for x in row))
+    path.write_text("\n".join(lines) + "\n")
+
+
+def write(s, g, out, folder):
+    noise = s["noise"]
+    tilt = s["dvl_turned"]
+    turn = np.array([[np.cos(tilt), -np.sin(tilt), 0], [np.sin(tilt), np.cos(tilt), 0], [0, 0, 1]])
+    for k, trial in enumerate(TRIALS):
+        count = int(SECONDS[k] / STEP)
+        nu, euler = out["nu"][:count, k], out["euler"][:count, k]
+        time, rows = sampled(out["wrench" if s["wrench"] else "command"][:count, k], s["thrust_hz"])
+        if s["wrench"]:
+            table(folder / trial / "thrust.csv", [f"{a} ({'N' if i < 3 else 'N m'})"
+                  for i, a in enumerate(AXES)], time, rows)
+        else:
+            table(folder / trial / "thrust.csv", [f"T{i + 1} (rad/s)" for i in range(8)], time, rows)
+        at = nu[:, :3] + np.cross(nu[:, 3:], s["dvl_place"])
+        time, rows = sampled(at @ turn, s["dvl_hz"], s["dvl_window"], s["dvl_late"])
+        rows = rows * s["dvl_scale"] + 0.003 * noise * g.standard_normal(rows.shape)
+        wild = g.uniform(size=rows.shape) < s["spikes"]
+        rows = np.where(wild, rows + g.standard_normal(rows.shape) * s["top"], rows)
+        if s["gap"]:
+            begin = g.uniform(20, SECONDS[k] - 60)
+            rows[(time > begin) & (time < begin + s["gap"])] = np.nan
+        table(folder / trial / "dvl.csv", ["x (m/s)", "y (m/s)", "z (m/s)"], time, rows)
+        both = np.hstack([nu[:, 3:] + s["gyro_bias"], euler])
+        time, rows = sampled(both, s["imu_hz"])
+        rows = rows + 0.002 * noise * g.standard_normal(rows.shape)
+        header = ["p (rad/s)", "q (rad/s)", "r (rad/s)", "roll (rad)", "pitch (rad)", "yaw (rad)"]
+        table(folder / trial / "imu.csv", header, time, rows)
+    claims(s, folder)
+
+
+def claims(s, folder):
+    """What the user writes of the vehicle and the trials."""
+    lines = [f'name = "stranger {s["seed"]}"', f"dry_mass_kg = {s['mass']:.5g}",
+             f"size_m = [{', '.join(f'{x:.4g}' for x in s['size'])}]"]
+    if not s["wrench"]:
+        # The bollard test was made at full speed.
+        factor = s["claimed_thrust"] * s["max_force"] / s["max_rate"] ** 2
+        for i, (place, way) in enumerate(zip(s["places"], s["ways"])):
+            lines += ["[[thruster]]", f'name = "T{i + 1}"', f"position_m = {place.tolist()}",
+                      f"direction = {way.tolist()}",
+                      f'curve = {{ kind = "quadratic", forward = {factor:.8g}, reverse = {factor:.8g} }}']
+    if s["states_rigid_body"]:
+        lines += ["[rigid_body]", f"mass_kg = {s['mass']:.8g}",
+                  f"centre_of_gravity_m = {s['cg'].tolist()}"]
+        about = s["rigid"][3:, 3:] + s["mass"] * skew(s["cg"]) @ skew(s["cg"])
+        lines += [f"inertia_kg_m2 = {about.tolist()}", "[buoyancy]",
+                  f"displaced_kg = {s['displaced']:.8g}", f"centre_m = {s['cb'].tolist()}"]
+    (folder / "vehicle.toml").write_text("\n".join(lines) + "\n")
+    lines = ['vehicle = "vehicle.toml"', "[[plant]]",
+             'axes = ["surge", "sway", "heave", "roll", "pitch", "yaw"]']
+    if "strips" not in s["faults"]:
+        lines.append('symmetry = "none"')
+    for trial in TRIALS:
+        lines += ["[[trial]]", f'name = "{trial}"',
+                  f'log = ["{trial}/thrust.csv", "{trial}/dvl.csv", "{trial}/imu.csv"]']
+        if trial == "held-out":
+            lines.append('role = "hold-out"')
+    lines.append("[channels]")
+    if s["wrench"]:
+        lines += [f'"wrench.{a}" = {{ column = "{a}" }}' for a in AXES]
+    else:
+        lines += [f'"thruster.T{i + 1}.speed" = {{ column = "T{i + 1}" }}' for i in range(8)]
+    lines += [f'"dvl.velocity.{a}" = {{ column = "{a}" }}' for a in "xyz"]
+    lines += [f'"rate.{a}" = {{ column = "{c}" }}' for a, c in zip(AXES[3:], "pqr")]
+    lines += ['"attitude.roll" = { column = "roll" }', '"attitude.pitch" = { column = "pitch" }',
+              '"attitude.heading" = { column = "yaw" }']
+    (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
+
+
+def one(job):
+    folder, seed = job
+    s, g = draw(seed)
+    out = simulate(s, g)
+    write(s, g, out, folder)
+    count = int(SECONDS[0] / STEP)
+    rms = np.sqrt((out["nu"][:count, :2] ** 2).mean((0, 1)))
+    drag = (s["linear"] + s["quadratic"] * rms) * rms
+    tilt = np.abs(out["euler"][:count, :2, :2]).max()
+    truth = {
+        "seed": seed, "faults": s["faults"], "length_m": s["length"],
+        "M": s["M"].tolist(), "rigid": s["rigid"].tolist(), "linear": s["linear"].tolist(),
+        "quadratic": s["quadratic"].tolist(), "coupling": s["coupling"].tolist(),
+        "strips": s["strips"], "rms_speed": rms.tolist(), "drag_at_rms": drag.tolist(),
+        "largest_tilt_rad": float(tilt),
+        "weight_minus_buoyancy": (s["mass"] - s["displaced"]) * G,
+        "lever_z": s["mass"] * G * s["cg"][2],
+        "claimed_thrust": float(s["claimed_thrust"]),
+        **{k: s[k] for k in ["lag_up", "lag_down", "delay", "reverse", "exponent", "sag",
+                             "thrust_hz", "inflow", "tether", "kicks", "current", "current_std",
+                             "waves", "noise", "spikes", "dvl_scale", "dvl_window", "dvl_late",
+                             "dvl_turned", "gap"]},
+    }
+    (folder / "truth.json").write_text(json.dumps(truth, indent=1, default=float))
+    return folder.name, s["faults"], s["length"], rms, tilt
+
+
+def main():
+    out, number, seed = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
+    jobs = [(out / f"{k:03}", k) for k in range(seed, seed + number)]
+    with multiprocessing.Pool() as pool:
+        for name, faults, length, rms, tilt in pool.imap(one, jobs):
+            print(name, f"{length:.2f} m", "+".join(faults), np.round(rms, 2), f"tilt {tilt:.2f}",
+                  flush=True)
+
+
+if __name__ == "__main__":
+    main()

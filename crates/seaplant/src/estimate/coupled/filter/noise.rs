@@ -1,0 +1,182 @@
+//! What stands beside the plant, and what it adds to a step.
+
+use nalgebra::{DVector, SVector};
+
+use crate::motion::Decay;
+
+/// What stands beside the plant, by axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::estimate::coupled) struct Noise<const N: usize> {
+    /// Standard deviation of the disturbance, N or N m.
+    pub(in crate::estimate::coupled) disturbance: SVector<f64, N>,
+    /// Its correlation time, s.
+    pub(in crate::estimate::coupled) correlation_s: SVector<f64, N>,
+    /// Standard deviation of a sample of velocity, m/s or rad/s.
+    pub(in crate::estimate::coupled) velocity: SVector<f64, N>,
+    /// How the current changes; none if it is constant.
+    pub(in crate::estimate::coupled) drift: Option<Drift>,
+}
+
+/// How the current changes in the course of a trial: a Gauss–Markov velocity north, and one east.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::estimate::coupled) struct Drift {
+    /// Standard deviation of each, m/s.
+    pub(in crate::estimate::coupled) std_m_s: f64,
+    /// Their correlation time, s.
+    pub(in crate::estimate::coupled) correlation_s: f64,
+}
+
+impl Drift {
+    /// One that never shows itself.
+    pub(super) const NONE: Self = Self { std_m_s: 0.0, correlation_s: f64::INFINITY };
+
+    /// Too small to change what else is found: where it is asked whether more is likelier.
+    pub(in crate::estimate::coupled) const TRIED: Self =
+        Self { std_m_s: 1e-3, correlation_s: 60.0 };
+
+    /// Where a fit begins with it.
+    pub(in crate::estimate::coupled) const FIRST: Self =
+        Self { std_m_s: 0.02, correlation_s: 60.0 };
+
+    pub(super) fn fade(&self, h: f64) -> f64 {
+        (-h / self.correlation_s).exp()
+    }
+
+    /// What a step adds to the variance of each.
+    pub(super) fn process(&self, h: f64) -> f64 {
+        self.std_m_s.powi(2) * (1.0 - self.fade(h).powi(2))
+    }
+}
+
+impl<const N: usize> Noise<N> {
+    /// Where the logarithms of the current's changes stand: standard deviation, correlation time.
+    pub(in crate::estimate::coupled) const DRIFT: usize = 3 * N;
+
+    /// How many numbers there are where the current changes.
+    pub(in crate::estimate::coupled) const COUNT: usize = Self::DRIFT + 2;
+
+    /// How many numbers there are.
+    pub(in crate::estimate::coupled) const fn count(&self) -> usize {
+        if self.drift.is_some() { Self::COUNT } else { Self::DRIFT }
+    }
+
+    /// Their logarithms, shape (3 N,) or (3 N + 2,).
+    pub(in crate::estimate::coupled) fn logarithms(&self) -> DVector<f64> {
+        let parts = [self.disturbance, self.correlation_s, self.velocity];
+        let of_axes = parts.into_iter().flat_map(|part| part.map(f64::ln).data.0[0]);
+        let of_water =
+            self.drift.iter().flat_map(|drift| [drift.std_m_s.ln(), drift.correlation_s.ln()]);
+        DVector::from_vec(of_axes.chain(of_water).collect())
+    }
+
+    /// The numbers of such logarithms.
+    pub(in crate::estimate::coupled) fn of(logarithms: &DVector<f64>) -> Self {
+        let part = |k: usize| SVector::from_fn(|i, _| logarithms[k * N + i].exp());
+        let drift = (logarithms.len() > Self::DRIFT).then(|| Drift {
+            std_m_s: logarithms[Self::DRIFT].exp(),
+            correlation_s: logarithms[Self::DRIFT + 1].exp(),
+        });
+        Self { disturbance: part(0), correlation_s: part(1), velocity: part(2), drift }
+    }
+
+    pub(super) fn of_water(&self) -> Drift {
+        self.drift.unwrap_or(Drift::NONE)
+    }
+
+    pub(super) fn decay(&self) -> Decay<N> {
+        Decay { rate: self.correlation_s.map(|t| 1.0 / t) }
+    }
+}
+
+/// What white noise that drives a Gauss–Markov force adds over a step, of variance: to the
+/// integral of the force, to the force, and to both together.
+pub(super) struct Impulse {
+    pub(super) variance: f64,
+    pub(super) with_force: f64,
+    pub(super) of_force: f64,
+}
+
+impl Impulse {
+    /// Of a force of standard deviation σ and correlation time T over h, with x = h/T:
+    /// `σ²T² (2x − 3 + 4e⁻ˣ − e⁻²ˣ)`, `σ²T (1 − e⁻ˣ)²`, `σ² (1 − e⁻²ˣ)`.
+    pub(super) fn over(h: f64, sigma: f64, t: f64) -> Self {
+        let (x, power) = (h / t, sigma * sigma);
+        Self {
+            variance: power * t * t * integrated(x),
+            with_force: power * t * (-x).exp_m1().powi(2),
+            of_force: -power * (-2.0 * x).exp_m1(),
+        }
+    }
+
+    /// The slope of [`Self::over`] by ln T.
+    pub(super) fn by_correlation(h: f64, sigma: f64, t: f64) -> Self {
+        let (x, power) = (h / t, sigma * sigma);
+        let gone = -(-x).exp_m1();
+        Self {
+            variance: 2.0 * power * t * t * (integrated(x) - x * gone * gone),
+            with_force: power * t * gone * (gone - 2.0 * x * (-x).exp()),
+            of_force: -2.0 * power * x * (-2.0 * x).exp(),
+        }
+    }
+}
+
+/// `2x − 3 + 4e⁻ˣ − e⁻²ˣ`; as its series, `Σ (−1)ⁿ (4 − 2ⁿ) xⁿ/n!` from n = 3, where it would be a
+/// difference of near numbers.
+pub(super) fn integrated(x: f64) -> f64 {
+    if x > 0.5 {
+        return 2.0 * x - 3.0 + 4.0 * (-x).exp() - (-2.0 * x).exp();
+    }
+    let (mut power, mut two) = (-x * x / 2.0, 4.0);
+    let term = |n: u32| {
+        power *= -x / f64::from(n);
+        two *= 2.0;
+        (two - 4.0) * power
+    };
+    (3..=TERMS).map(term).sum()
+}
+
+/// So many terms of the series leave less than rounding.
+pub(super) const TERMS: u32 = 20;
+
+/// `d ln g/d ln T` of `g = ∫₀ʰ e^(−s/T) ds`, with x = h/T: how the push of a disturbance over a
+/// step changes with its correlation time.
+pub(super) fn push_by(x: f64) -> f64 {
+    if x < 1e-6 { 0.5 * x } else { 1.0 - x / x.exp_m1() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a step adds is a covariance, whether a force lasts for many steps or for a part of one.
+    #[test]
+    fn what_a_step_adds_is_positive_and_has_the_slope_it_says() {
+        let (h, sigma) = (0.05, 3.0);
+        for t in [0.005, 0.02, 0.1, 0.2, 1.0, 30.0, 1e4] {
+            let of = Impulse::over(h, sigma, t);
+            let left = of.variance * of.of_force - of.with_force.powi(2);
+            assert!(left > 0.1 * of.variance * of.of_force, "{t} s: {left}");
+            let step = 1e-5_f64;
+            let (up, down) =
+                (Impulse::over(h, sigma, t * step.exp()), Impulse::over(h, sigma, t / step.exp()));
+            let slope = Impulse::by_correlation(h, sigma, t);
+            let check = |up: f64, down: f64, found: f64, of: f64| {
+                let expected = (up - down) / (2.0 * step);
+                assert!((found - expected).abs() < 1e-6 * of, "{t} s: {found} and {expected}");
+            };
+            check(up.variance, down.variance, slope.variance, of.variance);
+            check(up.with_force, down.with_force, slope.with_force, of.with_force);
+            check(up.of_force, down.of_force, slope.of_force, of.of_force);
+        }
+    }
+
+    /// A force that lasts is one that is constant over the step: `q h³/3`, `q h²/2`, `q h`.
+    #[test]
+    fn a_lasting_force_adds_what_white_noise_does_to_its_integrals() {
+        let (h, sigma, t) = (0.02, 2.0, 1e5);
+        let (of, q) = (Impulse::over(h, sigma, t), 2.0 * sigma * sigma / t);
+        assert!((of.variance / (q * h.powi(3) / 3.0) - 1.0).abs() < 1e-6);
+        assert!((of.with_force / (q * h * h / 2.0) - 1.0).abs() < 1e-6);
+        assert!((of.of_force / (q * h) - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,132 @@
+//! Where a fit begins: the optimum that the likeliest of several starts leads to.
+
+use super::actuator::Actuator;
+use super::equation_error::{self, EquationError};
+use super::fit::{Optimum, Point, Problem, Tolerance, first_noise};
+use super::{Fitted, free, search};
+use crate::plant::{Basis, Plant};
+use crate::{CoupledRecord, Error};
+
+/// Lengths of the test functions of starts, s: short for small vehicles, long for ships.
+const WINDOWS_S: [f64; 5] = [0.6, 1.2, 3.0, 8.0, 20.0];
+
+/// The lag that fits begin with, s.
+const FIRST_LAG_S: f64 = 0.1;
+
+/// The first optimum; where none is reached, from that of fewer terms: without products of three
+/// velocities and more, and then without couplings.
+///
+/// # Errors
+/// That of the whole structure, if it has no such terms or leaving them out does not help.
+pub(super) fn begun<const N: usize>(
+    problem: Problem,
+    records: &[&CoupledRecord],
+) -> Result<(Plant, EquationError, Fitted<N>), Error> {
+    let refused = match first_optimum::<N>(&problem, records) {
+        Ok((start, found, optimum)) => {
+            return Ok((start, found, Fitted::new(problem, optimum)));
+        }
+        Err(error) => error,
+    };
+    let without = |is_left_out: fn(&Basis) -> bool| {
+        let lower = problem.structure.without(is_left_out);
+        (lower.terms().len() < problem.structure.terms().len()).then_some(lower)
+    };
+    for lower in [without(is_high), without(is_coupling)].into_iter().flatten() {
+        let lower = problem.with_terms(lower);
+        let Ok((start, found, optimum)) = first_optimum::<N>(&lower, records) else { continue };
+        let start_of_whole = search::widened(&problem, &lower, &optimum.point);
+        if let Ok(optimum) = problem.optimum(start_of_whole, Tolerance::COARSE) {
+            return Ok((start, found, Fitted::new(problem, optimum)));
+        }
+    }
+    Err(refused)
+}
+
+/// Whether a term is a product of three velocities or more.
+fn is_high(term: &Basis) -> bool {
+    matches!(term, Basis::Product(_, product) if product.factors().count() > 2)
+}
+
+/// Whether a term has one axis act on another.
+fn is_coupling(term: &Basis) -> bool {
+    match term {
+        Basis::Mass(a, b) => a != b,
+        Basis::Product(axis, product) => product.factors().any(|factor| factor.of != *axis),
+        _ => false,
+    }
+}
+
+/// The optimum that the likeliest of several starts leads to; from the next one, if that does
+/// not settle.
+///
+/// # Errors
+/// That of the likeliest start, if none settles.
+fn first_optimum<const N: usize>(
+    problem: &Problem,
+    records: &[&CoupledRecord],
+) -> Result<(Plant, EquationError, Optimum<N>), Error> {
+    let mut refused = None;
+    let tries = if problem.has_rival() { 1 } else { usize::MAX };
+    let mut starts = starts::<N>(problem, records, &mut refused);
+    if problem.is_free {
+        starts = problem.nearer(starts);
+    }
+    for (point, found) in starts.into_iter().take(tries) {
+        let start = problem.plant(&point.free)?;
+        match problem.optimum(point, Tolerance::COARSE) {
+            Ok(optimum) => return Ok((start, found, optimum)),
+            Err(error) => {
+                refused.get_or_insert(error);
+            }
+        }
+    }
+    Err(refused.unwrap_or(Error::TooShort { name: "the fit".to_owned(), found: 0, needed: 1 }))
+}
+
+/// Starts by equation error with test functions of several lengths, the likeliest first.
+fn starts<const N: usize>(
+    problem: &Problem,
+    records: &[&CoupledRecord],
+    refused: &mut Option<Error>,
+) -> Vec<(Point<N>, EquationError)> {
+    let mut found = Vec::new();
+    let pieces = problem.in_pieces();
+    for window_s in WINDOWS_S {
+        let (structure, physical) = (&problem.structure, &problem.physical);
+        match equation_error::fits(structure, physical, records, window_s) {
+            Ok(fits) => found.extend(fits.into_iter().map(|least_squares| {
+                let point = first_point(problem, records, &least_squares);
+                let cost = pieces.as_ref().unwrap_or(problem).cost(&point);
+                (cost, point, least_squares)
+            })),
+            Err(error) => drop(refused.get_or_insert(error)),
+        }
+    }
+    if found.iter().any(|(cost, ..)| cost.is_finite()) {
+        *refused = None;
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.into_iter().map(|(_, point, least_squares)| (point, least_squares)).collect()
+}
+
+fn first_point<const N: usize>(
+    problem: &Problem,
+    records: &[&CoupledRecord],
+    least_squares: &EquationError,
+) -> Point<N> {
+    let mut point = Point {
+        free: problem.physical.free(&least_squares.coefficients),
+        actuator: Actuator {
+            lag_s: if problem.fits[0] { FIRST_LAG_S } else { 0.0 },
+            ..Actuator::prompt(records)
+        },
+        currents: vec![[0.0; 2]; records.len()],
+        noise: first_noise(problem, &least_squares.residual),
+    };
+    if problem.is_free {
+        point.noise = free::first_noise(problem, records);
+        problem.in_pieces().as_ref().unwrap_or(problem).step_misfit(&mut point, Tolerance::COARSE);
+    }
+    point
+}

@@ -1,0 +1,108 @@
+//! How certain the numbers of a fit are, and whether its innovations are white.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::filter::{Drift, Noise};
+use super::fit::{Point, Problem};
+use super::{AxisNoise, CurrentDrift};
+use crate::estimate::PRECISION;
+use crate::plant::{Plant, Structure};
+use crate::{Dof, Error};
+
+/// The covariance of a plant's coefficients: a held one has no error, and no other less than a log
+/// leaves.
+pub(super) fn of_coefficients(plant: &Plant, all: &DMatrix<f64>) -> DMatrix<f64> {
+    let structure = plant.structure();
+    let terms = structure.terms().iter();
+    let is_held: Vec<bool> = terms.map(|term| structure.held(term).is_some()).collect();
+    let least = |k: usize| (PRECISION * plant.coefficients()[k]).powi(2);
+    DMatrix::from_fn(is_held.len(), is_held.len(), |i, j| match is_held[i] || is_held[j] {
+        true => 0.0,
+        false => all[(i, j)] + if i == j { least(i) } else { 0.0 },
+    })
+}
+
+/// What each coefficient's variance is multiplied with because others look like it.
+pub(super) fn inflation(information: &DMatrix<f64>, p: usize) -> Vec<f64> {
+    let covariance = inverse(information);
+    (0..p).map(|k| covariance[(k, k)] * information[(k, k)]).collect()
+}
+
+pub(super) fn disturbances<const N: usize>(
+    structure: &Structure,
+    noise: &Noise<N>,
+    covariance: &DMatrix<f64>,
+) -> BTreeMap<Dof, AxisNoise> {
+    let with_std = |x: f64, k: usize| (x, x * covariance[(k, k)].sqrt());
+    let of = |(i, &dof): (usize, &Dof)| {
+        let found = AxisNoise {
+            disturbance: with_std(noise.disturbance[i], i),
+            correlation_s: with_std(noise.correlation_s[i], N + i),
+            velocity: with_std(noise.velocity[i], 2 * N + i),
+        };
+        (dof, found)
+    };
+    structure.axes().iter().enumerate().map(of).collect()
+}
+
+pub(super) fn current_drift<const N: usize>(
+    noise: &Noise<N>,
+    covariance: &DMatrix<f64>,
+) -> Option<CurrentDrift> {
+    let Drift { std_m_s, correlation_s } = noise.drift?;
+    let with_std = |x: f64, k: usize| (x, x * covariance[(k, k)].sqrt());
+    Some(CurrentDrift {
+        std_m_s: with_std(std_m_s, Noise::<N>::DRIFT),
+        correlation_s: with_std(correlation_s, Noise::<N>::DRIFT + 1),
+    })
+}
+
+/// The inverse of an information matrix, scaled first; what it does not tell gets a variance
+/// that says so.
+pub(super) fn inverse(information: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = information.nrows();
+    let scale = DVector::from_fn(n, |k, _| {
+        let own = information[(k, k)];
+        if own > 0.0 { 1.0 / own.sqrt() } else { 1.0 }
+    });
+    let scaled = DMatrix::from_fn(n, n, |i, j| information[(i, j)] * scale[i] * scale[j]);
+    let eigen = scaled.symmetric_eigen();
+    let values = eigen.eigenvalues.map(|value| 1.0 / value.max(LEAST_INFORMATION));
+    let inverse =
+        &eigen.eigenvectors * DMatrix::from_diagonal(&values) * eigen.eigenvectors.transpose();
+    DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j])
+}
+
+/// Eigenvalues of scaled information below this are rounding.
+const LEAST_INFORMATION: f64 = 1e-12;
+
+/// Every so many of an axis's innovations are tested where neighbours share the error of one fix.
+const APART_OF_SLOPES: usize = 2;
+
+/// Lags over which innovations are to be white.
+const LAGS: usize = 40;
+
+pub(super) fn whiteness<const N: usize>(
+    problem: &Problem,
+    point: &Point<N>,
+) -> Result<BTreeMap<Dof, f64>, Error> {
+    let trials = problem.innovations(point)?;
+    let of = |(axis, &dof): (usize, &Dof)| {
+        let mut statistic = (0.0, 0_usize);
+        let apart = if problem.by_slope[dof.index()] { APART_OF_SLOPES } else { 1 };
+        for trial in &trials {
+            let of_axis = trial.iter().filter(|innovation| innovation.axis == axis).step_by(apart);
+            let e: Vec<f64> = of_axis.map(|innovation| innovation.normalised).collect();
+            let power: f64 = e.iter().map(|x| x * x).sum();
+            for lag in 1..=LAGS.min(e.len() / 4) {
+                let product: f64 = e.iter().zip(&e[lag..]).map(|(a, b)| a * b).sum();
+                let r = product / power;
+                statistic = (statistic.0 + e.len() as f64 * r * r, statistic.1 + 1);
+            }
+        }
+        (dof, statistic.0 / statistic.1.max(1) as f64)
+    };
+    Ok(problem.structure.axes().iter().enumerate().map(of).collect())
+}
