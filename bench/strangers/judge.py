@@ -56,13 +56,11 @@ def judge(program, folder):
         "cpu": after.ru_utime - before.ru_utime, "elapsed": time.monotonic() - start,
     }
     results = json.loads((out / "results.json").read_text()) if run.returncode == 0 else {}
-    plants = results.get("coupled") or []
-    if not plants:
-        text = [c["message"] for c in results.get("caveats", [])] + results.get("failures", [])
-        row |= {"trust": "refused", "reason": str(text or run.stderr)[:200]}
-        return row
-    plant = plants[0]
-    found = {p["name"]: p for p in plant["parameters"]}
+    if not results.get("coupled"):
+        refused = [failure["message"] for failure in results.get("failures", [])]
+        return row | {"trust": "refused", "reason": str(refused or run.stderr)[:200]}
+    (plant,) = results["coupled"].values()
+    found = plant["parameters"]
     expected = true_values(truth)
     held = [
         p["low95"] <= expected[n] <= p["high95"]
@@ -79,8 +77,6 @@ def judge(program, folder):
         "trust": plant["verdict"]["trust"], "reason": plant["verdict"]["reason"],
         "codes": plant["verdict"]["codes"], "mass": mass, "drag": drag,
         "held": sum(held), "intervals": len(held),
-        "verdicts": {a: v["trust"] for a, v in (plant.get("verdicts") or {}).items()}
-        if isinstance(plant.get("verdicts"), dict) else plant.get("verdicts"),
     }
     return row
 

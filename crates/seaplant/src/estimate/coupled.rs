@@ -15,14 +15,13 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::PRECISION;
 use crate::motion::with_places;
-use crate::plant::{Basis, Parameterisation, Plant, RigidBody, Structure};
+use crate::plant::{Basis, Plant, RigidBody, Structure};
 use crate::{CoupledRecord, Dof, Error, Method};
 pub use actuator::Actuator;
 use equation_error::EquationError;
 use filter::{Drift, Noise};
-use fit::{Optimum, Point, Problem, Tolerance, first_noise};
+use fit::{Optimum, Problem, Tolerance};
 pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 use start::begun;
@@ -195,10 +194,7 @@ impl<const N: usize> Fitted<N> {
             let Some((step, std)) = self.problem.delay(&self.optimum.point) else { break };
             let before = found.as_ref().map_or(0.0, |(_, delay_s, _)| *delay_s);
             let total = (before + step).clamp(-MOST_DELAY_S, MOST_DELAY_S);
-            let white = self.whiteness()?;
-            let axes = self.problem.structure.axes().iter().filter(|dof| !dof.is_rotation());
-            let colour = axes.map(|dof| white(*dof)).fold(1.0, f64::max);
-            let worth = (step / std).powi(2) / colour;
+            let worth = (step / std).powi(2) / self.colour_of_translations()?;
             let is_seen = step.abs() > LEAST_DELAY_S && worth > search::ADMITTED;
             if !is_seen {
                 break;
@@ -349,6 +345,13 @@ impl<const N: usize> Fitted<N> {
             whiteness(&self.problem, &self.optimum.point)?
         };
         Ok(move |dof: Dof| white.get(&dof).copied().unwrap_or(1.0).max(1.0))
+    }
+
+    /// The greatest of it on surge, sway and heave.
+    fn colour_of_translations(&self) -> Result<f64, Error> {
+        let white = self.whiteness()?;
+        let axes = self.problem.structure.axes().iter().filter(|dof| !dof.is_rotation());
+        Ok(axes.map(|dof| white(*dof)).fold(1.0, f64::max))
     }
 
     /// What a term has to gain, and what its gain is divided by on each axis.

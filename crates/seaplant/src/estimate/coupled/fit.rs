@@ -38,7 +38,7 @@ pub(super) struct Problem {
     /// Pieces of the trials, to begin with.
     pieces: Option<Arc<[Schedule]>>,
     pushed: Arc<Pushed>,
-    rigid_body: Option<Matrix6<f64>>,
+    pub(super) rigid_body: Option<Matrix6<f64>>,
     /// Which numbers of the actuator are fitted.
     pub(super) fits: [bool; Actuator::COUNT],
     /// Whether thrusters push, of which any was logged; else a wrench does.

@@ -4,7 +4,7 @@ use super::actuator::Actuator;
 use super::equation_error::{self, EquationError};
 use super::fit::{Optimum, Point, Problem, Tolerance, first_noise};
 use super::{Fitted, free, search};
-use crate::plant::{Basis, Plant};
+use crate::plant::{Basis, Parameterisation, Plant};
 use crate::{CoupledRecord, Error};
 
 /// Lengths of the test functions of starts, s: short for small vehicles, long for ships.

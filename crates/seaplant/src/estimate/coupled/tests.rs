@@ -209,28 +209,19 @@ const LINEARISATION: f64 = 0.02;
 
 #[test]
 fn the_noises_slope_is_that_of_the_likelihood() {
-    check_slope_of(&noise());
-}
-
-#[test]
-fn the_slope_holds_where_forces_last_for_a_part_of_a_step() {
-    check_slope_of(&Noise { correlation_s: [0.04, 0.1, 0.07].into(), ..noise() });
-}
-
-fn check_slope_of(noise: &Noise<3>) {
     let plant = planar();
     let record = record(&plant, "a", 1, 60, 0.005);
     let schedules = schedule::Schedule::whole(&[&record], plant.structure());
     let schedule = &schedules[0];
     let prepared = Prepared::<3>::new(&plant).expect("three axes");
-    let logarithms = noise.logarithms();
+    let logarithms = noise().logarithms();
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
     let pass = |noise: &Noise<3>| {
         let pass =
             Pass { plant: &prepared, schedule, pushes: &pushes, current: [0.1, -0.05], noise };
         (pass.by_noise(), pass.innovations().0)
     };
-    let (slope, cost) = pass(noise);
+    let (slope, cost) = pass(&noise());
     assert!((slope.cost - cost).abs() < 1e-9 * cost.abs());
     for k in 0..Noise::<3>::COUNT {
         let at = |step: f64| {

@@ -217,7 +217,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         for walk in [0.1, 1.0, 100.0] {
             let stretches = [walked(0.02, walk, &mut random), walked(0.02, walk, &mut random)];
-            let found = DriftingNoise::of(&stretches, 0.0, rms);
+            let found = DriftingNoise::of(&stretches, 0.0, |x| rms(x));
             // Eight thousand samples tell a strong walk to a few per cent; a weak one shows
             // in a few hundred spans alone.
             assert!((found.walk / walk - 1.0).abs() < 0.3, "{walk}: {found:?}");
@@ -229,9 +229,9 @@ mod tests {
     fn finds_no_walk_where_there_is_none_but_what_is_known_otherwise() {
         let mut random = ChaCha8Rng::seed_from_u64(4);
         let stretches = [walked(0.02, 0.0, &mut random)];
-        let found = DriftingNoise::of(&stretches, 0.0, rms);
+        let found = DriftingNoise::of(&stretches, 0.0, |x| rms(x));
         assert_eq!(found.walk, 0.0);
-        let known = DriftingNoise::of(&stretches, 1e-5, rms);
+        let known = DriftingNoise::of(&stretches, 1e-5, |x| rms(x));
         assert!((known.walk * found.std.powi(2) / 1e-5 - 1.0).abs() < 1e-9, "{known:?}");
     }
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use super::doubts::{coloured, falls_short, is_coloured, shortfall};
-use crate::caveat::spoken;
 use crate::estimate::CoupledFit;
 use crate::results::{AxisScore, CoupledPlant, CoupledScore, Trust, Verdict};
 use crate::{Caveat, CaveatCode, Dof, Severity};

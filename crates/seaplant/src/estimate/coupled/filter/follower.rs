@@ -1,6 +1,6 @@
 //! How mean and covariance change with the numbers of the noise.
 
-use nalgebra::{Matrix2, SVector};
+use nalgebra::Matrix2;
 
 use super::Pass;
 use super::noise::{Impulse, Noise, push_by};
