@@ -72,7 +72,10 @@ def judge(program, folder):
         v = truth["rms_speed"][i]
         own = [found.get(f"{axis}: {t}", {"value": 0.0})["value"]
                for t in (SPEED[i], f"|{SPEED[i]}|{SPEED[i]}")]
-        drag.append((own[0] + own[1] * v) * v / truth["drag_at_rms"][i] - 1)
+        # Strips have no drag of one axis by itself.
+        is_told = not truth["strips"] or i in (0, 3)
+        off = (own[0] + own[1] * v) * v / truth["drag_at_rms"][i] - 1
+        drag.append(off if is_told else None)
     row |= {
         "trust": plant["verdict"]["trust"], "reason": plant["verdict"]["reason"],
         "codes": plant["verdict"]["codes"], "mass": mass, "drag": drag,
@@ -82,7 +85,7 @@ def judge(program, folder):
 
 
 def worst(row, key, axes=MAIN):
-    return max((row[key][i] for i in axes), key=abs)
+    return max((row[key][i] for i in axes if row[key][i] is not None), key=abs)
 
 
 def quantile(values, part):
@@ -100,7 +103,7 @@ def main():
         head = f"{row['name']} {row['trust']:17} {row['cpu']:5.1f} s  {'+'.join(row['faults'])}"
         if "mass" in row:
             parts = " ".join(f"{100 * m:+.1f}" for m in row["mass"])
-            drags = " ".join(f"{100 * m:+.0f}" for m in row["drag"])
+            drags = " ".join("." if m is None else f"{100 * m:+.0f}" for m in row["drag"])
             head += f"\n      M {parts} %   D {drags} %   {row['held']}/{row['intervals']}"
         print(f"{head}\n      {row['reason'][:150]}", flush=True)
     fitted = [r for r in rows if "mass" in r]

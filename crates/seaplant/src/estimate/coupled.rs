@@ -192,24 +192,42 @@ impl<const N: usize> Fitted<N> {
         let mut found: Option<(Vec<CoupledRecord>, f64, f64)> = None;
         for _ in 0..MOST_DELAYS {
             let Some((step, std)) = self.problem.delay(&self.optimum.point) else { break };
-            let before = found.as_ref().map_or(0.0, |(_, delay_s, _)| *delay_s);
-            let total = (before + step).clamp(-MOST_DELAY_S, MOST_DELAY_S);
             let worth = (step / std).powi(2) / self.colour_of_translations()?;
-            let is_seen = step.abs() > LEAST_DELAY_S && worth > search::ADMITTED;
-            if !is_seen {
+            if step.abs() < LEAST_DELAY_S || worth < search::ADMITTED {
                 break;
             }
-            let moved: Vec<CoupledRecord> =
-                records.iter().map(|record| record.with_translations_earlier(total)).collect();
-            let refs: Vec<&CoupledRecord> = moved.iter().collect();
-            let Self { problem, optimum, .. } = &self;
-            let rigid_body = problem.rigid_body;
-            let later = Problem::new(&problem.structure, &refs, rigid_body, false);
-            let Ok(there) = later.descent(optimum.point.clone(), Tolerance::COARSE) else { break };
-            let iterations = optimum.iterations + there.iterations;
-            self.problem = later;
-            self.optimum = Optimum { iterations, ..there };
-            found = Some((moved, total, std));
+            let before = found.as_ref().map_or(0.0, |(_, delay_s, _)| *delay_s);
+            // What translations are late by may pass for a delay of the thrusters, from which no
+            // small step leads away: thrust changes at instants.
+            let of_thrust = self.optimum.point.actuator.delay_s;
+            let mut prompt = self.optimum.point.clone();
+            prompt.actuator.delay_s = 0.0;
+            let mut tries = vec![(before + step, self.optimum.point.clone())];
+            if of_thrust > LEAST_DELAY_S {
+                tries.push((before + step.max(0.0) + of_thrust, prompt));
+            }
+            let there = tries.into_iter().filter_map(|(total, from)| {
+                let total = total.clamp(-MOST_DELAY_S, MOST_DELAY_S);
+                let moved: Vec<CoupledRecord> =
+                    records.iter().map(|record| record.with_translations_earlier(total)).collect();
+                let refs: Vec<&CoupledRecord> = moved.iter().collect();
+                let Problem { structure, rigid_body, .. } = &self.problem;
+                let problem = Problem::new(structure, &refs, *rigid_body, false);
+                let optimum = problem.descent(from, Tolerance::COARSE).ok()?;
+                Some((problem, optimum, (moved, total, std)))
+            });
+            // Windows differ by less than the delays: costs are compared by sample.
+            let by_sample = |(problem, optimum): (&Problem, &Optimum<N>)| {
+                optimum.cost / problem.samples() as f64
+            };
+            let Some((problem, optimum, moved)) =
+                there.min_by(|a, b| by_sample((&a.0, &a.1)).total_cmp(&by_sample((&b.0, &b.1))))
+            else {
+                break;
+            };
+            let iterations = self.optimum.iterations + optimum.iterations;
+            (self.problem, self.optimum) = (problem, Optimum { iterations, ..optimum });
+            found = Some(moved);
         }
         let Some((moved, delay_s, std)) = found else { return Ok((self, Vec::new())) };
         self.delay_s = Some((delay_s, std));
@@ -409,7 +427,7 @@ impl<const N: usize> Fitted<N> {
             translation_delay_s: delay_s,
             current_drift: current_drift(&optimum.point.noise, &noise_covariance),
             log_likelihood: -optimum.cost,
-            samples: problem.schedules.iter().map(schedule::Schedule::samples).sum(),
+            samples: problem.samples(),
             iterations: optimum.iterations,
             start,
             whiteness: whiteness(&problem, &optimum.point)?,

@@ -89,8 +89,9 @@ pub fn fit_filter_error(
     start: &DelayedFit,
     options: &FilterErrorOptions,
 ) -> Result<Fit, Error> {
-    let axes = records.fit;
-    check_trials(dof, axes)?;
+    check_trials(dof, records.fit)?;
+    let some = some_of(records.fit);
+    let axes = some.as_deref().unwrap_or(records.fit);
     let all_of = |axes: &[AxisRecord], kind| -> Vec<Record> {
         axes.iter().map(|axis| Record::of(axis, kind)).collect()
     };
@@ -165,7 +166,27 @@ pub fn fit_filter_error(
     if is_part {
         fit.caveats.push(searched_on_part(dof, samples_of(&unsteady), samples_of(&clean)));
     }
+    if some.is_some() {
+        fit.caveats.push(fitted_to_some(dof, axes.len(), records.fit.len()));
+    }
     Ok(fit)
+}
+
+/// Of more trials than this some are fitted: each may have a current of its own, and a step takes
+/// time with the cube of their number.
+const MOST_TRIALS: usize = 300;
+
+/// Evenly spread ones of many trials; `None` of few.
+fn some_of(axes: &[AxisRecord]) -> Option<Vec<AxisRecord>> {
+    let place = |k: usize| k * axes.len() / MOST_TRIALS;
+    (axes.len() > MOST_TRIALS).then(|| (0..MOST_TRIALS).map(|k| axes[place(k)].clone()).collect())
+}
+
+fn fitted_to_some(dof: Dof, some: usize, all: usize) -> Caveat {
+    let message = format!(
+        "the model of {dof} is fitted to {some} of {all} trials, spread evenly; all of them score it"
+    );
+    Caveat::note(CaveatCode::SearchedOnPart, message)
 }
 
 /// Of more samples than this, what the model has is searched on a part: the search takes a hundred

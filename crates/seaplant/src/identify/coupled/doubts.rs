@@ -326,12 +326,6 @@ const WHITE: f64 = 1.8;
 /// Above this it says that the plant lacks so much that its numbers may be another vehicle's.
 const COLOURED: f64 = 4.0;
 
-/// The axis whose innovations are most correlated in time, if they are by that much.
-pub(super) fn coloured(fit: &CoupledFit) -> Option<Dof> {
-    let most = fit.whiteness.iter().max_by(|a, b| a.1.total_cmp(b.1))?;
-    is_coloured(fit, *most.0).then_some(*most.0)
-}
-
 /// Whether the innovations of an axis are strongly correlated in time; output error has none.
 pub(super) fn is_coloured(fit: &CoupledFit, dof: Dof) -> bool {
     fit.method != Method::OutputError && fit.whiteness.get(&dof).is_some_and(|x| *x > COLOURED)
