@@ -198,31 +198,83 @@ def draw(seed):
     rigid[:3, 3:] = -mass * skew(cg)
     rigid[3:, :3] = mass * skew(cg)
     rigid[3:, 3:] = np.diag(inertia) - mass * skew(cg) @ skew(cg)
-    parts = np.array([g.uniform(lo, hi) for lo, hi in
-                      [(0.2, 0.8), (0.5, 1.3), (0.6, 1.6), (0.2, 0.9), (0.3, 1.2), (0.3, 1.2)]])
+    parts = np.array(
+        [
+            g.uniform(lo, hi)
+            for lo, hi in [
+                (0.2, 0.8),
+                (0.5, 1.3),
+                (0.6, 1.6),
+                (0.2, 0.9),
+                (0.3, 1.2),
+                (0.3, 1.2),
+            ]
+        ]
+    )
     added = positive(g, parts * np.r_[displaced * np.ones(3), inertia], g.uniform(0.0, 0.1))
     top = g.uniform(0.5, 1.2) * length**0.25
     rate = g.uniform(0.5, 1.2) / length**0.4
     area = np.array([size[1] * size[2], size[0] * size[2], size[0] * size[1]])
-    reach = np.array([size[1] ** 2 + size[2] ** 2, size[0] ** 2 + size[2] ** 2,
-                      size[0] ** 2 + size[1] ** 2]) / 4.0
+    reach = (
+        np.array(
+            [
+                size[1] ** 2 + size[2] ** 2,
+                size[0] ** 2 + size[2] ** 2,
+                size[0] ** 2 + size[1] ** 2,
+            ]
+        )
+        / 4.0
+    )
     cd = g.uniform(0.7, 1.4, 6)
     quadratic = 0.5 * RHO * cd * np.r_[area, area[[1, 2, 1]] * reach**1.5 * 0.4]
     speed = top * np.array([1.0, 0.6, 0.5, 0.0, 0.0, 0.0])
     speed[3:] = rate * np.array([0.5, 0.5, 1.0])
     linear = quadratic * speed * g.uniform(0.05, 0.5, 6)
     s = {
-        "seed": seed, "length": length, "size": size, "mass": mass, "displaced": displaced,
-        "rigid": rigid, "M": rigid + added, "cg": cg, "cb": np.array([0.0, 0.0, 0.0]),
-        "linear": linear, "quadratic": quadratic, "top": top, "rate": rate, "speed": speed,
-        "lag_up": 0.0, "lag_down": 0.0, "delay": 0.0, "reverse": 1.0, "exponent": 2.0,
-        "claimed_thrust": 1.0, "sag": 0.0, "thrust_hz": float(g.choice([10.0, 20.0])),
-        "wrench": False, "inflow": 0.0, "tether": 0.0, "kicks": 0.0, "current": 0.0,
-        "current_std": 0.0, "waves": 0.0, "strips": False, "cross_drag": 0.0, "noise": 1.0,
-        "spikes": 0.0, "dvl_scale": 1.0, "dvl_window": 0.0, "dvl_late": 0.0, "dvl_turned": 0.0,
-        "dvl_place": np.zeros(3), "gap": 0.0, "gyro_bias": np.zeros(3),
-        "tilt": g.uniform(0.05, 0.3), "dvl_hz": float(g.choice([5.0, 8.0, 10.0])),
-        "imu_hz": float(g.choice([25.0, 50.0])), "pilot_hz": float(g.choice([10.0, 20.0])),
+        "seed": seed,
+        "length": length,
+        "size": size,
+        "mass": mass,
+        "displaced": displaced,
+        "rigid": rigid,
+        "M": rigid + added,
+        "cg": cg,
+        "cb": np.array([0.0, 0.0, 0.0]),
+        "linear": linear,
+        "quadratic": quadratic,
+        "top": top,
+        "rate": rate,
+        "speed": speed,
+        "lag_up": 0.0,
+        "lag_down": 0.0,
+        "delay": 0.0,
+        "reverse": 1.0,
+        "exponent": 2.0,
+        "claimed_thrust": 1.0,
+        "sag": 0.0,
+        "thrust_hz": float(g.choice([10.0, 20.0])),
+        "wrench": False,
+        "inflow": 0.0,
+        "tether": 0.0,
+        "kicks": 0.0,
+        "current": 0.0,
+        "current_std": 0.0,
+        "waves": 0.0,
+        "strips": False,
+        "cross_drag": 0.0,
+        "noise": 1.0,
+        "spikes": 0.0,
+        "dvl_scale": 1.0,
+        "dvl_window": 0.0,
+        "dvl_late": 0.0,
+        "dvl_turned": 0.0,
+        "dvl_place": np.zeros(3),
+        "gap": 0.0,
+        "gyro_bias": np.zeros(3),
+        "tilt": g.uniform(0.05, 0.3),
+        "dvl_hz": float(g.choice([5.0, 8.0, 10.0])),
+        "imu_hz": float(g.choice([25.0, 50.0])),
+        "pilot_hz": float(g.choice([10.0, 20.0])),
         "states_rigid_body": bool(g.uniform() < 0.5),
     }
     thrusters(s, g)
@@ -244,7 +296,9 @@ def thrusters(s, g):
     angle = np.radians(g.uniform(30, 50))
     c, w = np.cos(angle), np.sin(angle)
     z = lz * g.uniform(-0.2, 0.3)
-    places = [[0.8 * lx, y * ly, z] for y in (1, -1)] + [[-0.8 * lx, y * ly, z] for y in (1, -1)]
+    places = [[0.8 * lx, y * ly, z] for y in (1, -1)] + [
+        [-0.8 * lx, y * ly, z] for y in (1, -1)
+    ]
     ways = [[c, -w, 0], [c, w, 0], [c, w, 0], [c, -w, 0]]
     places += [[x * 0.6 * lx, y * 0.8 * ly, 0.0] for x in (1, -1) for y in (1, -1)]
     ways += [[0.0, 0.0, -1.0]] * 4
@@ -258,8 +312,7 @@ def thrusters(s, g):
 
 def drag_force(s, nu):
     if not s["strips"]:
-        force = (s["linear"] + s["quadratic"] * np.abs(nu)) * nu + nu @ s["coupling"].T
-        return force
+        return (s["linear"] + s["quadratic"] * np.abs(nu)) * nu + nu @ s["coupling"].T
     # Cross-flow: each strip across the hull sees its own sideways and downward speed.
     x = (np.arange(11) + 0.5) / 11 * s["size"][0] - s["size"][0] / 2
     force = (s["linear"] + s["quadratic"] * np.abs(nu)) * nu
@@ -291,25 +344,64 @@ def derivative(s, state, thrust, outside, water):
     return dp, rot @ skew(omega), np.einsum("nij,nj->ni", rot, over_ground)
 
 
+def piloted(s, drag, pinv, want, seen, angle, place):
+    """Commands: levels of force on each axis; roll and pitch held, depth and speed bounded."""
+    mass = np.diag(s["M"])
+    bandwidth = np.clip(drag / (mass * np.maximum(s["speed"], 1e-9)), 0.3, 1.5)
+    spring = s["mass"] * G * s["cg"][2]
+    tau = want * drag * 1.2
+    target = want[:, 3:5] * s["tilt"]
+    stiff = 0.6 * spring + mass[3:5] * 0.8
+    tau[:, 3:5] = stiff * (target - angle) + spring * target - (mass[3:5] * 1.2) * seen[:, 3:5]
+    tau[:, 2] -= 0.15 * bandwidth[2] * mass[2] * place[:, 2] / s["length"] ** 0.5
+    fast = np.maximum(np.abs(seen) / np.maximum(s["speed"], 1e-9) - 1, 0)
+    tau -= 0.3 * drag * fast * np.sign(seen)
+    force = np.clip(tau @ pinv.T, -s["max_force"], s["max_force"])
+    command = np.sign(force) * np.sqrt(np.abs(force) / s["max_force"]) * s["max_rate"]
+    return np.round(command / s["max_rate"] * 400) / 400 * s["max_rate"]
+
+
+def followed(s, heard, speed):
+    """Propeller speed after a step and in its middle; up and down may differ."""
+    if not s["lag_up"]:
+        return heard, heard
+    up = np.abs(heard) > np.abs(speed)
+    blend = np.where(up, np.exp(-STEP / s["lag_up"]), np.exp(-STEP / s["lag_down"]))
+    after = heard + (speed - heard) * blend
+    return after, 0.5 * (after + speed)
+
+
+def propelled(s, speed, relative, done):
+    """Thrust of each propeller, when this part of all trials is done."""
+    part = speed / s["max_rate"]
+    pushed = np.sign(part) * np.abs(part) ** s["exponent"] * s["max_force"]
+    pushed = np.where(pushed < 0, s["reverse"] * pushed, pushed)
+    pushed *= (1 - s["sag"] * done)[:, None]
+    if s["inflow"]:
+        turning = np.cross(relative[:, None, 3:], s["places"][None])
+        own = relative[:, :3] @ s["ways"].T + np.einsum("nij,ij->ni", turning, s["ways"])
+        pushed -= s["inflow"] * s["max_force"] / s["top"] * np.abs(part) * own
+    return pushed
+
+
 def simulate(s, g):
     """Drives all trials at once; returns what happened at every step."""
     n, count = len(TRIALS), int(max(SECONDS) / STEP)
     s["inverse"] = np.linalg.inv(s["M"])
     pinv = np.linalg.pinv(s["B"])
-    mass = np.diag(s["M"])
     drag = (s["quadratic"] * s["speed"] + s["linear"]) * s["speed"]
-    bandwidth = np.clip(drag / (mass * np.maximum(s["speed"], 1e-9)), 0.3, 1.5)
-    spring = s["mass"] * G * s["cg"][2]
     holds = [g.uniform(3, 12, 200).cumsum() for _ in range(n * 6)]
     levels = g.uniform(-1, 1, (n, 6, 201))
     rot = np.repeat(np.eye(3)[None], n, 0)
     place = np.zeros((n, 3))
     speed_prop = np.zeros((n, 8))
-    late = int(round(s["delay"] / STEP))
+    late = round(s["delay"] / STEP)
     commands = np.zeros((count + late + 1, n, 8))
-    out = {k: np.zeros((count, n, w)) for k, w in
-           [("nu", 6), ("euler", 3), ("place", 3), ("command", 8), ("wrench", 6)]}
-    every = max(1, int(round(1.0 / (s["pilot_hz"] * STEP))))
+    out = {
+        k: np.zeros((count, n, w))
+        for k, w in [("nu", 6), ("euler", 3), ("place", 3), ("command", 8), ("wrench", 6)]
+    }
+    every = max(1, round(1.0 / (s["pilot_hz"] * STEP)))
     ou = np.zeros((n, 6))
     water_var = np.zeros((n, 3))
     heading = g.uniform(0, 2 * np.pi)
@@ -328,8 +420,9 @@ def simulate(s, g):
         # relative to the water stays.
         if s["current_std"]:
             tau = 60.0
-            water_var += -water_var * STEP / tau + s["current_std"] * np.sqrt(2 * STEP / tau) * (
-                g.standard_normal((n, 3)) * [1, 1, 0.2])
+            water_var += -water_var * STEP / tau + s["current_std"] * np.sqrt(
+                2 * STEP / tau
+            ) * (g.standard_normal((n, 3)) * [1, 1, 0.2])
         water = water_mean + water_var
         relative = p @ s["inverse"].T
         nu = relative.copy()
@@ -344,39 +437,13 @@ def simulate(s, g):
                     at = np.searchsorted(holds[trial * 6 + axis], t)
                     want[trial, axis] = levels[trial, axis, at]
             seen = nu + g.standard_normal((n, 6)) * 0.003
-            tau = want * drag * 1.2
-            # Roll and pitch are held at an angle, depth within bounds, and never too fast.
-            target = want[:, 3:5] * s["tilt"]
             angle = np.stack([roll, pitch], 1) + g.standard_normal((n, 2)) * 0.003
-            stiff = 0.6 * spring + mass[3:5] * 0.8
-            tau[:, 3:5] = stiff * (target - angle) + spring * target - (
-                mass[3:5] * 1.2) * seen[:, 3:5]
-            tau[:, 2] -= 0.15 * bandwidth[2] * mass[2] * place[:, 2] / s["length"] ** 0.5
-            tau -= 0.3 * drag * np.maximum(np.abs(seen) / np.maximum(s["speed"], 1e-9) - 1, 0) * (
-                np.sign(seen))
-            force = np.clip(tau @ pinv.T, -s["max_force"], s["max_force"])
-            command = np.sign(force) * np.sqrt(np.abs(force) / s["max_force"]) * s["max_rate"]
-            command = np.round(command / s["max_rate"] * 400) / 400 * s["max_rate"]
+            command = piloted(s, drag, pinv, want, seen, angle, place)
         commands[k + late] = command
         heard = commands[k]
-        # Propellers: speed follows its command, faster up than down if so drawn.
-        if s["lag_up"]:
-            up = np.abs(heard) > np.abs(speed_prop)
-            blend = np.where(up, np.exp(-STEP / s["lag_up"]), np.exp(-STEP / s["lag_down"]))
-            after = heard + (speed_prop - heard) * blend
-            middle = 0.5 * (after + speed_prop)
-            speed_prop = after
-        else:
-            middle = speed_prop = heard
-        part = middle / s["max_rate"]
-        pushed = np.sign(part) * np.abs(part) ** s["exponent"] * s["max_force"]
-        pushed = np.where(pushed < 0, s["reverse"] * pushed, pushed)
-        dive = (t + np.r_[0, np.cumsum(seconds)[:-1]]) / seconds.sum()
-        pushed *= (1 - s["sag"] * dive)[:, None]
-        if s["inflow"]:
-            own = relative[:, :3] @ s["ways"].T + np.einsum(
-                "nij,ij->ni", np.cross(relative[:, None, 3:], s["places"][None]), s["ways"])
-            pushed -= s["inflow"] * s["max_force"] / s["top"] * np.abs(part) * own
+        speed_prop, middle = followed(s, heard, speed_prop)
+        done = (t + np.r_[0, np.cumsum(seconds)[:-1]]) / seconds.sum()
+        pushed = propelled(s, middle, relative, done)
         thrust = pushed @ s["B"].T
         outside = np.zeros((n, 6))
         if s["tether"]:
@@ -398,11 +465,17 @@ def simulate(s, g):
         out["wrench"][k] = (np.sign(c) * c**2 * s["max_force"]) @ s["B"].T
         state = (p, rot, place)
         k1 = derivative(s, state, thrust, outside, water)
-        k2 = derivative(s, [x + 0.5 * STEP * d for x, d in zip(state, k1)], thrust, outside, water)
-        k3 = derivative(s, [x + 0.5 * STEP * d for x, d in zip(state, k2)], thrust, outside, water)
+        k2 = derivative(
+            s, [x + 0.5 * STEP * d for x, d in zip(state, k1)], thrust, outside, water
+        )
+        k3 = derivative(
+            s, [x + 0.5 * STEP * d for x, d in zip(state, k2)], thrust, outside, water
+        )
         k4 = derivative(s, [x + STEP * d for x, d in zip(state, k3)], thrust, outside, water)
-        p, rot, place = (x + STEP / 6 * (a + 2 * b + 2 * c_ + d) for x, a, b, c_, d in
-                         zip(state, k1, k2, k3, k4))
+        p, rot, place = (
+            x + STEP / 6 * (a + 2 * b + 2 * c_ + d)
+            for x, a, b, c_, d in zip(state, k1, k2, k3, k4)
+        )
         u, _, v = np.linalg.svd(rot)
         rot = u @ v
         if not np.isfinite(p).all():
@@ -413,13 +486,13 @@ def simulate(s, g):
 def sampled(values, hz, window=0.0, late=0.0):
     """Rows of `values` at `hz`, each the mean of the `window` seconds that end at it."""
     rows = np.arange(0, len(values) - 1, 1.0 / (hz * STEP)).round().astype(int)
-    width = max(1, int(round(window / STEP)))
+    width = max(1, round(window / STEP))
     if width > 1:
         total = np.cumsum(np.concatenate([np.zeros_like(values[:1]), values]), 0)
         low = np.maximum(rows + 1 - width, 0)
         picked = (total[rows + 1] - total[low]) / (rows + 1 - low)[:, None]
     else:
-        picked = values[np.maximum(rows - int(round(late / STEP)), 0)]
+        picked = values[np.maximum(rows - round(late / STEP), 0)]
     return rows * STEP, picked
 
 
@@ -434,16 +507,29 @@ def table(path, header, time, columns):
 def write(s, g, out, folder):
     noise = s["noise"]
     tilt = s["dvl_turned"]
-    turn = np.array([[np.cos(tilt), -np.sin(tilt), 0], [np.sin(tilt), np.cos(tilt), 0], [0, 0, 1]])
+    turn = np.array(
+        [[np.cos(tilt), -np.sin(tilt), 0], [np.sin(tilt), np.cos(tilt), 0], [0, 0, 1]]
+    )
     for k, trial in enumerate(TRIALS):
         count = int(SECONDS[k] / STEP)
         nu, euler = out["nu"][:count, k], out["euler"][:count, k]
-        time, rows = sampled(out["wrench" if s["wrench"] else "command"][:count, k], s["thrust_hz"])
+        time, rows = sampled(
+            out["wrench" if s["wrench"] else "command"][:count, k], s["thrust_hz"]
+        )
         if s["wrench"]:
-            table(folder / trial / "thrust.csv", [f"{a} ({'N' if i < 3 else 'N m'})"
-                  for i, a in enumerate(AXES)], time, rows)
+            table(
+                folder / trial / "thrust.csv",
+                [f"{a} ({'N' if i < 3 else 'N m'})" for i, a in enumerate(AXES)],
+                time,
+                rows,
+            )
         else:
-            table(folder / trial / "thrust.csv", [f"T{i + 1} (rad/s)" for i in range(8)], time, rows)
+            table(
+                folder / trial / "thrust.csv",
+                [f"T{i + 1} (rad/s)" for i in range(8)],
+                time,
+                rows,
+            )
         at = nu[:, :3] + np.cross(nu[:, 3:], s["dvl_place"])
         time, rows = sampled(at @ turn, s["dvl_hz"], s["dvl_window"], s["dvl_late"])
         rows = rows * s["dvl_scale"] + 0.003 * noise * g.standard_normal(rows.shape)
@@ -456,36 +542,63 @@ def write(s, g, out, folder):
         both = np.hstack([nu[:, 3:] + s["gyro_bias"], euler])
         time, rows = sampled(both, s["imu_hz"])
         rows = rows + 0.002 * noise * g.standard_normal(rows.shape)
-        header = ["p (rad/s)", "q (rad/s)", "r (rad/s)", "roll (rad)", "pitch (rad)", "yaw (rad)"]
+        header = [
+            "p (rad/s)",
+            "q (rad/s)",
+            "r (rad/s)",
+            "roll (rad)",
+            "pitch (rad)",
+            "yaw (rad)",
+        ]
         table(folder / trial / "imu.csv", header, time, rows)
     claims(s, folder)
 
 
 def claims(s, folder):
     """What the user writes of the vehicle and the trials."""
-    lines = [f'name = "stranger {s["seed"]}"', f"dry_mass_kg = {s['mass']:.5g}",
-             f"size_m = [{', '.join(f'{x:.4g}' for x in s['size'])}]"]
+    lines = [
+        f'name = "stranger {s["seed"]}"',
+        f"dry_mass_kg = {s['mass']:.5g}",
+        f"size_m = [{', '.join(f'{x:.4g}' for x in s['size'])}]",
+    ]
     if not s["wrench"]:
         # The bollard test was made at full speed.
         factor = s["claimed_thrust"] * s["max_force"] / s["max_rate"] ** 2
         for i, (place, way) in enumerate(zip(s["places"], s["ways"])):
-            lines += ["[[thruster]]", f'name = "T{i + 1}"', f"position_m = {place.tolist()}",
-                      f"direction = {way.tolist()}",
-                      f'curve = {{ kind = "quadratic", forward = {factor:.8g}, reverse = {factor:.8g} }}']
+            lines += [
+                "[[thruster]]",
+                f'name = "T{i + 1}"',
+                f"position_m = {place.tolist()}",
+                f"direction = {way.tolist()}",
+                f'curve = {{ kind = "quadratic", forward = {factor:.8g}, reverse = {factor:.8g} }}',
+            ]
     if s["states_rigid_body"]:
-        lines += ["[rigid_body]", f"mass_kg = {s['mass']:.8g}",
-                  f"centre_of_gravity_m = {s['cg'].tolist()}"]
+        lines += [
+            "[rigid_body]",
+            f"mass_kg = {s['mass']:.8g}",
+            f"centre_of_gravity_m = {s['cg'].tolist()}",
+        ]
         about = s["rigid"][3:, 3:] + s["mass"] * skew(s["cg"]) @ skew(s["cg"])
-        lines += [f"inertia_kg_m2 = {about.tolist()}", "[buoyancy]",
-                  f"displaced_kg = {s['displaced']:.8g}", f"centre_m = {s['cb'].tolist()}"]
+        lines += [
+            f"inertia_kg_m2 = {about.tolist()}",
+            "[buoyancy]",
+            f"displaced_kg = {s['displaced']:.8g}",
+            f"centre_m = {s['cb'].tolist()}",
+        ]
     (folder / "vehicle.toml").write_text("\n".join(lines) + "\n")
-    lines = ['vehicle = "vehicle.toml"', "[[plant]]",
-             'axes = ["surge", "sway", "heave", "roll", "pitch", "yaw"]']
+    lines = [
+        'vehicle = "vehicle.toml"',
+        "[[plant]]",
+        'axes = ["surge", "sway", "heave", "roll", "pitch", "yaw"]',
+    ]
     if "strips" not in s["faults"]:
         lines.append('symmetry = "none"')
     for trial in TRIALS:
-        lines += ["[[trial]]", f'name = "{trial}"',
-                  f'log = ["{trial}/thrust.csv", "{trial}/dvl.csv", "{trial}/imu.csv"]']
+        lines += [
+            "[[trial]]",
+            f'name = "{trial}"',
+            f'log = ["{trial}/thrust.csv", "{trial}/dvl.csv", "{trial}/imu.csv"]',
+        ]
         if trial == "held-out":
             lines.append('role = "hold-out"')
     lines.append("[channels]")
@@ -495,8 +608,11 @@ def claims(s, folder):
         lines += [f'"thruster.T{i + 1}.speed" = {{ column = "T{i + 1}" }}' for i in range(8)]
     lines += [f'"dvl.velocity.{a}" = {{ column = "{a}" }}' for a in "xyz"]
     lines += [f'"rate.{a}" = {{ column = "{c}" }}' for a, c in zip(AXES[3:], "pqr")]
-    lines += ['"attitude.roll" = { column = "roll" }', '"attitude.pitch" = { column = "pitch" }',
-              '"attitude.heading" = { column = "yaw" }']
+    lines += [
+        '"attitude.roll" = { column = "roll" }',
+        '"attitude.pitch" = { column = "pitch" }',
+        '"attitude.heading" = { column = "yaw" }',
+    ]
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
 
 
@@ -510,18 +626,46 @@ def one(job):
     drag = (s["linear"] + s["quadratic"] * rms) * rms
     tilt = np.abs(out["euler"][:count, :2, :2]).max()
     truth = {
-        "seed": seed, "faults": s["faults"], "length_m": s["length"],
-        "M": s["M"].tolist(), "rigid": s["rigid"].tolist(), "linear": s["linear"].tolist(),
-        "quadratic": s["quadratic"].tolist(), "coupling": s["coupling"].tolist(),
-        "strips": s["strips"], "rms_speed": rms.tolist(), "drag_at_rms": drag.tolist(),
+        "seed": seed,
+        "faults": s["faults"],
+        "length_m": s["length"],
+        "M": s["M"].tolist(),
+        "rigid": s["rigid"].tolist(),
+        "linear": s["linear"].tolist(),
+        "quadratic": s["quadratic"].tolist(),
+        "coupling": s["coupling"].tolist(),
+        "strips": s["strips"],
+        "rms_speed": rms.tolist(),
+        "drag_at_rms": drag.tolist(),
         "largest_tilt_rad": float(tilt),
         "weight_minus_buoyancy": (s["mass"] - s["displaced"]) * G,
         "lever_z": s["mass"] * G * s["cg"][2],
         "claimed_thrust": float(s["claimed_thrust"]),
-        **{k: s[k] for k in ["lag_up", "lag_down", "delay", "reverse", "exponent", "sag",
-                             "thrust_hz", "inflow", "tether", "kicks", "current", "current_std",
-                             "waves", "noise", "spikes", "dvl_scale", "dvl_window", "dvl_late",
-                             "dvl_turned", "gap"]},
+        **{
+            k: s[k]
+            for k in [
+                "lag_up",
+                "lag_down",
+                "delay",
+                "reverse",
+                "exponent",
+                "sag",
+                "thrust_hz",
+                "inflow",
+                "tether",
+                "kicks",
+                "current",
+                "current_std",
+                "waves",
+                "noise",
+                "spikes",
+                "dvl_scale",
+                "dvl_window",
+                "dvl_late",
+                "dvl_turned",
+                "gap",
+            ]
+        },
     }
     (folder / "truth.json").write_text(json.dumps(truth, indent=1, default=float))
     return folder.name, s["faults"], s["length"], rms, tilt
@@ -532,8 +676,14 @@ def main():
     jobs = [(out / f"{k:03}", k) for k in range(seed, seed + number)]
     with multiprocessing.Pool() as pool:
         for name, faults, length, rms, tilt in pool.imap(one, jobs):
-            print(name, f"{length:.2f} m", "+".join(faults), np.round(rms, 2), f"tilt {tilt:.2f}",
-                  flush=True)
+            print(
+                name,
+                f"{length:.2f} m",
+                "+".join(faults),
+                np.round(rms, 2),
+                f"tilt {tilt:.2f}",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

@@ -48,12 +48,16 @@ def judge(program, folder):
     start = time.monotonic()
     run = subprocess.run(
         [program, "identify", folder / "campaign.toml", "--out", out, "--force", "--quiet"],
-        capture_output=True, text=True,
+        capture_output=True,
+        text=True,
     )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     row = {
-        "name": folder.name, "faults": truth["faults"], "length": truth["length_m"],
-        "cpu": after.ru_utime - before.ru_utime, "elapsed": time.monotonic() - start,
+        "name": folder.name,
+        "faults": truth["faults"],
+        "length": truth["length_m"],
+        "cpu": after.ru_utime - before.ru_utime,
+        "elapsed": time.monotonic() - start,
     }
     results = json.loads((out / "results.json").read_text()) if run.returncode == 0 else {}
     if not results.get("coupled"):
@@ -64,22 +68,29 @@ def judge(program, folder):
     expected = true_values(truth)
     held = [
         p["low95"] <= expected[n] <= p["high95"]
-        for n, p in found.items() if n in expected and p.get("low95") is not None
+        for n, p in found.items()
+        if n in expected and p.get("low95") is not None
     ]
     mass = [found[f"mass.{a}"]["value"] / truth["M"][i][i] - 1 for i, a in enumerate(AXES)]
     drag = []
     for i, axis in enumerate(AXES):
         v = truth["rms_speed"][i]
-        own = [found.get(f"{axis}: {t}", {"value": 0.0})["value"]
-               for t in (SPEED[i], f"|{SPEED[i]}|{SPEED[i]}")]
+        own = [
+            found.get(f"{axis}: {t}", {"value": 0.0})["value"]
+            for t in (SPEED[i], f"|{SPEED[i]}|{SPEED[i]}")
+        ]
         # Strips have no drag of one axis by itself.
         is_told = not truth["strips"] or i in (0, 3)
         off = (own[0] + own[1] * v) * v / truth["drag_at_rms"][i] - 1
         drag.append(off if is_told else None)
     row |= {
-        "trust": plant["verdict"]["trust"], "reason": plant["verdict"]["reason"],
-        "codes": plant["verdict"]["codes"], "mass": mass, "drag": drag,
-        "held": sum(held), "intervals": len(held),
+        "trust": plant["verdict"]["trust"],
+        "reason": plant["verdict"]["reason"],
+        "codes": plant["verdict"]["codes"],
+        "mass": mass,
+        "drag": drag,
+        "held": sum(held),
+        "intervals": len(held),
     }
     return row
 
@@ -109,17 +120,25 @@ def main():
     fitted = [r for r in rows if "mass" in r]
     for key, name in (("mass", "worst main mass"), ("drag", "worst main drag")):
         errors = [100 * abs(worst(r, key)) for r in fitted]
-        print(f"{name}: " + ", ".join(
-            f"{quantile(errors, q):.2g} % at {100 * q:.0f} %" for q in (0.5, 0.75, 0.9, 1.0)))
-    print(f"intervals: {sum(r['held'] for r in fitted)} of {sum(r['intervals'] for r in fitted)}")
+        print(
+            f"{name}: "
+            + ", ".join(
+                f"{quantile(errors, q):.2g} % at {100 * q:.0f} %" for q in (0.5, 0.75, 0.9, 1.0)
+            )
+        )
+    print(
+        f"intervals: {sum(r['held'] for r in fitted)} of {sum(r['intervals'] for r in fitted)}"
+    )
     count = collections.Counter()
     for row in fitted:
         is_wrong = abs(worst(row, "mass")) > WRONG
         count["wrong" if is_wrong else "right", row["trust"]] += 1
     for key, number in sorted(count.items()):
         print(f"  {key[0]:5} {key[1]:17} {number}")
-    print(f"refused: {len(rows) - len(fitted)}   processor time, median: "
-          f"{quantile([r['cpu'] for r in rows], 0.5):.1f} s, most {max(r['cpu'] for r in rows):.1f} s")
+    print(
+        f"refused: {len(rows) - len(fitted)}   processor time, median: "
+        f"{quantile([r['cpu'] for r in rows], 0.5):.1f} s, most {max(r['cpu'] for r in rows):.1f} s"
+    )
     (folder / "judged.json").write_text(json.dumps(rows, indent=1))
 
 
