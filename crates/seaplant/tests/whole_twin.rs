@@ -1,7 +1,8 @@
 //! The twin of a whole vehicle, from its plant through its logs and back.
 
 use seaplant::exchange::{PlantFile, PlantModel};
-use seaplant::results::CoupledPlant;
+use seaplant::plant::RigidBody;
+use seaplant::results::{CoupledPlant, Trust};
 use seaplant::twin::{Disturbance, Driving, TwinCampaign, WholeTwinSpec, make_whole};
 use seaplant::{
     Caveat, CaveatCode, Dof, IdentifyOptions, Quantity, Role, Trial, TrialSetup, identify,
@@ -200,4 +201,58 @@ fn a_vehicle_without_thrusters_is_refused() {
     mixed["thruster"][1]["curve"]["forward"] = json!(50.0);
     let error = refused(|_| (), &model(mixed));
     assert!(error.contains("`starboard`, whose curve is unlike"), "{error}");
+}
+
+/// Identified by its own campaign, after a change of what is claimed of the vehicle.
+fn found(spec: &WholeTwinSpec, claim: impl FnOnce(&mut TwinCampaign)) -> CoupledPlant {
+    let mut twin = make_whole(spec, &boat()).expect("can be made");
+    claim(&mut twin);
+    let options = IdentifyOptions { coupled: twin.coupled.clone(), ..IdentifyOptions::default() };
+    let results = identify(&twin.vehicle, &trials(&twin), &options).results;
+    results.coupled["surge-sway-yaw"].clone()
+}
+
+#[test]
+fn a_rigid_body_heavier_than_the_trials_ask_for_is_severe() {
+    // The truth is 60 and 90 kg with added mass.
+    let plant = found(&short(|_| ()), |twin| {
+        let body =
+            RigidBody::new(150.0, [0.0; 3], [[9.0, 0.0, 0.0], [0.0, 9.0, 0.0], [0.0, 0.0, 9.0]]);
+        twin.vehicle.rigid_body = Some(body.expect("possible"));
+    });
+    assert_eq!(plant.verdict.trust, Trust::DoNotUse, "{}", plant.verdict.reason);
+    let severe = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::Implausible);
+    let message = &severe.expect("below the rigid body").message;
+    assert!(
+        message.contains("150 kg of the stated") && message.contains("kg in surge and"),
+        "{message}"
+    );
+}
+
+#[test]
+fn velocities_that_are_late_beside_rates_do_not_pass_for_mass() {
+    let late_s = 0.2;
+    let plant = found(&short(|_| ()), |twin| {
+        for trial in &mut twin.trials {
+            for axis in ["x", "y"] {
+                let quantity = format!("dvl.velocity.{axis}").parse().expect("known");
+                let late = trial.recording[&quantity].shifted(late_s);
+                trial.recording.insert(quantity, late);
+            }
+        }
+    });
+    let delay = &plant.nuisances["translation_delay"];
+    assert!((delay.value - late_s).abs() < 0.01, "{} ± {}", delay.value, delay.std);
+    for (name, expected) in [("mass.surge", 60.0), ("mass.sway", 90.0), ("mass.yaw", 12.0)] {
+        let x = &plant.parameters[name];
+        let off = (x.value - expected).abs();
+        assert!(
+            off < DEVIATIONS * x.std || off < PART * expected,
+            "{name}: {} ± {}",
+            x.value,
+            x.std
+        );
+    }
+    let told = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::ClockOffset);
+    assert!(told.expect("allowed for").message.contains("later than thrust"));
 }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::doubts::is_pushed;
 use crate::caveat::spoken;
 use crate::diagnose::impossible_mass;
-use crate::estimate::CoupledFit;
-use crate::plant::{Basis, Product};
+use crate::estimate::{CoupledFit, fit_coupled};
+use crate::plant::{Basis, Product, Structure};
 use crate::results::{Coefficient, Parameter};
 use crate::signal::rms;
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Estimate, Vehicle};
@@ -31,39 +31,52 @@ pub(super) fn doubts(
         let impossible = impossible_mass(dof, &mass, vehicle);
         Some([impossible, unknown_mass(dof, &mass), drag].map(|caveat| Some((dof, caveat?))))
     };
-    let pushed: Vec<Dof> = pushed.copied().collect();
-    let mut all: Vec<(Dof, Caveat)> = pushed.iter().filter_map(of).flatten().flatten().collect();
-    all.extend(without_added_mass(fit, &pushed, vehicle));
-    all
+    pushed.filter_map(of).flatten().flatten().collect()
 }
 
-/// That every mass is that of the stated rigid body, below which a fit does not go: the trials ask
-/// for less.
-fn without_added_mass(
+/// That the trials by themselves, without the stated rigid body, give masses below its own.
+///
+/// A fit does not go below the rigid body: the trials are asked again where two masses are hardly
+/// above it.
+pub(super) fn below_rigid_body(
     fit: &CoupledFit,
-    pushed: &[Dof],
+    structure: &Structure,
+    records: &[&CoupledRecord],
     vehicle: &Vehicle,
-) -> Option<(Dof, Caveat)> {
-    let body = vehicle.rigid_body.as_ref()?.mass_matrix();
-    let translations: Vec<Dof> = pushed.iter().filter(|dof| !dof.is_rotation()).copied().collect();
+) -> Option<Caveat> {
+    let body = vehicle.rigid_body.as_ref()?.mass_kg();
     let mass = fit.plant.mass_matrix_of_six();
-    let has_none = |dof: &Dof| {
-        let k = dof.index();
-        mass[(k, k)] < (1.0 + LEAST_ADDED_PART) * body[(k, k)]
+    let axes = fit.plant.axes().iter().copied();
+    let pushed = axes.filter(|dof| !dof.is_rotation() && is_pushed(fit, records, *dof));
+    let is_light = |dof: &Dof| mass[(dof.index(), dof.index())] < (1.0 + LITTLE_ADDED) * body;
+    let light: Vec<Dof> = pushed.filter(is_light).collect();
+    if light.len() < 2 {
+        return None;
+    }
+    let alone = fit_coupled(structure, records, None, false).ok()?;
+    let below = |dof: &Dof| {
+        let term = Basis::Mass(*dof, *dof);
+        let k = alone.plant.structure().index_of(&term)?;
+        let (value, std) = (alone.plant.coefficients()[k], alone.std(&term)?);
+        (value + CLEARLY * std < body).then(|| (*dof, format!("{} kg in {dof}", spoken(value))))
     };
-    let [first, _, ..] = translations[..] else { return None };
-    translations.iter().all(has_none).then(|| {
+    let below: Vec<(Dof, String)> = light.iter().filter_map(below).collect();
+    let said: Vec<&str> = below.iter().map(|(_, said)| said.as_str()).collect();
+    (below.len() > 1).then(|| {
         let message = format!(
-            "the trials ask for masses below that of the stated rigid body, {} kg, in {}: thrust is too small (its curve, its unit), or the stated mass too large",
-            spoken(body[(0, 0)]),
-            super::names(&translations)
+            "the trials by themselves give {}, less than the {} kg of the stated rigid body: thrust is too small (its curve, its unit), or the stated mass too large",
+            said.join(" and "),
+            spoken(body)
         );
-        (first, Caveat::severe(CaveatCode::Implausible, message))
+        Caveat::severe(CaveatCode::Implausible, message)
     })
 }
 
-/// No body has less added mass, as a part of its own, in two directions.
-const LEAST_ADDED_PART: f64 = 0.02;
+/// A vehicle with less added mass than this part of its own, in two directions, is asked about.
+const LITTLE_ADDED: f64 = 0.3;
+
+/// So many standard deviations below is below.
+const CLEARLY: f64 = 3.0;
 
 fn parameter(x: &Coefficient) -> Parameter {
     let Coefficient { value, std, low95, high95, unit, .. } = x.clone();
