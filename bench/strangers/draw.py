@@ -365,7 +365,7 @@ def followed(s, heard, speed):
     """Propeller speed after a step and in its middle; up and down may differ."""
     if not s["lag_up"]:
         return heard, heard
-    up = np.abs(heard) > np.abs(speed)
+    up = (heard * speed >= 0) & (np.abs(heard) > np.abs(speed))
     blend = np.where(up, np.exp(-STEP / s["lag_up"]), np.exp(-STEP / s["lag_down"]))
     after = heard + (speed - heard) * blend
     return after, 0.5 * (after + speed)
@@ -519,7 +519,7 @@ def write(s, g, out, folder):
         if s["wrench"]:
             table(
                 folder / trial / "thrust.csv",
-                [f"{a} ({'N' if i < 3 else 'N m'})" for i, a in enumerate(AXES)],
+                [f"{a} force ({'N' if i < 3 else 'N m'})" for i, a in enumerate(AXES)],
                 time,
                 rows,
             )
@@ -603,7 +603,7 @@ def claims(s, folder):
             lines.append('role = "hold-out"')
     lines.append("[channels]")
     if s["wrench"]:
-        lines += [f'"wrench.{a}" = {{ column = "{a}" }}' for a in AXES]
+        lines += [f'"wrench.{a}" = {{ column = "{a} force" }}' for a in AXES]
     else:
         lines += [f'"thruster.T{i + 1}.speed" = {{ column = "T{i + 1}" }}' for i in range(8)]
     lines += [f'"dvl.velocity.{a}" = {{ column = "{a}" }}' for a in "xyz"]

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use crate::motion::with_places;
-use crate::plant::{Basis, Plant, RigidBody, Structure};
+use crate::plant::{Basis, Plant, RigidBody, Signal, Structure};
 use crate::{CoupledRecord, Dof, Error, Method};
 pub use actuator::Actuator;
 use equation_error::EquationError;
@@ -149,8 +149,12 @@ fn fit_as(
         let records = if earlier.is_empty() { records } else { &earlier };
         let fitted = fitted.with_actuator_that_shows()?.with_drift_that_shows()?;
         let fitted = match search {
-            // What a coupling explains an actuator need not.
-            true => fitted.searched(records)?.with_actuator_that_shows()?.with_drift_that_shows()?,
+            true => {
+                let found = fitted.with_speeds_as_they_are(records)?.searched(records)?;
+                // What a coupling explains an actuator need not.
+                let found = found.with_actuator_that_shows()?.with_drift_that_shows()?;
+                found.with_speeds_as_they_are(records)?
+            }
             false => fitted,
         };
         fitted.refined()?.finished(first, &least_squares, method)
@@ -211,8 +215,7 @@ impl<const N: usize> Fitted<N> {
                 let moved: Vec<CoupledRecord> =
                     records.iter().map(|record| record.with_translations_earlier(total)).collect();
                 let refs: Vec<&CoupledRecord> = moved.iter().collect();
-                let Problem { structure, rigid_body, .. } = &self.problem;
-                let problem = Problem::new(structure, &refs, *rigid_body, false);
+                let problem = self.problem.of(&refs);
                 let optimum = problem.descent(from, Tolerance::COARSE).ok()?;
                 Some((problem, optimum, (moved, total, std)))
             });
@@ -232,6 +235,24 @@ impl<const N: usize> Fitted<N> {
         let Some((moved, delay_s, std)) = found else { return Ok((self, Vec::new())) };
         self.delay_s = Some((delay_s, std));
         Ok((self, moved))
+    }
+
+    /// The same where what reads the speed of propellers reads that which they have, behind the one
+    /// that is logged. The optimum is that of speeds before: the next descent begins there.
+    fn with_speeds_as_they_are(mut self, records: &[&CoupledRecord]) -> Result<Self, Error> {
+        let signals = self.problem.structure.signals();
+        if !signals.iter().any(|signal| matches!(signal, Signal::PropellerSpeed(_))) {
+            return Ok(self);
+        }
+        let actuator = &self.optimum.point.actuator;
+        let with_speeds = |record: &&CoupledRecord| {
+            let signals = actuator.signals(record)?;
+            Ok(CoupledRecord { signals, ..(*record).clone() })
+        };
+        let records: Vec<CoupledRecord> =
+            records.iter().map(with_speeds).collect::<Result<_, Error>>()?;
+        self.problem = self.problem.of(&records.iter().collect::<Vec<_>>());
+        Ok(self)
     }
 
     /// The same with the couplings in damping that the trials ask for.

@@ -24,12 +24,11 @@ pub use fit::{FilterErrorOptions, Records, first_delays, fit_filter_error};
 pub use together::SteadyTest;
 
 use crate::{ThrustModel, ThrusterTrack, Timed};
-pub(super) use drive::Drive;
+pub(super) use drive::{Drive, Push};
 pub(crate) use first_look::first_look;
 pub(super) use parameters::{Shape, Unknown, Values};
 pub(super) use schedule::Stop;
 
-use drive::Push;
 use schedule::steps_through;
 
 /// Thrust as it acts over a step.

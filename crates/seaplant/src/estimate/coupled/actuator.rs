@@ -20,13 +20,15 @@
 //! Both are held between samples. A step of the filter takes the mean of what acts over each slice
 //! in closed form; of a wrench `∫τ dt = ∫u(t − D) dt − T [τ]`.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::super::filter_error::{Drive, Shape, Stop, Unknown, Values};
+use super::super::filter_error::{Drive, Push, Shape, Stop, Unknown, Values};
 use super::search::ADMITTED;
 use crate::motion::{HeldForce, PUSHED_BY, Slice};
+use crate::plant::Signal;
 use crate::series::union;
-use crate::{CoupledRecord, CoupledThruster, Error, Timed};
+use crate::{CoupledRecord, CoupledThruster, Error, ThrusterTrack, Timed};
 
 /// What stands between logged thrust and the thrust that acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -215,6 +217,18 @@ impl Actuator {
         slices: &[Slice],
         pushes: &mut [HeldForce],
     ) {
+        let mut pushes = pushes.iter_mut();
+        self.drive(track, slices, |push| {
+            let Some(sum) = pushes.next() else { return };
+            sum.force += wrench * push.tau;
+            for (column, unknown) in sum.by.iter_mut().zip(SHAPED_BY) {
+                *column += wrench * push.by(unknown);
+            }
+        });
+    }
+
+    /// What a thruster does over each of some slices, one after the other.
+    fn drive(&self, track: &ThrusterTrack, slices: &[Slice], mut each: impl FnMut(&Push)) {
         let Some(first) = slices.first() else { return };
         let full_speed = self.full_speed;
         let mut values = Values::none(Shape { full_speed, exponent: true, ..Shape::default() });
@@ -231,14 +245,33 @@ impl Actuator {
             let time_s = from_s + (k as f64 + 1.0) * length_s;
             drive.until(&Stop { time_s, length_s, ..Stop::default() });
         }
-        for (sum, slice) in pushes.iter_mut().zip(slices) {
+        for slice in slices {
             let time_s = slice.from_s + slice.length_s;
-            let push = drive.until(&Stop { time_s, length_s: slice.length_s, ..Stop::default() });
-            sum.force += wrench * push.tau;
-            for (column, unknown) in sum.by.iter_mut().zip(SHAPED_BY) {
-                *column += wrench * push.by(unknown);
-            }
+            each(&drive.until(&Stop { time_s, length_s: slice.length_s, ..Stop::default() }));
         }
+    }
+
+    /// The signals of a record, with the size of the speed that each propeller has in place of the
+    /// one that is logged, rad/s.
+    ///
+    /// # Errors
+    /// As [`Self::acting`].
+    pub(crate) fn signals(&self, record: &CoupledRecord) -> Result<BTreeMap<Signal, Timed>, Error> {
+        let mut signals = record.signals.clone();
+        if self.lag_s == 0.0 && self.delay_s == 0.0 {
+            return Ok(signals);
+        }
+        let speeds: [Option<Timed>; 6] = [const { None }; 6];
+        for CoupledThruster { name, track, .. } in &record.thrusters {
+            let mut alone = speeds.clone();
+            alone[0] = Some(track.speed.clone());
+            let slices = self.slices(&alone);
+            let mut sizes = Vec::with_capacity(slices.len());
+            self.drive(track, &slices, |push| sizes.push(push.gamma.iter().sum()));
+            let times = slices.iter().map(|slice| slice.from_s).collect::<Vec<f64>>();
+            signals.insert(Signal::PropellerSpeed(name.clone()), Timed::new(name, times, sizes)?);
+        }
+        Ok(signals)
     }
 }
 

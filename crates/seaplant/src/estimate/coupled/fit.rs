@@ -38,7 +38,7 @@ pub(super) struct Problem {
     /// Pieces of the trials, to begin with.
     pieces: Option<Arc<[Schedule]>>,
     pushed: Arc<Pushed>,
-    pub(super) rigid_body: Option<Matrix6<f64>>,
+    rigid_body: Option<Matrix6<f64>>,
     /// Which numbers of the actuator are fitted.
     pub(super) fits: [bool; Actuator::COUNT],
     /// Whether thrusters push, of which any was logged; else a wrench does.
@@ -196,6 +196,12 @@ impl Problem {
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
             is_free,
         }
+    }
+
+    /// The same for other records of the same trials.
+    pub(super) fn of(&self, records: &[&CoupledRecord]) -> Self {
+        let Self { structure, rigid_body, is_free, fits, .. } = self;
+        Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free) }
     }
 
     /// How many numbers were measured.

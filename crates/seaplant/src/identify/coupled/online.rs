@@ -92,7 +92,8 @@ fn acting(found: &CoupledFit, record: &CoupledRecord) -> Result<CoupledRecord, E
     // As it acts it is a wrench: what the thrusters do to it is done.
     let (force, thrusters) = (found.actuator.acting(record)?, Vec::new());
     let velocity = through_water(record, found.current_of(&record.trial))?;
-    Ok(CoupledRecord { force, thrusters, velocity, ..record.clone() })
+    let signals = found.actuator.signals(record)?;
+    Ok(CoupledRecord { force, thrusters, velocity, signals, ..record.clone() })
 }
 
 /// ν − R(η)ᵀ u_c of a current to the north and east, m/s.

@@ -414,7 +414,7 @@ impl<'a> Standing<'a> {
             velocity: record.velocity.clone(),
             attitude: record.attitude.clone(),
             current,
-            signals: record.signals.clone(),
+            signals: self.actuator.signals(record)?,
             wind: None,
         })
     }
