@@ -98,3 +98,35 @@ fn a_held_out_trial_in_a_current_does_not_speak_against_both_headings() {
         assert!(plant.nuisances.keys().any(|name| name.starts_with("current")), "seed {seed}");
     }
 }
+
+/// Mass may be off by this part in four minutes of calm.
+const CALM: f64 = 0.03;
+
+#[test]
+fn of_more_than_300_trials_300_are_fitted_and_all_are_scored() {
+    let spec = TwinSpec { dofs: [Dof::Surge].into(), ..TwinSpec::jason2() };
+    let dive = make(&spec).expect("a valid twin");
+    let log = dive.trials.iter().find(|trial| trial.role == Role::Fit).expect("one to fit");
+    let part = |k: usize| {
+        let from_s = 5.0 + k as f64;
+        let setup = TrialSetup {
+            name: format!("part {k}"),
+            dofs: log.dofs.clone(),
+            from_s: Some(from_s),
+            to_s: Some(from_s + 15.0),
+            ..TrialSetup::default()
+        };
+        Trial::new(setup, &log.recording, &dive.vehicle).expect("complete")
+    };
+    let trials: Vec<Trial> = (0..320).map(part).collect();
+    let mut options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
+    options.filter_error.candidates.clear();
+    let results = identify(&dive.vehicle, &trials, &options).results;
+    let plant = &results.plants[&Dof::Surge];
+    let notes: Vec<&str> = plant.caveats.iter().map(|caveat| caveat.message.as_str()).collect();
+    assert!(notes.iter().any(|note| note.contains("300 of 320 trials")), "{notes:?}");
+    assert_eq!(plant.fit.trials.len(), 320);
+    let truth = dive.truth.plants[&Dof::Surge].mass;
+    let off = (plant.parameters.mass.value / truth - 1.0).abs();
+    assert!(off < CALM, "{off}");
+}

@@ -58,6 +58,13 @@ fn results_that_are_not_there_are_told_with_their_path() {
 }
 
 #[test]
+fn a_published_table_has_no_campaign_to_read_a_log_by() {
+    let message = Workshop::new().failure(&["simulate", "published:wam-v-vrx", "log.csv"]);
+    assert!(message.starts_with("published:wam-v-vrx is a plant without a campaign"), "{message}");
+    assert!(message.contains("`seaplant validate published:wam-v-vrx campaign.toml`"), "{message}");
+}
+
+#[test]
 fn of_several_plants_one_must_be_chosen() {
     let workshop = Workshop::new();
     let results = demo::results_file();
