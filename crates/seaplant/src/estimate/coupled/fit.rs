@@ -127,10 +127,6 @@ impl Tolerance {
         Self { plant: 100.0 * self.plant, noise: 100.0 * self.noise }
     }
 
-    fn is_coarse(self) -> bool {
-        self.plant >= Self::COARSE.plant
-    }
-
     /// A step that did gain less than this is the last, whatever was expected of it.
     fn nothing(self) -> f64 {
         0.1 * self.plant
@@ -427,13 +423,9 @@ impl Problem {
         let count = point.noise.count();
         let mut noise_information = DMatrix::zeros(count, count);
         let mut noise_is_settled = noise == WithNoise::Kept;
-        // What the noise is, a part of the trials says well enough on the way.
-        let pieces = self.in_pieces().filter(|_| tolerance.is_coarse() && !self.is_free);
-        let of_noise = pieces.as_ref().unwrap_or(self);
         for iterations in 0..MOST_STEPS {
             if !noise_is_settled {
-                noise_is_settled =
-                    of_noise.step_noise(&mut point, tolerance, &mut noise_information);
+                noise_is_settled = self.step_noise(&mut point, tolerance, &mut noise_information);
             }
             let (slope, gains) = self
                 .by_plant(&point)
@@ -446,7 +438,7 @@ impl Problem {
                 return Ok(Optimum { point, cost, information, noise_information, iterations });
             }
             noise_is_settled = noise == WithNoise::Kept
-                || is_last && of_noise.step_noise(&mut point, tolerance, &mut noise_information);
+                || is_last && self.step_noise(&mut point, tolerance, &mut noise_information);
         }
         Err(refuse(
             "the fit did not converge; leave out terms, or use trials with more variation of speed and turning",
