@@ -4,7 +4,9 @@ Shares nothing with Seaplant but the files: the state is momentum, not velocity 
 equations, so that C is never formed), attitude is a matrix, drag may be cross-flow in strips,
 and the mass tensor is full. Each vehicle has one to three faults out of `FAULTS`.
 
-    draw.py OUT NUMBER SEED        # writes OUT/000 ..., each with truth.json
+    draw.py OUT NUMBER SEED [FAULT ...]   # writes OUT/000 ..., each with truth.json
+
+With faults named, each vehicle has these.
 """
 
 import json
@@ -141,6 +143,11 @@ def dvl_late(s, g):
 
 
 @fault
+def dvl_smoothed(s, g):
+    s["dvl_smoothed"] = g.uniform(0.1, 0.5)
+
+
+@fault
 def dvl_turned(s, g):
     s["dvl_turned"] = np.radians(g.uniform(2.0, 6.0))
 
@@ -182,8 +189,8 @@ def positive(g, diagonal, spread):
     return c / np.outer(d, d) * np.outer(root, root)
 
 
-def draw(seed):
-    """A vehicle: sizes, mass, drag, thrusters, sensors and faults."""
+def draw(seed, wanted=()):
+    """A vehicle: sizes, mass, drag, thrusters, sensors and faults, by chance or as wanted."""
     g = np.random.default_rng(seed)
     length = np.exp(g.uniform(np.log(0.35), np.log(3.5)))
     size = length * np.array([1.0, g.uniform(0.35, 0.9), g.uniform(0.3, 0.8)])
@@ -267,6 +274,7 @@ def draw(seed):
         "dvl_scale": 1.0,
         "dvl_window": 0.0,
         "dvl_late": 0.0,
+        "dvl_smoothed": 0.0,
         "dvl_turned": 0.0,
         "dvl_place": np.zeros(3),
         "gap": 0.0,
@@ -279,6 +287,7 @@ def draw(seed):
     }
     thrusters(s, g)
     chosen = g.choice(list(FAULTS), size=g.integers(1, 4), replace=False)
+    chosen = wanted or chosen
     for name in chosen:
         FAULTS[name](s, g)
     s["faults"] = [str(name) for name in chosen]
@@ -496,6 +505,14 @@ def sampled(values, hz, window=0.0, late=0.0):
     return rows * STEP, picked
 
 
+def behind_a_lag(values, lag):
+    """`values` behind a first-order lag."""
+    behind, keep = values.copy(), np.exp(-STEP / lag) if lag else 0.0
+    for k in range(1, len(values)):
+        behind[k] = keep * behind[k - 1] + (1.0 - keep) * values[k]
+    return behind
+
+
 def table(path, header, time, columns):
     path.parent.mkdir(parents=True, exist_ok=True)
     lines = [",".join(["time (s)", *header])]
@@ -531,7 +548,8 @@ def write(s, g, out, folder):
                 rows,
             )
         at = nu[:, :3] + np.cross(nu[:, 3:], s["dvl_place"])
-        time, rows = sampled(at @ turn, s["dvl_hz"], s["dvl_window"], s["dvl_late"])
+        seen = behind_a_lag(at @ turn, s["dvl_smoothed"])
+        time, rows = sampled(seen, s["dvl_hz"], s["dvl_window"], s["dvl_late"])
         rows = rows * s["dvl_scale"] + 0.003 * noise * g.standard_normal(rows.shape)
         wild = g.uniform(size=rows.shape) < s["spikes"]
         rows = np.where(wild, rows + g.standard_normal(rows.shape) * s["top"], rows)
@@ -617,8 +635,8 @@ def claims(s, folder):
 
 
 def one(job):
-    folder, seed = job
-    s, g = draw(seed)
+    folder, seed, wanted = job
+    s, g = draw(seed, wanted)
     out = simulate(s, g)
     write(s, g, out, folder)
     count = int(SECONDS[0] / STEP)
@@ -662,6 +680,7 @@ def one(job):
                 "dvl_scale",
                 "dvl_window",
                 "dvl_late",
+                "dvl_smoothed",
                 "dvl_turned",
                 "gap",
             ]
@@ -673,7 +692,7 @@ def one(job):
 
 def main():
     out, number, seed = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
-    jobs = [(out / f"{k:03}", k) for k in range(seed, seed + number)]
+    jobs = [(out / f"{k:03}", k, sys.argv[4:]) for k in range(seed, seed + number)]
     with multiprocessing.Pool() as pool:
         for name, faults, length, rms, tilt in pool.imap(one, jobs):
             print(

@@ -115,7 +115,7 @@ pub use simulate::{Response, State, simulate};
 pub use terms::{Term, Terms};
 pub use thrust::{QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
 pub use trial::{
-    AxisRecord, CoupledRecord, CoupledThruster, Role, ThrusterTrack, Trial, TrialSetup,
+    AxisRecord, CoupledRecord, CoupledThruster, Late, Role, ThrusterTrack, Trial, TrialSetup,
     UniformAxis, UniformStretch, VelocitySource, lever_axes,
 };
 pub use vehicle::{

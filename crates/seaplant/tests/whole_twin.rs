@@ -256,3 +256,17 @@ fn velocities_that_are_late_beside_rates_do_not_pass_for_mass() {
     let told = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::ClockOffset);
     assert!(told.expect("allowed for").message.contains("later than thrust"));
 }
+
+#[test]
+fn velocities_behind_a_lag_do_not_pass_for_mass() {
+    let spec = short(|spec| {
+        spec.disturbances = Disturbance::parse_list("velocity-lag").expect("known");
+    });
+    let found = assert_recovered(&spec);
+    let lag = &found.nuisances["translation_lag"];
+    let off = (lag.value - spec.strength.velocity_lag_s).abs();
+    assert!(off < 0.02, "{} ± {}", lag.value, lag.std);
+    let told = found.caveats.iter().find(|caveat| caveat.code == CaveatCode::ClockOffset);
+    let message = &told.expect("a note").message;
+    assert!(message.contains("behind a lag of"), "{message}");
+}

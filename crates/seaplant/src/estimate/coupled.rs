@@ -6,6 +6,7 @@ mod equation_error;
 mod filter;
 mod fit;
 mod free;
+mod late;
 mod schedule;
 mod search;
 mod start;
@@ -17,11 +18,12 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::motion::with_places;
 use crate::plant::{Basis, Plant, RigidBody, Signal, Structure};
-use crate::{CoupledRecord, Dof, Error, Method};
+use crate::{CoupledRecord, Dof, Error, Late, Method};
 pub use actuator::Actuator;
 use equation_error::EquationError;
 use filter::{Drift, Noise};
 use fit::{Optimum, Problem, Tolerance};
+use late::Lateness;
 pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 use start::begun;
@@ -48,9 +50,11 @@ pub struct CoupledFit {
     pub disturbances: BTreeMap<Dof, AxisNoise>,
     /// How the current changes about its mean of a trial, if the trials show that.
     pub current_drift: Option<CurrentDrift>,
-    /// By how much translations are measured late beside thrust and rates, s, with its standard
-    /// deviation, if the trials show that; they were taken to be earlier by that.
-    pub translation_delay_s: Option<(f64, f64)>,
+    /// How late translations are measured beside thrust and rates, if the trials show that; they
+    /// were taken to be as they were before.
+    pub late: Late,
+    /// Standard deviations of its delay and its lag, s; none of what the trials do not show.
+    pub late_std: [Option<f64>; 2],
     /// ln-likelihood.
     pub log_likelihood: f64,
     /// Numbers measured.
@@ -144,9 +148,9 @@ fn fit_as(
         let rigid_body = rigid_body.map(RigidBody::mass_matrix);
         let problem = Problem::new(structure, records, rigid_body, is_free);
         let (first, least_squares, fitted) = begun::<N>(problem, records)?;
-        let (fitted, earlier) = fitted.with_delay_that_shows(records)?;
-        let earlier: Vec<&CoupledRecord> = earlier.iter().collect();
-        let records = if earlier.is_empty() { records } else { &earlier };
+        let (fitted, prompt) = fitted.with_lateness_that_shows(records)?;
+        let prompt: Vec<&CoupledRecord> = prompt.iter().collect();
+        let records = if prompt.is_empty() { records } else { &prompt };
         let fitted = fitted.with_actuator_that_shows()?.with_drift_that_shows()?;
         let fitted = match search {
             true => {
@@ -166,75 +170,13 @@ struct Fitted<const N: usize> {
     problem: Problem,
     optimum: Optimum<N>,
     tried: Vec<Tried>,
-    /// By how much translations are measured late, s, and its standard deviation; the problem's
-    /// are earlier by that.
-    delay_s: Option<(f64, f64)>,
+    /// How late translations are measured, with standard deviations; the problem's are as before.
+    late: Lateness,
 }
 
 impl<const N: usize> Fitted<N> {
-    const fn new(problem: Problem, optimum: Optimum<N>) -> Self {
-        Self { problem, optimum, tried: Vec::new(), delay_s: None }
-    }
-
-    /// The same with translations as much earlier as they are late beside thrust and rates, if the
-    /// trials show that, and the records with these; none if they do not.
-    ///
-    /// A DVL reports a mean of its pings when it has worked it out, a tenth to half a second
-    /// after the middle of them. The delay that counts is beside rates: one of everything that is
-    /// measured is the thrusters'.
-    fn with_delay_that_shows(
-        mut self,
-        records: &[&CoupledRecord],
-    ) -> Result<(Self, Vec<CoupledRecord>), Error> {
-        let has = |of: &dyn Fn(usize) -> bool| {
-            let measured = |k: usize| records.iter().any(|record| !record.by_slope[k]);
-            self.problem.structure.axes().iter().any(|dof| of(dof.index()) && measured(dof.index()))
-        };
-        if self.problem.is_free || !has(&|k| k < 3) || !has(&|k| k >= 3) {
-            return Ok((self, Vec::new()));
-        }
-        let mut found: Option<(Vec<CoupledRecord>, f64, f64)> = None;
-        for _ in 0..MOST_DELAYS {
-            let Some((step, std)) = self.problem.delay(&self.optimum.point) else { break };
-            let worth = (step / std).powi(2) / self.colour_of_translations()?;
-            if step.abs() < LEAST_DELAY_S || worth < search::ADMITTED {
-                break;
-            }
-            let before = found.as_ref().map_or(0.0, |(_, delay_s, _)| *delay_s);
-            // What translations are late by may pass for a delay of the thrusters, from which no
-            // small step leads away: thrust changes at instants.
-            let of_thrust = self.optimum.point.actuator.delay_s;
-            let mut prompt = self.optimum.point.clone();
-            prompt.actuator.delay_s = 0.0;
-            let mut tries = vec![(before + step, self.optimum.point.clone())];
-            if of_thrust > LEAST_DELAY_S {
-                tries.push((before + step.max(0.0) + of_thrust, prompt));
-            }
-            let there = tries.into_iter().filter_map(|(total, from)| {
-                let total = total.clamp(-MOST_DELAY_S, MOST_DELAY_S);
-                let moved: Vec<CoupledRecord> =
-                    records.iter().map(|record| record.with_translations_earlier(total)).collect();
-                let refs: Vec<&CoupledRecord> = moved.iter().collect();
-                let problem = self.problem.of(&refs);
-                let optimum = problem.descent(from, Tolerance::COARSE).ok()?;
-                Some((problem, optimum, (moved, total, std)))
-            });
-            // Windows differ by less than the delays: costs are compared by sample.
-            let by_sample = |(problem, optimum): (&Problem, &Optimum<N>)| {
-                optimum.cost / problem.samples() as f64
-            };
-            let Some((problem, optimum, moved)) =
-                there.min_by(|a, b| by_sample((&a.0, &a.1)).total_cmp(&by_sample((&b.0, &b.1))))
-            else {
-                break;
-            };
-            let iterations = self.optimum.iterations + optimum.iterations;
-            (self.problem, self.optimum) = (problem, Optimum { iterations, ..optimum });
-            found = Some(moved);
-        }
-        let Some((moved, delay_s, std)) = found else { return Ok((self, Vec::new())) };
-        self.delay_s = Some((delay_s, std));
-        Ok((self, moved))
+    fn new(problem: Problem, optimum: Optimum<N>) -> Self {
+        Self { problem, optimum, tried: Vec::new(), late: Lateness::default() }
     }
 
     /// The same where what reads the speed of propellers reads that which they have, behind the one
@@ -292,7 +234,7 @@ impl<const N: usize> Fitted<N> {
         } else {
             problem.descent_at_noise(start, Tolerance::COARSE)?
         };
-        Ok(Self { optimum, problem, tried: Vec::new(), delay_s: self.delay_s })
+        Ok(Self { optimum, problem, tried: Vec::new(), late: self.late })
     }
 
     /// The same without what the trials do not show of the actuator.
@@ -381,7 +323,7 @@ impl<const N: usize> Fitted<N> {
         let white = if self.problem.is_free {
             self.problem.samples_per_independent(&self.optimum.point)?
         } else {
-            whiteness(&self.problem, &self.optimum.point)?
+            whiteness(&self.problem, &self.optimum.point, self.late.keep)?
         };
         Ok(move |dof: Dof| white.get(&dof).copied().unwrap_or(1.0).max(1.0))
     }
@@ -420,7 +362,7 @@ impl<const N: usize> Fitted<N> {
         least_squares: &EquationError,
         method: Method,
     ) -> Result<CoupledFit, Error> {
-        let Self { problem, optimum, tried, delay_s } = self;
+        let Self { problem, optimum, tried, late } = self;
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
         let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
@@ -445,27 +387,19 @@ impl<const N: usize> Fitted<N> {
             has_thrusters: problem.has_thrusters,
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
             disturbances: disturbances(&problem.structure, &optimum.point.noise, &noise_covariance),
-            translation_delay_s: delay_s,
+            late: late.late,
+            late_std: late.std,
             current_drift: current_drift(&optimum.point.noise, &noise_covariance),
             log_likelihood: -optimum.cost,
             samples: problem.samples(),
             iterations: optimum.iterations,
             start,
-            whiteness: whiteness(&problem, &optimum.point)?,
+            whiteness: whiteness(&problem, &optimum.point, late.keep)?,
             rank: least_squares.rank + (p - least_squares.terms),
             tried,
         })
     }
 }
-
-/// Steps towards the delay of translations: from the second on they are small.
-const MOST_DELAYS: usize = 6;
-
-/// A delay of less is none, s: a sample's own rounding …
-const LEAST_DELAY_S: f64 = 0.003;
-
-/// … and of more is another fault, s.
-const MOST_DELAY_S: f64 = 1.5;
 
 /// Rounds of admitting and dropping couplings.
 const MOST_ROUNDS: usize = 4;
@@ -531,11 +465,6 @@ impl<const N: usize> Search<N> {
 }
 
 impl CoupledFit {
-    /// By how much translations are measured late, s; zero if the trials do not show that.
-    pub fn translation_delay(&self) -> f64 {
-        self.translation_delay_s.map_or(0.0, |(delay_s, _)| delay_s)
-    }
-
     /// The current of a trial, north and east, m/s; zero of one that was not fitted.
     pub fn current_of(&self, trial: &str) -> [f64; 2] {
         self.currents.get(trial).map_or([0.0; 2], |current| current.map(|(value, _)| value))

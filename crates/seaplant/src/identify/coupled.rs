@@ -591,8 +591,11 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
         all.insert(format!("current north: {trial}"), parameter(*north, "m/s"));
         all.insert(format!("current east: {trial}"), parameter(*east, "m/s"));
     }
-    if let Some(delay_s) = fit.translation_delay_s {
-        all.insert("translation_delay".to_owned(), parameter(delay_s, "s"));
+    let late = [("translation_delay", fit.late.delay_s), ("translation_lag", fit.late.lag_s)];
+    for ((name, value), std) in late.into_iter().zip(fit.late_std) {
+        if let Some(std) = std {
+            all.insert(name.to_owned(), parameter((value, std), "s"));
+        }
     }
     if let Some(drift) = fit.current_drift {
         all.insert("current_drift".to_owned(), parameter(drift.std_m_s, "m/s"));

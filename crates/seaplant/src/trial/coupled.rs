@@ -156,20 +156,6 @@ impl CoupledRecord {
         Ok(record)
     }
 
-    /// The same with measured translations so much earlier, s: of an instrument that reports them
-    /// late.
-    pub(crate) fn with_translations_earlier(&self, by_s: f64) -> Self {
-        let mut earlier = self.clone();
-        for (series, by_slope) in earlier.velocity.iter_mut().zip(self.by_slope).take(3) {
-            if let Some(series) = series.as_mut().filter(|_| !by_slope) {
-                *series = series.shifted(-by_s);
-            }
-        }
-        let (from, to) = self.window_s;
-        earlier.window_s = (from - by_s.min(0.0), to - by_s.max(0.0));
-        earlier
-    }
-
     /// Whether an axis is pushed at all.
     pub fn is_driven(&self, dof: Dof) -> bool {
         let force = self.force[dof.index()].as_ref();

@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
 
 use super::schedule::{Schedule, Stop};
 use crate::motion::{Flow, HeldForce, PUSHED_BY, Prepared, advance};
-use follower::Process;
+use follower::{Process, Steps};
 pub(super) use noise::{Drift, Noise};
 use state::{Covariance, Seen, State, Transition};
 
@@ -87,8 +87,17 @@ pub(super) struct Gain<const N: usize> {
 pub(super) struct Innovation {
     /// Which of the plant's axes.
     pub(super) axis: usize,
+    /// e, m/s or rad/s.
+    pub(super) error: f64,
+    /// S.
+    pub(super) variance: f64,
+}
+
+impl Innovation {
     /// e/√S.
-    pub(super) normalised: f64,
+    pub(super) fn normalised(&self) -> f64 {
+        self.error / self.variance.sqrt()
+    }
 }
 
 /// How far a trial depends on what is wanted of it.
@@ -105,46 +114,49 @@ pub(super) struct Pass<'a, const N: usize> {
 impl<const N: usize> Pass<'_, N> {
     /// ln-likelihood with its slope by coefficients, actuators and current, and the gains.
     pub(super) fn by_plant(&self) -> (Slope, Vec<Gain<N>>) {
-        self.sweep(f64::INFINITY, |_| (), false)
+        self.sweep(f64::INFINITY, |_| (), None)
     }
 
     /// The same; `at_mark` is told the gradient so far after each `spacing_s`, and at the end.
     pub(super) fn by_plant_at(&self, spacing_s: f64, at_mark: impl FnMut(&DVector<f64>)) {
-        self.sweep(spacing_s, at_mark, false);
+        self.sweep(spacing_s, at_mark, None);
     }
 
-    /// The same slope, and last that by how late translations are measured, at none:
-    /// `y = ν(t − d)`, so that `∂e/∂d = ν̇`.
-    pub(super) fn by_plant_and_delay(&self) -> Slope {
-        self.sweep(f64::INFINITY, |_| (), true).0
+    /// The same slope, and last that by a delay of translations, and by their lag if there is one,
+    /// that are already taken away: `∂e/∂d = ν̇` and `∂e/∂T` is that behind the lag.
+    pub(super) fn by_plant_and_lateness(&self, lag_s: f64) -> Slope {
+        self.sweep(f64::INFINITY, |_| (), Some(lag_s)).0
     }
 
     fn sweep(
         &self,
         spacing_s: f64,
         mut at_mark: impl FnMut(&DVector<f64>),
-        with_delay: bool,
+        lag_s: Option<f64>,
     ) -> (Slope, Vec<Gain<N>>) {
         let (coefficients, mut gains) =
             (self.plant.count(), Vec::with_capacity(self.schedule.samples()));
         let p = coefficients + PUSHED_BY;
-        let count = p + 2 + usize::from(with_delay);
+        let of_lateness = lag_s.map_or(0, |lag_s| if lag_s > 0.0 { 2 } else { 1 });
+        let count = p + 2 + of_lateness;
         let mut slope = Slope::zeros(count);
         let mut flow = Flow::of_plant(coefficients);
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
         let mut by = vec![State::<N>::zeros(); count];
         let mut row = vec![0.0; count];
-        let mut since_mark_s = 0.0;
+        let (mut since_mark_s, mut steps) = (0.0, Steps::default());
+        let (lag_s, mut behind) = (lag_s.unwrap_or_default(), SVector::<f64, N>::zeros());
         for direction in 0..2 {
             by[p + direction].velocity = -self.water_column(&self.schedule.stops[0], direction);
         }
         for stop in &self.schedule.stops[1..] {
             let before = mean.velocity;
             let transition = self.predict(stop, &mut mean, &mut flow);
-            let slope_of_mean = (mean.velocity - before) / stop.length_s;
+            let acceleration = (mean.velocity - before) / stop.length_s;
+            behind = acceleration + (behind - acceleration) * (-stop.length_s / lag_s).exp();
             by.iter_mut().for_each(|state| state.step(&transition));
             by.iter_mut().zip(flow.by_plant()).for_each(|(state, own)| state.velocity += own);
-            covariance.predict(&transition, &self.process(stop.length_s));
+            covariance.predict(&transition, steps.of(stop.length_s, |h| self.process(h)));
             for (axis, y) in self.measurements(stop) {
                 let (e, gain) = self.correct(axis, y, stop, &mut mean, &mut covariance);
                 let seen = self.seen(axis, stop);
@@ -153,8 +165,9 @@ impl<const N: usize> Pass<'_, N> {
                 }
                 row[p] -= seen.water[0];
                 row[p + 1] -= seen.water[1];
-                if with_delay && self.is_translation(axis) {
-                    row[p + 2] += slope_of_mean[axis];
+                if self.is_translation(axis) {
+                    let late = [acceleration[axis], behind[axis]];
+                    row[p + 2..].iter_mut().zip(late).for_each(|(x, by)| *x += by);
                 }
                 row.iter().zip(&mut by).for_each(|(x, state)| state.add(&gain.state, *x));
                 slope.cost += half_log(e, gain.variance);
@@ -192,16 +205,15 @@ impl<const N: usize> Pass<'_, N> {
     /// The negative log-likelihood, and each innovation.
     pub(super) fn innovations(&self) -> (f64, Vec<Innovation>) {
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
-        let (mut flow, mut cost) = (Flow::of_state(), 0.0);
+        let (mut flow, mut cost, mut steps) = (Flow::of_state(), 0.0, Steps::default());
         let mut innovations = Vec::with_capacity(self.schedule.samples());
         for stop in &self.schedule.stops[1..] {
             let transition = self.predict(stop, &mut mean, &mut flow);
-            covariance.predict(&transition, &self.process(stop.length_s));
+            covariance.predict(&transition, steps.of(stop.length_s, |h| self.process(h)));
             for (axis, y) in self.measurements(stop) {
                 let (e, gain) = self.correct(axis, y, stop, &mut mean, &mut covariance);
                 cost += half_log(e, gain.variance);
-                let normalised = e / gain.variance.sqrt();
-                innovations.push(Innovation { axis, normalised });
+                innovations.push(Innovation { axis, error: e, variance: gain.variance });
             }
         }
         (if cost.is_finite() { cost } else { f64::INFINITY }, innovations)
@@ -215,11 +227,11 @@ impl<const N: usize> Pass<'_, N> {
         let mut followers = self.noise_followers();
         let mut row = vec![0.0; self.noise.count()];
         let mut variances = row.clone();
-        let mut processes: Vec<Process<N>> = Vec::new();
+        let mut steps = Steps::default();
         for stop in &self.schedule.stops[1..] {
             let before = mean;
             let transition = self.predict(stop, &mut mean, &mut flow);
-            let process = self.process_over(stop.length_s, &mut processes);
+            let process = steps.of(stop.length_s, |h| Process::new(self, h));
             for (follower, change) in followers.iter_mut().zip(&process.changes) {
                 follower.predict(&transition, &covariance, &before, change);
             }

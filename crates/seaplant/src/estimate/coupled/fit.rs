@@ -266,16 +266,22 @@ impl Problem {
         Some((self.summed(point, &slopes)?, gains))
     }
 
-    /// By how much translations are measured later than they are taken to be, s, and its standard
-    /// deviation: a step of Gauss and Newton, all other numbers being free as well.
-    pub(super) fn delay<const N: usize>(&self, point: &Point<N>) -> Option<(f64, f64)> {
+    /// By how much delay and lag of translations are greater than they are taken to be, s, and the
+    /// covariance: a step of Gauss and Newton, all other numbers being free as well; the delay
+    /// alone where no lag is.
+    pub(super) fn lateness<const N: usize>(
+        &self,
+        point: &Point<N>,
+        lag_s: f64,
+    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let plant = self.prepared(&point.free)?;
-        let slopes = self.each(point, &plant, |_, pass| pass.by_plant_and_delay());
+        let slopes = self.each(point, &plant, |_, pass| pass.by_plant_and_lateness(lag_s));
         let slope = self.summed(point, &slopes)?;
-        let last = slope.gradient.len() - 1;
+        let count = if lag_s > 0.0 { 2 } else { 1 };
+        let first = slope.gradient.len() - count;
         let covariance = inverse(&slope.information);
-        let step = -covariance.row(last).transpose().dot(&slope.gradient);
-        Some((step, covariance[(last, last)].sqrt()))
+        let step = -(covariance.rows(first, count) * &slope.gradient);
+        Some((step, covariance.view((first, first), (count, count)).into_owned()))
     }
 
     /// The slopes of all schedules, with a current for each trial; what comes after the current

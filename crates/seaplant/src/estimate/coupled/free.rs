@@ -72,7 +72,7 @@ impl Problem {
         let mut sums = [(0.0, 0.0); N];
         for innovation in trials.iter().flatten() {
             let (sum, n) = &mut sums[innovation.axis];
-            *sum += innovation.normalised.powi(2);
+            *sum += innovation.normalised().powi(2);
             *n += 1.0;
         }
         let mut moved = point.clone();
@@ -149,7 +149,7 @@ impl Problem {
             let mut weighted = (0.0, 0.0);
             for trial in &trials {
                 let own = trial.iter().filter(|innovation| innovation.axis == axis);
-                let e: Vec<f64> = own.map(|innovation| innovation.normalised).collect();
+                let e: Vec<f64> = own.map(|innovation| innovation.normalised()).collect();
                 let power: f64 = e.iter().map(|x| x * x).sum();
                 let mut sum = 1.0;
                 for lag in 1..=e.len() / MOST_LAGS_PART {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::filter::{Drift, Noise};
+use super::filter::{Drift, Innovation, Noise};
 use super::fit::{Point, Problem};
 use super::{AxisNoise, CurrentDrift};
 use crate::estimate::PRECISION;
@@ -84,25 +84,49 @@ const APART_OF_SLOPES: usize = 2;
 /// Lags over which innovations are to be white.
 const LAGS: usize = 40;
 
+/// Box and Pierce's statistic of each axis over [`LAGS`], divided by these.
+///
+/// Where translations are behind a lag, noise may come before it or after: white are innovations
+/// then, or what they are behind it. `keep` is what the lag leaves of a report to the next.
 pub(super) fn whiteness<const N: usize>(
     problem: &Problem,
     point: &Point<N>,
+    keep: f64,
 ) -> Result<BTreeMap<Dof, f64>, Error> {
     let trials = problem.innovations(point)?;
     let of = |(axis, &dof): (usize, &Dof)| {
-        let mut statistic = (0.0, 0_usize);
         let apart = if problem.by_slope[dof.index()] { APART_OF_SLOPES } else { 1 };
-        for trial in &trials {
-            let of_axis = trial.iter().filter(|innovation| innovation.axis == axis).step_by(apart);
-            let e: Vec<f64> = of_axis.map(|innovation| innovation.normalised).collect();
-            let power: f64 = e.iter().map(|x| x * x).sum();
-            for lag in 1..=LAGS.min(e.len() / 4) {
-                let product: f64 = e.iter().zip(&e[lag..]).map(|(a, b)| a * b).sum();
-                let r = product / power;
-                statistic = (statistic.0 + e.len() as f64 * r * r, statistic.1 + 1);
-            }
+        let of_axis = |trial: &Vec<Innovation>| -> Vec<f64> {
+            let own = trial.iter().filter(|innovation| innovation.axis == axis).step_by(apart);
+            own.map(Innovation::normalised).collect()
+        };
+        let mut series: Vec<Vec<f64>> = trials.iter().map(of_axis).collect();
+        let before = colour(&series);
+        if keep == 0.0 || dof.is_rotation() || problem.by_slope[dof.index()] {
+            return (dof, before);
         }
-        (dof, statistic.0 / statistic.1.max(1) as f64)
+        series.iter_mut().for_each(|e| put_behind(e, keep));
+        (dof, before.min(colour(&series)))
     };
     Ok(problem.structure.axes().iter().enumerate().map(of).collect())
+}
+
+/// Puts a series behind a lag that leaves `keep` of a report to the next.
+pub(super) fn put_behind(series: &mut [f64], keep: f64) {
+    (1..series.len()).for_each(|k| series[k] += keep * series[k - 1]);
+}
+
+/// The mean over [`LAGS`] and series of `n r²`: 1 of white noise.
+fn colour(series: &[Vec<f64>]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for e in series {
+        let power: f64 = e.iter().map(|x| x * x).sum();
+        for lag in 1..=LAGS.min(e.len() / 4) {
+            let product: f64 = e.iter().zip(&e[lag..]).map(|(a, b)| a * b).sum();
+            let r = product / power;
+            sum += e.len() as f64 * r * r;
+            count += 1;
+        }
+    }
+    sum / count.max(1) as f64
 }

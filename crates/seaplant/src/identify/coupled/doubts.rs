@@ -53,12 +53,19 @@ pub(super) fn doubts(
 
 /// That translations are measured late, by what they were taken to be earlier.
 fn late(fit: &CoupledFit) -> Option<Caveat> {
-    fit.translation_delay_s.map(|(delay_s, std)| {
-        let way = if delay_s > 0.0 { "later" } else { "earlier" };
+    let of = |value: f64, std: Option<f64>| {
+        std.map(|std| format!("{} ± {} s", spoken(value.abs()), spoken(1.96 * std)))
+    };
+    let way = if fit.late.delay_s > 0.0 { "later" } else { "earlier" };
+    let [delay_std, lag_std] = fit.late_std;
+    let delay = of(fit.late.delay_s, delay_std)
+        .map(|delay| format!("{delay} {way} than thrust and rates of turn"));
+    let lag = of(fit.late.lag_s, lag_std).map(|lag| format!("behind a lag of {lag}"));
+    let both: Vec<String> = delay.into_iter().chain(lag).collect();
+    (!both.is_empty()).then(|| {
         let message = format!(
-            "velocities are measured {} ± {} s {way} than thrust and rates of turn, as a DVL's that are averaged; this was allowed for; `offset_s` of the trial corrects the clock of a file",
-            spoken(delay_s.abs()),
-            spoken(1.96 * std)
+            "velocities are measured {}, as a DVL's that are averaged or smoothed; this was allowed for; `offset_s` of the trial corrects the clock of a file",
+            both.join(" and ")
         );
         Caveat::note(CaveatCode::ClockOffset, message)
     })

@@ -14,7 +14,9 @@ use crate::results::{AxisScore, CoupledPlant, CoupledScore};
 use crate::series::union;
 use crate::signal::sample_noise;
 use crate::twin::random::{gauss_markov, normal};
-use crate::{Agreement, Comparison, CoupledRecord, Dof, Error, Method, ScoredMotion, Timed, Trial};
+use crate::{
+    Agreement, Comparison, CoupledRecord, Dof, Error, Late, Method, ScoredMotion, Timed, Trial,
+};
 
 /// Sums that make a score.
 #[derive(Clone, Copy, Default)]
@@ -211,7 +213,7 @@ fn motions(
     record: &CoupledRecord,
     current: [f64; 2],
 ) -> Result<Vec<AxisMotion>, Error> {
-    let record = &record.with_translations_earlier(stands.late_s);
+    let record = &record.with_translations_earlier(stands.late.delay_s);
     let (from, to) = record.window_s;
     let velocity = |dof: Dof| record.velocity[dof.index()].as_ref();
     let measured: Vec<(Dof, Timed)> = plant
@@ -248,12 +250,16 @@ fn motions(
     let motion = |(dof, measured): (Dof, Timed)| {
         let at = |t: &f64| times.partition_point(|known| known < t);
         let places: Vec<usize> = measured.time_s().iter().map(at).collect();
-        let of = |found: &Simulated| -> Vec<f64> {
+        let late = if dof.is_rotation() { Late::default() } else { stands.late };
+        let reported = |moved: Vec<f64>| late.behind_lag(measured.time_s(), moved);
+        let moved = |found: &Simulated| -> Vec<f64> {
             places.iter().map(|k| found.velocity[*k][dof.index()]).collect()
         };
+        let of = |found: &Simulated| reported(moved(found));
         let in_water = |(found, water): &(Simulated, Option<Water>)| {
             let seen = |t: f64| water.as_ref().map_or(0.0, |water| water.seen(record, dof, t));
-            of(found).iter().zip(measured.time_s()).map(|(v, t)| v + seen(*t)).collect()
+            let moved = moved(found).into_iter().zip(measured.time_s());
+            reported(moved.map(|(v, t)| v + seen(*t)).collect())
         };
         let drawn = drawn.iter().map(in_water).collect();
         let own = |of: &[Vector6<f64>]| places.iter().map(|k| of[*k][dof.index()]).collect();
@@ -333,8 +339,8 @@ const SPAN_OF_SLOPES_S: f64 = 1.0;
 /// What stands beside a plant: how thrust acts, and what is not known.
 pub(super) struct Standing<'a> {
     actuator: Actuator,
-    /// By how much translations are measured late, s.
-    late_s: f64,
+    /// How late translations are measured.
+    late: Late,
     /// The fit, where it knows what disturbs the axes.
     fit: Option<&'a CoupledFit>,
 }
@@ -370,11 +376,7 @@ impl<'a> Standing<'a> {
     /// What a fit found beside its plant; output error takes all misfit for the measurement's.
     pub(super) fn beside(fit: &'a CoupledFit) -> Self {
         let has_disturbances = fit.method != Method::OutputError;
-        Self {
-            actuator: fit.actuator,
-            late_s: fit.translation_delay(),
-            fit: has_disturbances.then_some(fit),
-        }
+        Self { actuator: fit.actuator, late: fit.late, fit: has_disturbances.then_some(fit) }
     }
 
     /// Standard deviation of a sample of an axis's velocity, m/s or rad/s; zero if not known.
@@ -404,7 +406,8 @@ impl<'a> Standing<'a> {
             log_change_between: number("thrust_change_between").ln_1p(),
             full_speed: ratio("full_speed"),
         };
-        Self { actuator, late_s: number("translation_delay"), fit: None }
+        let late = Late { delay_s: number("translation_delay"), lag_s: number("translation_lag") };
+        Self { actuator, late, fit: None }
     }
 
     /// What drives a trial, with thrust as it acts.

@@ -32,23 +32,6 @@ impl<const N: usize> Pass<'_, N> {
         sum
     }
 
-    /// A step of a length, from those that were met last.
-    pub(super) fn process_over<'a>(
-        &self,
-        length_s: f64,
-        met: &'a mut Vec<Process<N>>,
-    ) -> &'a Process<N> {
-        let is_it = |process: &Process<N>| (process.length_s - length_s).abs() < ROUNDING_S;
-        let at = met.iter().position(is_it).unwrap_or_else(|| {
-            if met.len() == MOST_LENGTHS {
-                met.clear();
-            }
-            met.push(Process::new(self, length_s));
-            met.len() - 1
-        });
-        &met[at]
-    }
-
     /// How the k-th logarithm of the noise changes a step.
     pub(super) fn process_change(&self, k: usize, h: f64) -> Change<N> {
         let axis = k % N;
@@ -95,12 +78,35 @@ impl<const N: usize> Pass<'_, N> {
     }
 }
 
-/// Steps of so many lengths are kept: instruments of different rates make few.
-pub(super) const MOST_LENGTHS: usize = 8;
+/// What belongs to a step of a length, for the lengths that were met last.
+pub(super) struct Steps<T>(Vec<(f64, T)>);
+
+impl<T> Default for Steps<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> Steps<T> {
+    /// Steps of so many lengths are kept: instruments of different rates make few.
+    const MOST: usize = 8;
+
+    pub(super) fn of(&mut self, length_s: f64, make: impl FnOnce(f64) -> T) -> &T {
+        let Self(met) = self;
+        let is_it = |(known_s, _): &(f64, T)| (known_s - length_s).abs() < ROUNDING_S;
+        let at = met.iter().position(is_it).unwrap_or_else(|| {
+            if met.len() == Self::MOST {
+                met.clear();
+            }
+            met.push((length_s, make(length_s)));
+            met.len() - 1
+        });
+        &met[at].1
+    }
+}
 
 /// What a step of a length adds to the covariance, and how the noise changes that.
 pub(super) struct Process<const N: usize> {
-    pub(super) length_s: f64,
     pub(super) whole: Covariance<N>,
     pub(super) changes: Vec<Change<N>>,
 }
@@ -109,7 +115,7 @@ impl<const N: usize> Process<N> {
     pub(super) fn new(pass: &Pass<'_, N>, length_s: f64) -> Self {
         let change = |k| pass.process_change(k, length_s);
         let changes = (0..pass.noise.count()).map(change).collect();
-        Self { length_s, whole: pass.process(length_s), changes }
+        Self { whole: pass.process(length_s), changes }
     }
 }
 

@@ -1,0 +1,208 @@
+//! Whether translations are measured late beside thrust and rates of turn.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::fit::{Optimum, Point, Problem, Tolerance};
+use super::uncertainty::put_behind;
+use super::{Fitted, search};
+use crate::{CoupledRecord, Error, Late, Timed};
+
+/// Steps towards delay and lag: from the second on they are small.
+const MOST_STEPS: usize = 6;
+
+/// A delay or lag of less is none, s: a sample's own rounding …
+const LEAST_S: f64 = 0.003;
+
+/// … and of more is another fault, s.
+const MOST_S: f64 = 1.5;
+
+/// At no lag its slope is the delay's: it begins at so much or more, s.
+const FIRST_LAG_S: f64 = 0.1;
+
+/// A step of less, in standard deviations, changes nothing.
+const SETTLED: f64 = 0.5;
+
+/// How late translations are measured, and the standard deviations of delay and lag, s; none of
+/// what the trials do not show.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Lateness {
+    pub(super) late: Late,
+    pub(super) std: [Option<f64>; 2],
+    /// What the lag leaves of a report to the next.
+    pub(super) keep: f64,
+}
+
+/// A fit to translations that are as they were before their instrument.
+struct Prompt<const N: usize> {
+    problem: Problem,
+    optimum: Optimum<N>,
+    records: Vec<CoupledRecord>,
+    lateness: Lateness,
+}
+
+impl<const N: usize> Fitted<N> {
+    /// The same with translations as they were before they are reported late beside thrust and
+    /// rates, if the trials show that, and the records with these; none if they do not.
+    ///
+    /// A DVL reports a mean of its pings when it has worked it out, a tenth to half a second
+    /// after the middle of them, or behind a filter. What counts is beside rates: a delay of
+    /// everything that is measured is the thrusters'.
+    pub(super) fn with_lateness_that_shows(
+        mut self,
+        records: &[&CoupledRecord],
+    ) -> Result<(Self, Vec<CoupledRecord>), Error> {
+        let has = |of: &dyn Fn(usize) -> bool| {
+            let measured = |k: usize| records.iter().any(|record| !record.by_slope[k]);
+            self.problem.structure.axes().iter().any(|dof| of(dof.index()) && measured(dof.index()))
+        };
+        if self.problem.is_free || !has(&|k| k < 3) || !has(&|k| k >= 3) {
+            return Ok((self, Vec::new()));
+        }
+        let bar = search::ADMITTED * self.colour_of_translations()?;
+        let Some(delayed) = self.delayed(records, bar) else { return Ok((self, Vec::new())) };
+        let found = match self.lagging(records, &delayed, bar) {
+            Some(lagging) => lagging,
+            None => delayed,
+        };
+        let iterations = self.optimum.iterations + found.optimum.iterations;
+        self.optimum = Optimum { iterations, ..found.optimum };
+        (self.problem, self.late) = (found.problem, found.lateness);
+        Ok((self, found.records))
+    }
+
+    /// With translations that are delayed, if that is worth more than the bar.
+    fn delayed(&self, records: &[&CoupledRecord], bar: f64) -> Option<Prompt<N>> {
+        let mut found: Option<Prompt<N>> = None;
+        for _ in 0..MOST_STEPS {
+            let (problem, point) = match &found {
+                Some(found) => (&found.problem, &found.optimum.point),
+                None => (&self.problem, &self.optimum.point),
+            };
+            let Some((step, covariance)) = problem.lateness(point, 0.0) else { break };
+            let (step, variance) = (step[0], covariance[(0, 0)]);
+            if step.abs() < LEAST_S || step.powi(2) / variance < bar {
+                break;
+            }
+            let before = found.as_ref().map_or(0.0, |found| found.lateness.late.delay_s);
+            // What translations are late by may pass for a delay of the thrusters, from which no
+            // small step leads away: thrust changes at instants.
+            let of_thrust = point.actuator.delay_s;
+            let mut tries = vec![(before + step, point.clone())];
+            if of_thrust > LEAST_S {
+                let mut prompt = point.clone();
+                prompt.actuator.delay_s = 0.0;
+                tries.push((before + step.max(0.0) + of_thrust, prompt));
+            }
+            let there = tries.into_iter().filter_map(|(delay_s, from)| {
+                let delay_s = delay_s.clamp(-MOST_S, MOST_S);
+                let late = Late { delay_s, lag_s: 0.0 };
+                let mut there = self.before(records, late, from)?;
+                there.lateness.std[0] = Some(variance.sqrt());
+                Some(there)
+            });
+            // Windows differ by less than the delays: costs are compared by sample.
+            let by_sample = |it: &Prompt<N>| it.optimum.cost / it.problem.samples() as f64;
+            match there.min_by(|a, b| by_sample(a).total_cmp(&by_sample(b))) {
+                Some(there) => found = Some(there),
+                None => break,
+            }
+        }
+        found
+    }
+
+    /// With translations that are behind a lag, and delayed beside it where that is worth more than
+    /// the bar, if they are likelier so.
+    fn lagging(
+        &self,
+        records: &[&CoupledRecord],
+        delayed: &Prompt<N>,
+        bar: f64,
+    ) -> Option<Prompt<N>> {
+        let lag_s = delayed.lateness.late.delay_s.max(FIRST_LAG_S);
+        let (mut late, mut from) = (Late { delay_s: 0.0, lag_s }, delayed.optimum.point.clone());
+        let mut is_delayed = false;
+        for _ in 0..MOST_STEPS {
+            let mut there = self.before(records, late, from)?;
+            let (step, covariance) = there.problem.lateness(&there.optimum.point, late.lag_s)?;
+            let (next, std) = stepped(late, &step, &covariance, is_delayed);
+            let moved = (next.delay_s - late.delay_s).abs().max((next.lag_s - late.lag_s).abs());
+            (late, from) = (next, there.optimum.point.clone());
+            if moved < LEAST_S.max(SETTLED * std[1].unwrap_or_default()) {
+                let shows = step[0] > LEAST_S && step[0].powi(2) > bar * covariance[(0, 0)];
+                if shows && !is_delayed {
+                    is_delayed = true;
+                    continue;
+                }
+                there.lateness.std = std;
+                let (with, without) = (there.by_sample().ok()?, delayed.by_sample().ok()?);
+                return (with < without).then_some(there);
+            }
+        }
+        None
+    }
+
+    /// The optimum, from a point, of trials whose translations are so late.
+    fn before(&self, records: &[&CoupledRecord], late: Late, from: Point<N>) -> Option<Prompt<N>> {
+        let records: Vec<CoupledRecord> =
+            records.iter().map(|record| record.with_translations_before(&late)).collect();
+        let problem = self.problem.of(&records.iter().collect::<Vec<_>>());
+        let optimum = problem.descent(from, Tolerance::COARSE).ok()?;
+        let of_axis = |series: &Timed| (-series.period_s() / late.lag_s).exp();
+        let first =
+            records.iter().flat_map(|record| record.velocity.iter().take(3)).flatten().next();
+        let lateness = Lateness { late, std: [None; 2], keep: first.map_or(0.0, of_axis) };
+        Some(Prompt { problem, optimum, records, lateness })
+    }
+}
+
+impl<const N: usize> Prompt<N> {
+    /// Σ ½ ln of the mean square by which the next report is off, over all samples, by the sample, as
+    /// windows differ by less than what is late.
+    ///
+    /// The lag's inverse enlarges what it is given by 1/(1 − a). Noise from after the lag is white where
+    /// it is put behind it again, noise from before it as it is: the smaller counts.
+    fn by_sample(&self) -> Result<f64, Error> {
+        let trials = self.problem.innovations(&self.optimum.point)?;
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (axis, dof) in self.problem.structure.axes().iter().enumerate() {
+            let keep = if dof.is_rotation() { 0.0 } else { self.lateness.keep };
+            let (mut before, mut after, mut n) = (0.0, 0.0, 0.0);
+            for trial in &trials {
+                let own = trial.iter().filter(|innovation| innovation.axis == axis);
+                let mut e: Vec<f64> = own.map(|own| (1.0 - keep) * own.error).collect();
+                before += e.iter().map(|e| e * e).sum::<f64>();
+                put_behind(&mut e, keep);
+                after += e.iter().map(|e| e * e).sum::<f64>();
+                n += e.len() as f64;
+            }
+            if n > 0.0 {
+                sum += 0.5 * n * (before.min(after) / n).ln();
+                count += n;
+            }
+        }
+        Ok(sum / count)
+    }
+}
+
+/// Delay and lag after a step, and their standard deviations: of the lag alone where there is no
+/// delay.
+fn stepped(
+    late: Late,
+    step: &DVector<f64>,
+    covariance: &DMatrix<f64>,
+    is_delayed: bool,
+) -> (Late, [Option<f64>; 2]) {
+    let [[of_delay, of_both], [_, of_lag]] = [0, 1].map(|i| [0, 1].map(|j| covariance[(i, j)]));
+    let delay_s = if is_delayed { (late.delay_s + step[0]).clamp(0.0, MOST_S) } else { 0.0 };
+    // What the delay cannot do the lag does.
+    let short = delay_s - late.delay_s - step[0];
+    let by = step[1] + of_both / of_delay * short;
+    let lag_s = (late.lag_s + by).clamp(0.5 * late.lag_s, 2.0 * late.lag_s).min(MOST_S);
+    let alone = of_lag - of_both.powi(2) / of_delay;
+    let std = if is_delayed {
+        [Some(of_delay.sqrt()), Some(of_lag.sqrt())]
+    } else {
+        [None, Some(alone.sqrt())]
+    };
+    (Late { delay_s, lag_s }, std)
+}
