@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# How right plants of six axes are on vehicles of another simulator: run.sh [NUMBER] [SEED]
-# draws that many (30) from that seed (0), with one to three faults each, identifies each, and
-# counts errors, intervals and verdicts. OUT=folder keeps the logs, and judges those that are there.
+# How right plants of six axes are on vehicles of another simulator:
+# run.sh [NUMBER] [SEED] [FAULT ...] draws that many (30) from that seed (0), with one to three
+# faults each or with those that are named, identifies each, and counts errors, intervals and
+# verdicts. OUT=folder keeps the logs, and judges those that are there.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 number="${1:-30}"
@@ -15,5 +16,5 @@ fi
 python="$(./scripts/python-env)"
 cargo build --release --locked --quiet
 [ -e "$out" ] && [ -n "$(ls -A "$out")" ] ||
-    "$python" bench/strangers/draw.py "$out" "$number" "$seed"
+    "$python" bench/strangers/draw.py "$out" "$number" "$seed" "${@:3}"
 "$python" bench/strangers/judge.py target/release/seaplant "$out"

@@ -34,7 +34,7 @@ pub use equation_error::{
 pub use filter_error::{
     Candidate, Decision, FilterErrorOptions, Records, SteadyTest, first_delays, fit_filter_error,
 };
-pub(crate) use filter_error::{MOST_SEARCHED, drive_over, first_look};
+pub(crate) use filter_error::{MOST_SEARCHED, MOST_TRIALS, drive_over, first_look};
 pub use nomoto::{NomotoFit, NomotoOrder, RudderLaw, SteeringTrial, fit_nomoto};
 pub use output_error::{
     Loss, OutputErrorBootstrap, OutputErrorIntervals, OutputErrorOptions, fit_output_error,

@@ -19,8 +19,8 @@ mod together;
 mod whiteness;
 
 pub use candidate::{Candidate, Decision};
-pub(crate) use fit::MOST_SEARCHED;
 pub use fit::{FilterErrorOptions, Records, first_delays, fit_filter_error};
+pub(crate) use fit::{MOST_SEARCHED, MOST_TRIALS};
 pub use together::SteadyTest;
 
 use crate::{ThrustModel, ThrusterTrack, Timed};

@@ -241,7 +241,8 @@ fn plant(
     let of_axes = known::doubts(&fit, &plant.parameters, &records.fit, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
     let below = known::below_rigid_body(&fit, &structure, &records.fit, vehicle);
-    plant.caveats.splice(0..0, below.into_iter().chain(disputed));
+    let scale = known::scale(&fit, &records.fit, vehicle);
+    plant.caveats.splice(0..0, below.into_iter().chain(disputed).chain(scale));
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
     plant.verdict = verdict::verdict(&plant, &fit);

@@ -1,7 +1,7 @@
 //! The fits of an identification, in order, with what they may cost.
 
 use super::{CoupledPlan, IdentifyOptions, TrialsOf, Work};
-use crate::estimate::MOST_SEARCHED;
+use crate::estimate::{MOST_SEARCHED, MOST_TRIALS};
 use crate::{Dof, Method, Trial, Vehicle, VelocitySource};
 
 /// A fit of an identification, with the scores of its plant.
@@ -41,9 +41,15 @@ pub fn stages(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) ->
             continue;
         }
         let work = Work { dof, vehicle, options, trials, batch: None };
-        let samples = trials.fit.iter().map(|trial| samples(trial, dof)).sum();
+        let samples: usize = trials.fit.iter().map(|trial| samples(trial, dof)).sum();
         for method in work.in_order() {
-            push(vec![dof], method, samples, cost_s(method, samples));
+            let fitted = match method {
+                Method::FilterError => {
+                    samples * trials.fit.len().min(MOST_TRIALS) / trials.fit.len()
+                }
+                _ => samples,
+            };
+            push(vec![dof], method, samples, cost_s(method, fitted));
         }
     }
     for plan in &options.coupled {

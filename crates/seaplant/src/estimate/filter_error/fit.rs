@@ -174,7 +174,7 @@ pub fn fit_filter_error(
 
 /// Of more trials than this some are fitted: each may have a current of its own, and a step takes
 /// time with the cube of their number.
-const MOST_TRIALS: usize = 300;
+pub(crate) const MOST_TRIALS: usize = 300;
 
 /// Evenly spread ones of many trials; `None` of few.
 fn some_of(axes: &[AxisRecord]) -> Option<Vec<AxisRecord>> {

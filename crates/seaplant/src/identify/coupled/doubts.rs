@@ -45,7 +45,8 @@ pub(super) fn doubts(
     all.extend(scores(&plant.fit, plant.hold_out.as_ref()));
     all.extend(not_white(fit));
     all.extend(another_power(fit));
-    all.extend(changing_thrust(fit));
+    let [.., within_std, between_std] = fit.actuator_std;
+    all.extend(changing_thrust(&fit.actuator, [within_std, between_std]));
     all.extend(late(fit));
     all.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
     all
@@ -86,16 +87,18 @@ fn another_power(fit: &CoupledFit) -> Option<Caveat> {
 
 /// That thrust changes from the beginning of a trial to its end, or from the first trial to the last,
 /// so that its scale depends on when its curve is right.
-fn changing_thrust(fit: &CoupledFit) -> Option<Caveat> {
-    let Actuator { log_change_within, log_change_between, .. } = fit.actuator;
-    let [.., within_std, between_std] = fit.actuator_std;
+fn changing_thrust(
+    actuator: &Actuator,
+    [within_std, between_std]: [Option<f64>; 2],
+) -> Option<Caveat> {
+    let Actuator { log_change_within, log_change_between, .. } = *actuator;
     let of = |change: f64, std: Option<f64>, over: &str| {
         let said = format!(
             "by {:+.0} ± {:.0} % {over}",
             100.0 * change.exp_m1(),
             196.0 * std? * change.exp()
         );
-        (change.exp_m1().abs() > CHANGING_PART).then_some((change, said))
+        Some((change, said))
     };
     let found: Vec<(f64, String)> = [
         of(log_change_within, within_std, "from the beginning to the end of each trial"),
@@ -105,8 +108,10 @@ fn changing_thrust(fit: &CoupledFit) -> Option<Caveat> {
     .flatten()
     .collect();
     let said: Vec<&str> = found.iter().map(|(_, said)| said.as_str()).collect();
-    let to_mean: f64 = found.iter().map(|(change, _)| 0.5 * change).sum();
-    (!found.is_empty()).then(|| {
+    let all: f64 = found.iter().map(|(change, _)| change).sum();
+    let to_mean = 0.5 * all;
+    let each = found.iter().map(|(change, _)| *change);
+    each.chain([all]).any(|change| change.exp_m1().abs() > CHANGING_PART).then(|| {
         let message = format!(
             "thrust changes {} beside what its log says, as with a battery that loses voltage; mass and drag are right if the thruster curve holds for the mean; if it holds at the beginning, they are {:+.0} % off; log the voltage or the propeller speed",
             said.join(" and "),
@@ -116,7 +121,8 @@ fn changing_thrust(fit: &CoupledFit) -> Option<Caveat> {
     })
 }
 
-/// A change of thrust below this part is none that a user minds.
+/// A change of thrust below this part, in a trial, between trials or in both together, is none that a
+/// user minds.
 const CHANGING_PART: f64 = 0.05;
 
 fn untold(plant: &CoupledPlant) -> Option<Caveat> {
@@ -354,4 +360,26 @@ fn not_white(fit: &CoupledFit) -> Option<Caveat> {
         );
         Caveat::warning(CaveatCode::ResidualsNotWhite, message)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two small changes of the same sign leave the scale as open as a large one.
+    #[test]
+    fn thrust_that_changes_is_told_by_what_it_changes_in_all() {
+        let told = |log_change_within: f64, log_change_between: f64| {
+            let actuator =
+                Actuator { log_change_within, log_change_between, ..Actuator::default() };
+            changing_thrust(&actuator, [Some(0.001); 2])
+        };
+        assert_eq!(told(-0.03, -0.01), None);
+        assert_eq!(told(-0.03, 0.03), None);
+        let caveat = told(-0.04, -0.04).expect("eight percent");
+        assert!(caveat.message.contains("they are +4 % off"), "{}", caveat.message);
+        assert!(told(0.08, -0.08).is_some());
+        let actuator = Actuator { log_change_within: -0.2, ..Actuator::default() };
+        assert_eq!(changing_thrust(&actuator, [None; 2]), None);
+    }
 }

@@ -6,7 +6,7 @@ use super::doubts::is_pushed;
 use crate::caveat::spoken;
 use crate::diagnose::impossible_mass;
 use crate::estimate::{CoupledFit, fit_coupled};
-use crate::plant::{Basis, Product, Structure};
+use crate::plant::{Basis, Product, RigidBody, Structure};
 use crate::results::{Coefficient, Parameter};
 use crate::signal::rms;
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Estimate, Vehicle};
@@ -72,6 +72,53 @@ pub(super) fn below_rigid_body(
     })
 }
 
+/// That the masses of surge, sway and heave are together those of no body of the stated mass, or of
+/// one that holds water: what shows thrust of another scale.
+///
+/// ```text
+/// Σ m / m_i = 2   (m_i with the added mass of an ellipsoid, of any axes, that floats)
+/// ```
+///
+/// Of a cube it is 1.8, of vehicles in water 1.4 to 2.0.
+///
+/// # Source
+/// The factors of added mass of an ellipsoid, α + β + γ = 2: \[Lamb1932, § 114\].
+pub(super) fn scale(
+    fit: &CoupledFit,
+    records: &[&CoupledRecord],
+    vehicle: &Vehicle,
+) -> Option<Caveat> {
+    let stated = vehicle.rigid_body.as_ref().map(RigidBody::mass_kg);
+    let mass = stated.or(vehicle.dry_mass_kg)?;
+    let along = [Dof::Surge, Dof::Sway, Dof::Heave];
+    let is_known = |dof: &Dof| fit.plant.axes().contains(dof) && is_pushed(fit, records, *dof);
+    let of_six = fit.plant.mass_matrix_of_six();
+    let masses = along.map(|dof| of_six[(dof.index(), dof.index())]);
+    along.iter().all(is_known).then(|| of_body(mass, masses))?
+}
+
+fn of_body(mass: f64, masses: [f64; 3]) -> Option<Caveat> {
+    let times = masses.map(|of_axis| spoken(of_axis / mass)).join(", ");
+    let sum: f64 = masses.iter().map(|of_axis| mass / of_axis).sum();
+    let why = if sum < LEAST_SUM {
+        "much more than a body moves that holds no water: thrust is too large (its curve, its unit), or water in the hull or frame moves with it; a known weight that is hung on it tells the scale"
+    } else if sum > MOST_SUM {
+        "less than any body moves: thrust is too small (its curve, its unit), or the stated mass too large"
+    } else {
+        return None;
+    };
+    let message = format!(
+        "the masses of surge, sway and heave are {times} times the stated mass, {why} (the sum of their inverses is {}; 2 of an ellipsoid, 1.4 to 2 of vehicles)",
+        spoken(sum)
+    );
+    Some(Caveat::warning(CaveatCode::ThrustScale, message))
+}
+
+/// Between these lies the sum of the inverses of what masses are times a vehicle's own: that of
+/// published vehicles is 1.4 to 2, and thrust is known to a tenth.
+const LEAST_SUM: f64 = 1.15;
+const MOST_SUM: f64 = 2.25;
+
 /// A vehicle with less added mass than this part of its own, in two directions, is asked about.
 const LITTLE_ADDED: f64 = 0.3;
 
@@ -133,4 +180,28 @@ fn unknown_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Optio
 pub(super) fn usual_speed(dof: Dof, records: &[&CoupledRecord]) -> f64 {
     let series = records.iter().filter_map(|record| record.velocity[dof.index()].as_ref());
     rms(series.flat_map(|series| series.values()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sphere and a long spheroid [Lamb1932, § 92 and 115], BlueROV2 and RexROV by their published
+    /// tables.
+    #[test]
+    fn bodies_are_none_to_ask_about_and_thrust_of_another_scale_is() {
+        let bodies = [
+            (1.0, [1.5; 3]),
+            (1.0, [1.02, 1.96, 1.96]),
+            (11.5, [17.0, 24.2, 26.07]),
+            (1862.87, [2642.66, 3084.87, 5522.77]),
+        ];
+        for (mass, masses) in bodies {
+            assert_eq!(of_body(mass, masses), None);
+            let heavy = of_body(mass, masses.map(|x| 2.0 * x)).expect("twice the thrust");
+            assert!(heavy.message.contains("too large"), "{}", heavy.message);
+            let light = of_body(mass, masses.map(|x| 0.6 * x)).expect("less than any body");
+            assert!(light.message.contains("too small"), "{}", light.message);
+        }
+    }
 }
