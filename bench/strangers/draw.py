@@ -691,8 +691,15 @@ def one(job):
 
 
 def main():
-    out, number, seed = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
-    jobs = [(out / f"{k:03}", k, sys.argv[4:]) for k in range(seed, seed + number)]
+    out, number, seed, wanted = (
+        Path(sys.argv[1]),
+        int(sys.argv[2]),
+        int(sys.argv[3]),
+        sys.argv[4:],
+    )
+    if unknown := [name for name in wanted if name not in FAULTS]:
+        sys.exit(f"no fault is called {', '.join(unknown)}; there are {', '.join(FAULTS)}")
+    jobs = [(out / f"{k:03}", k, wanted) for k in range(seed, seed + number)]
     with multiprocessing.Pool() as pool:
         for name, faults, length, rms, tilt in pool.imap(one, jobs):
             print(

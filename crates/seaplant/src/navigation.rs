@@ -64,6 +64,9 @@ pub struct Navigated {
     pub heading_cuts: Vec<Gap>,
     /// Angular velocity `[p, q, r]` of the body, rad/s, where rates or attitude were logged.
     pub rates: Option<[Timed; 3]>,
+    /// Where the instrument sits that measures a translation, from the vehicle's origin, m; of those
+    /// that sit elsewhere.
+    pub levers: BTreeMap<Dof, Vector3<f64>>,
     /// What turning does to the velocity of a rigid body along each translation, `−(ω × v)`,
     /// m/s²; of those whose log has turning and another velocity.
     pub turning: BTreeMap<Dof, Timed>,
@@ -73,6 +76,18 @@ pub struct Navigated {
     pub displacement_ned: Option<[Timed; 3]>,
     /// What navigation had to do without.
     pub caveats: Vec<Caveat>,
+}
+
+impl Navigated {
+    /// ω × r along a translation that an instrument beside the origin measures, which was taken from
+    /// its readings, at the times of the rates; `None` where nothing was.
+    pub(crate) fn swing(&self, dof: Dof) -> Option<Timed> {
+        let (lever, rates) = (self.levers.get(&dof)?, self.rates.as_ref()?);
+        let mut turning = Turning::of(Some(rates), *lever, dof.index());
+        let base = rates.iter().max_by_key(|rate| rate.len())?;
+        let values = base.time_s().iter().map(|t| turning.at(*t)).collect();
+        base.with_values("what turning adds", values).ok()
+    }
 }
 
 /// Finds how the vehicle's origin moved.
@@ -141,6 +156,7 @@ impl Voyage {
         for dof in Dof::ALL {
             if let Some(velocity) = recording.remove(&Quantity::Velocity(dof)) {
                 nav.measured.insert(dof, velocity);
+                nav.levers.remove(&dof);
             }
         }
         ground::velocities(&mut recording, sensors, &attitude, &mut nav)?;
@@ -303,6 +319,9 @@ fn dvl_at_origin(
         }
         let turning = Turning::of(nav.rates.as_ref(), lever, row);
         nav.measured.insert(dof, weighted_sum(&parts, turning)?);
+        if lever.norm() > 0.0 {
+            nav.levers.insert(dof, lever);
+        }
         for (column, beam) in beams.iter_mut().enumerate() {
             if !(row + 1..3).any(|later| needs(later, column)) {
                 *beam = None;

@@ -42,6 +42,9 @@ pub struct CoupledRecord {
     /// Whether velocity is the slope of measured positions, likewise: what one is too large by, its
     /// neighbour is too small by.
     pub by_slope: [bool; 6],
+    /// `ω × r` that was taken from readings of surge, sway and heave, m/s, where their instrument
+    /// sits beside the origin.
+    pub swing: [Option<Timed>; 3],
     /// Roll, pitch and heading, unwrapped, smoothed by the rates where these were measured, rad.
     pub attitude: [Option<Timed>; 3],
     /// What effects read: angles, drives, air.
@@ -146,6 +149,7 @@ impl CoupledRecord {
             thrusters,
             velocity,
             by_slope,
+            swing: [Dof::Surge, Dof::Sway, Dof::Heave].map(|dof| navigated.swing(dof)),
             attitude,
             signals,
             window_s: (0.0, 0.0),

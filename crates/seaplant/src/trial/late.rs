@@ -40,47 +40,69 @@ impl Late {
         (keep, self.lag_s - h * keep / (1.0 - keep), h)
     }
 
-    /// The velocity that a series reports, before lag and delay.
+    /// Readings at the times that they are of, but for the lag, of a vehicle's origin.
+    ///
+    /// An instrument beside the origin reports `ω × r` as late as all else, while it was taken from
+    /// the reading as it was at that time: `y + ω × r` less `ω × r` behind the lag.
+    fn in_time(&self, series: &Timed, swing: Option<&Timed>) -> Timed {
+        let shifted = series.shifted(-self.delay_s);
+        let Some(swing) = swing else { return shifted };
+        let behind = self.behind_lag(swing.time_s(), swing.values().to_vec());
+        let Ok(behind) = swing.with_values("what turning adds", behind) else { return shifted };
+        let of = |(t, y): (&f64, &f64)| y + swing.at(t + self.delay_s) - behind.at(*t);
+        let values = shifted.time_s().iter().zip(shifted.values()).map(of).collect();
+        shifted.with_values("velocity", values).unwrap_or(shifted)
+    }
+
+    /// The velocity that a series is of, before the lag.
     ///
     /// `ν = (yₖ − a yₖ₋₁) / (1 − a)` with `a = exp(−h/T)` is its mean over the step, with the lag's
     /// weights; it stands where that mean is. Noise that is white before the lag is white again.
-    fn reported_by(&self, series: &Timed) -> Timed {
-        let shifted = series.shifted(-self.delay_s);
+    fn before_lag(&self, series: Timed) -> Timed {
         if self.lag_s == 0.0 {
-            return shifted;
+            return series;
         }
-        let (time_s, values) = (shifted.time_s(), shifted.values());
-        let longest = shifted.longest_usual_s();
+        let (time_s, values) = (series.time_s(), series.values());
+        let longest = series.longest_usual_s();
         let before = |k: usize| {
             let (keep, age_s, h) = self.of_step(time_s[k] - time_s[k - 1]);
             let mean = (values[k] - keep * values[k - 1]) / (1.0 - keep);
             (h <= longest).then_some((time_s[k] - age_s, mean))
         };
         let (time_s, values): (Vec<f64>, Vec<f64>) = (1..time_s.len()).filter_map(before).unzip();
-        Timed::new("velocity", time_s, values).unwrap_or(shifted)
+        Timed::new("velocity", time_s, values).unwrap_or(series)
     }
 }
 
 impl CoupledRecord {
-    /// The same with measured translations so much earlier, s: of an instrument that reports them
-    /// late.
-    pub(crate) fn with_translations_earlier(&self, by_s: f64) -> Self {
-        self.with_translations_before(&Late { delay_s: by_s, lag_s: 0.0 })
+    /// The same with measured translations at the times that they are of, behind their lag.
+    pub(crate) fn with_translations_in_time(&self, late: &Late) -> Self {
+        self.with_translations(|axis, series| late.in_time(series, self.swing[axis].as_ref()))
     }
 
-    /// The same with translations as they were before their instrument.
+    /// The same with measured translations as they were before their instrument.
     pub(crate) fn with_translations_before(&self, late: &Late) -> Self {
-        let mut earlier = self.clone();
-        let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
-        for (series, by_slope) in earlier.velocity.iter_mut().zip(self.by_slope).take(3) {
-            if let Some(series) = series.as_mut().filter(|_| !by_slope) {
-                *series = late.reported_by(series);
-                (first, last) = (first.max(series.first_s()), last.min(series.last_s()));
+        let in_time = |axis: usize, series: &Timed| late.in_time(series, self.swing[axis].as_ref());
+        self.with_translations(|axis, series| late.before_lag(in_time(axis, series)))
+    }
+
+    fn with_translations(&self, of: impl Fn(usize, &Timed) -> Timed) -> Self {
+        let mut changed = self.clone();
+        let (mut from, mut to) = self.window_s;
+        for (axis, series) in changed.velocity.iter_mut().enumerate() {
+            if let Some(series) = series.as_mut().filter(|_| self.may_be_late(axis)) {
+                *series = of(axis, series);
+                (from, to) = (from.max(series.first_s()), to.min(series.last_s()));
             }
         }
-        let (from, to) = self.window_s;
-        earlier.window_s = (from.max(first), to.min(last));
-        earlier
+        changed.window_s = (from, to);
+        changed
+    }
+
+    /// Whether an axis is one whose velocity an instrument of its own may report late: a translation,
+    /// and no slope of positions.
+    pub(crate) fn may_be_late(&self, axis: usize) -> bool {
+        axis < 3 && !self.by_slope[axis]
     }
 }
 
@@ -103,7 +125,7 @@ mod tests {
         let reported = |t: &f64| gain * (omega * (t - late.delay_s) + phase).sin();
         let values: Vec<f64> = time_s.iter().map(reported).collect();
         let series = Timed::new("velocity", time_s.clone(), values.clone()).expect("a series");
-        let found = late.reported_by(&series);
+        let found = late.before_lag(late.in_time(&series, None));
         assert_eq!(found.len(), 199);
         for (t, v) in found.time_s().iter().zip(found.values()) {
             assert!((v - (omega * t).sin()).abs() < 2e-3, "{t}: {v}");
@@ -121,8 +143,29 @@ mod tests {
         let grid = Grid { start_s: 0.0, period_s: 0.1, len: 40 };
         let time_s: Vec<f64> = grid.times().map(|t| if t > 2.0 { t + 5.0 } else { t }).collect();
         let series = Timed::new("velocity", time_s, vec![1.0; 40]).expect("a series");
-        let found = Late { delay_s: 0.0, lag_s: 0.3 }.reported_by(&series);
+        let found = Late { delay_s: 0.0, lag_s: 0.3 }.before_lag(series);
         assert_eq!(found.len(), 38);
         assert!(found.values().iter().all(|v| (v - 1.0).abs() < 1e-12));
+    }
+
+    /// A DVL ahead of the origin of a vehicle that pitches and does not move: it reports `ω × r` late
+    /// and behind a lag, and navigation took away what it was at the time.
+    #[test]
+    fn an_instrument_beside_the_origin_swings_as_late_as_it_reports() {
+        let late = Late { delay_s: 0.15, lag_s: 0.3 };
+        let time_s: Vec<f64> = (0..600).map(|k| 0.02 * f64::from(k)).collect();
+        let swing: Vec<f64> = time_s.iter().map(|t| 0.1 * (2.0 * t).sin()).collect();
+        let swing = Timed::new("swing", time_s.clone(), swing).expect("a series");
+        let behind = late.behind_lag(&time_s, swing.values().to_vec());
+        let behind = swing.with_values("behind", behind).expect("finite");
+        let sampled: Vec<f64> = time_s.iter().copied().step_by(5).collect();
+        let read = |t: &f64| behind.at(t - late.delay_s) - swing.at(*t);
+        let series =
+            Timed::new("dvl", sampled.clone(), sampled.iter().map(read).collect::<Vec<_>>())
+                .expect("a series");
+        assert!(series.values().iter().any(|v| v.abs() > 0.05), "it is read as motion");
+        let of_origin = late.before_lag(late.in_time(&series, Some(&swing)));
+        let inside = of_origin.values().iter().skip(3);
+        assert!(inside.clone().all(|v| v.abs() < 1e-3), "{inside:?}");
     }
 }

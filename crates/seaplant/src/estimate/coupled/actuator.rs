@@ -563,6 +563,7 @@ mod tests {
             thrusters: vec![thruster()],
             velocity: [const { None }; 6],
             by_slope: [false; 6],
+            swing: [const { None }; 3],
             attitude: [const { None }; 3],
             signals: std::collections::BTreeMap::new(),
             window_s: (0.0, 2.0),

@@ -165,7 +165,7 @@ impl<const N: usize> Pass<'_, N> {
                 }
                 row[p] -= seen.water[0];
                 row[p + 1] -= seen.water[1];
-                if self.is_translation(axis) {
+                if self.may_be_late(axis) {
                     let late = [acceleration[axis], behind[axis]];
                     row[p + 2..].iter_mut().zip(late).for_each(|(x, by)| *x += by);
                 }
@@ -293,8 +293,9 @@ impl<const N: usize> Pass<'_, N> {
         })
     }
 
-    fn is_translation(&self, axis: usize) -> bool {
-        self.plant.axes()[axis].is_some_and(|of| of < 3)
+    /// As [`CoupledRecord::may_be_late`](crate::CoupledRecord::may_be_late).
+    fn may_be_late(&self, axis: usize) -> bool {
+        self.plant.axes()[axis].is_some_and(|of| of < 3 && !self.schedule.by_slope[of])
     }
 
     /// What was measured at a stop, by place among the plant's axes.

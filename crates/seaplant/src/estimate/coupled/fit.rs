@@ -12,7 +12,7 @@ use crate::estimate::descend::Parabola;
 use crate::motion::{HeldForce, Prepared};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::signal::sample_noise;
-use crate::{CoupledRecord, Error};
+use crate::{CoupledRecord, Dof, Error};
 
 /// Everything that is fitted.
 #[derive(Clone, Debug)]
@@ -198,6 +198,11 @@ impl Problem {
     pub(super) fn of(&self, records: &[&CoupledRecord]) -> Self {
         let Self { structure, rigid_body, is_free, fits, .. } = self;
         Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free) }
+    }
+
+    /// Whether an axis is one whose velocity an instrument of its own may report late.
+    pub(super) fn may_be_late(&self, dof: Dof) -> bool {
+        !dof.is_rotation() && !self.by_slope[dof.index()]
     }
 
     /// How many numbers were measured.

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::fit::{Optimum, Point, Problem, Tolerance};
 use super::uncertainty::put_behind;
 use super::{Fitted, search};
-use crate::{CoupledRecord, Error, Late, Timed};
+use crate::{CoupledRecord, Dof, Error, Late, Timed};
 
 /// Steps towards delay and lag: from the second on they are small.
 const MOST_STEPS: usize = 6;
@@ -51,11 +51,11 @@ impl<const N: usize> Fitted<N> {
         mut self,
         records: &[&CoupledRecord],
     ) -> Result<(Self, Vec<CoupledRecord>), Error> {
-        let has = |of: &dyn Fn(usize) -> bool| {
-            let measured = |k: usize| records.iter().any(|record| !record.by_slope[k]);
-            self.problem.structure.axes().iter().any(|dof| of(dof.index()) && measured(dof.index()))
-        };
-        if self.problem.is_free || !has(&|k| k < 3) || !has(&|k| k >= 3) {
+        let Problem { structure, by_slope, is_free, .. } = &self.problem;
+        let is_rate = |dof: &Dof| dof.is_rotation() && !by_slope[dof.index()];
+        let has_rates = structure.axes().iter().any(is_rate);
+        let may_be_late = structure.axes().iter().any(|dof| self.problem.may_be_late(*dof));
+        if *is_free || !has_rates || !may_be_late {
             return Ok((self, Vec::new()));
         }
         let bar = search::ADMITTED * self.colour_of_translations()?;
@@ -120,25 +120,25 @@ impl<const N: usize> Fitted<N> {
     ) -> Option<Prompt<N>> {
         let lag_s = delayed.lateness.late.delay_s.max(FIRST_LAG_S);
         let (mut late, mut from) = (Late { delay_s: 0.0, lag_s }, delayed.optimum.point.clone());
-        let mut is_delayed = false;
+        let (mut is_delayed, mut last) = (false, None);
         for _ in 0..MOST_STEPS {
             let mut there = self.before(records, late, from)?;
             let (step, covariance) = there.problem.lateness(&there.optimum.point, late.lag_s)?;
             let (next, std) = stepped(late, &step, &covariance, is_delayed);
             let moved = (next.delay_s - late.delay_s).abs().max((next.lag_s - late.lag_s).abs());
+            let is_settled = moved < LEAST_S.max(SETTLED * std[1].unwrap_or_default());
+            let asks_for_delay =
+                !is_delayed && step[0] > LEAST_S && step[0].powi(2) > bar * covariance[(0, 0)];
+            there.lateness.std = std;
             (late, from) = (next, there.optimum.point.clone());
-            if moved < LEAST_S.max(SETTLED * std[1].unwrap_or_default()) {
-                let shows = step[0] > LEAST_S && step[0].powi(2) > bar * covariance[(0, 0)];
-                if shows && !is_delayed {
-                    is_delayed = true;
-                    continue;
-                }
-                there.lateness.std = std;
-                let (with, without) = (there.by_sample().ok()?, delayed.by_sample().ok()?);
-                return (with < without).then_some(there);
+            last = Some(there);
+            if is_settled && !asks_for_delay {
+                break;
             }
+            is_delayed |= is_settled;
         }
-        None
+        let lagging = last?;
+        (lagging.by_sample().ok()? < delayed.by_sample().ok()?).then_some(lagging)
     }
 
     /// The optimum, from a point, of trials whose translations are so late.
@@ -147,10 +147,13 @@ impl<const N: usize> Fitted<N> {
             records.iter().map(|record| record.with_translations_before(&late)).collect();
         let problem = self.problem.of(&records.iter().collect::<Vec<_>>());
         let optimum = problem.descent(from, Tolerance::COARSE).ok()?;
-        let of_axis = |series: &Timed| (-series.period_s() / late.lag_s).exp();
-        let first =
-            records.iter().flat_map(|record| record.velocity.iter().take(3)).flatten().next();
-        let lateness = Lateness { late, std: [None; 2], keep: first.map_or(0.0, of_axis) };
+        let reported = |record: &CoupledRecord| {
+            let axis = (0..3).find(|k| record.may_be_late(*k) && record.velocity[*k].is_some())?;
+            record.velocity[axis].as_ref().map(Timed::period_s)
+        };
+        let period_s = records.iter().find_map(reported);
+        let keep = period_s.map_or(0.0, |period_s| (-period_s / late.lag_s).exp());
+        let lateness = Lateness { late, std: [None; 2], keep };
         Some(Prompt { problem, optimum, records, lateness })
     }
 }
@@ -165,7 +168,7 @@ impl<const N: usize> Prompt<N> {
         let trials = self.problem.innovations(&self.optimum.point)?;
         let (mut sum, mut count) = (0.0, 0.0);
         for (axis, dof) in self.problem.structure.axes().iter().enumerate() {
-            let keep = if dof.is_rotation() { 0.0 } else { self.lateness.keep };
+            let keep = if self.problem.may_be_late(*dof) { self.lateness.keep } else { 0.0 };
             let (mut before, mut after, mut n) = (0.0, 0.0, 0.0);
             for trial in &trials {
                 let own = trial.iter().filter(|innovation| innovation.axis == axis);

@@ -40,6 +40,8 @@ pub(super) struct Stop {
 pub(super) struct Schedule {
     /// Which of the trials.
     pub(super) trial: usize,
+    /// Whether velocity is the slope of positions, by axis in SNAME order.
+    pub(super) by_slope: [bool; 6],
     /// Velocity over ground at the first stop, of all axes that are known.
     pub(super) start: Vector6<f64>,
     /// The stops; the first has no slices.
@@ -97,6 +99,7 @@ impl Schedule {
         let mut before = *times.first()?;
         let mut schedule = Self {
             trial,
+            by_slope: record.by_slope,
             start: record.velocity_at(before),
             stops: Vec::new(),
             slices: Vec::new(),

@@ -9,7 +9,10 @@ use super::*;
 use crate::motion::{HeldForce, Inputs, Prepared, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
 use crate::twin::random::gauss_markov;
-use crate::{CoupledThruster, Role, ThrusterTrack, Timed};
+use crate::{CoupledThruster, Grid, Role, ThrusterTrack, Timed};
+
+/// Differences over parts of 1e-6 of sums of thousands of squares.
+const DIFFERENCE: f64 = 2e-3;
 
 const PLANAR: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
 
@@ -125,6 +128,7 @@ fn record_behind(
         thrusters: Vec::new(),
         velocity: [surge, sway, None, None, None, yaw],
         by_slope: [false; 6],
+        swing: [const { None }; 3],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
         signals,
         window_s: (0.0, time_s[time_s.len() - 1]),
@@ -141,22 +145,29 @@ fn noise() -> Noise<3> {
     }
 }
 
-/// The middle of a slice stands for all of it: so much of a slope does that move, even of one that is a
-/// small difference. With slices of a quarter it is a sixteenth.
-const LINEARISED: f64 = 0.02;
+/// The same force, logged so often that each slice of the filter is short: what lies in its middle
+/// then stands for all of it as exactly as differences tell.
+fn logged_often(mut record: CoupledRecord) -> CoupledRecord {
+    const PERIOD_S: f64 = 0.1 / 16.0;
+    let finely = |force: Timed| {
+        let grid = Grid::spanning(force.first_s(), force.last_s(), PERIOD_S);
+        // Rounding must not put an instant before the step that begins at it.
+        let values = grid.times().map(|t| force.held_at(t + 0.5 * PERIOD_S)).collect();
+        Timed::on_grid("force", grid, values).expect("valid")
+    };
+    record.force = record.force.map(|force| force.map(finely));
+    record
+}
 
 #[test]
 fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     let plant = planar();
-    let record = of_thrusters(record(&plant, "a", 1, 20, 0.005));
+    let record = of_thrusters(logged_often(record(&plant, "a", 1, 20, 0.005)));
     let schedules = schedule::Schedule::whole(&[&record], plant.structure());
     let schedule = &schedules[0];
     let noise = noise();
-    // Away from the optimum, where slopes are steep, and sluggish.
-    let terms = plant.structure().terms().iter().zip(plant.coefficients());
-    let heavy =
-        |(term, x): (&Basis, &f64)| x * if matches!(term, Basis::Mass(..)) { 8.0 } else { 1.1 };
-    let off: Vec<f64> = terms.map(heavy).collect();
+    // Away from the optimum, where slopes are steep.
+    let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let current = [0.07, 0.02];
     let prepared = |coefficients: &[f64]| {
         let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
@@ -175,10 +186,9 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     let pushed = |actuator: Actuator| actuator.pushes(&schedule.thrust, &schedule.slices);
     let pushes = pushed(actuator);
     let (slope, gains) = pass(&base, (schedule, &pushes), current, &noise).by_plant();
-    let check = |k: usize, expected: f64, name: &str| {
-        let found = slope.gradient[k];
+    let check = |found: f64, expected: f64, name: &str| {
         let off = (found - expected).abs() / expected.abs().max(1.0);
-        assert!(off < LINEARISED, "{name}: {found} and {expected}");
+        assert!(off < DIFFERENCE, "{name}: {found} and {expected}");
     };
     for (k, term) in plant.structure().terms().iter().enumerate() {
         let step = 1e-6 * off[k].abs();
@@ -187,7 +197,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
             moved[k] += sign * step;
             pass(&prepared(&moved), (schedule, &pushes), current, &noise).at_gains(&gains)
         };
-        check(k, (at(1.0) - at(-1.0)) / (2.0 * step), &term.to_string());
+        check(slope.gradient[k], (at(1.0) - at(-1.0)) / (2.0 * step), &term.to_string());
     }
     for direction in 0..2 {
         let at = |step: f64| {
@@ -196,7 +206,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
             pass(&base, (schedule, &pushes), moved, &noise).at_gains(&gains)
         };
         let expected = (at(1e-6) - at(-1e-6)) / 2e-6;
-        check(off.len() + Actuator::COUNT + direction, expected, "current");
+        check(slope.gradient[off.len() + Actuator::COUNT + direction], expected, "current");
     }
     for k in 0..Actuator::COUNT {
         let at = |sign: f64| {
@@ -205,7 +215,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
             let pushes = pushed(actuator.with(numbers));
             pass(&base, (schedule, &pushes), current, &noise).at_gains(&gains)
         };
-        check(off.len() + k, (at(1.0) - at(-1.0)) / 2e-6, "actuator");
+        check(slope.gradient[off.len() + k], (at(1.0) - at(-1.0)) / 2e-6, "actuator");
     }
 }
 

@@ -102,7 +102,7 @@ pub(super) fn whiteness<const N: usize>(
         };
         let mut series: Vec<Vec<f64>> = trials.iter().map(of_axis).collect();
         let before = colour(&series);
-        if keep == 0.0 || dof.is_rotation() || problem.by_slope[dof.index()] {
+        if keep == 0.0 || !problem.may_be_late(dof) {
             return (dof, before);
         }
         series.iter_mut().for_each(|e| put_behind(e, keep));

@@ -62,10 +62,14 @@ fn late(fit: &CoupledFit) -> Option<Caveat> {
     let delay = of(fit.late.delay_s, delay_std)
         .map(|delay| format!("{delay} {way} than thrust and rates of turn"));
     let lag = of(fit.late.lag_s, lag_std).map(|lag| format!("behind a lag of {lag}"));
+    let advice = match &delay {
+        Some(_) => "; `offset_s` of the trial corrects the clock of a file",
+        None => "; log what the instrument measures before it is smoothed",
+    };
     let both: Vec<String> = delay.into_iter().chain(lag).collect();
     (!both.is_empty()).then(|| {
         let message = format!(
-            "velocities are measured {}, as a DVL's that are averaged or smoothed; this was allowed for; `offset_s` of the trial corrects the clock of a file",
+            "velocities are measured {}, as a DVL's that are averaged or smoothed; this was allowed for{advice}",
             both.join(" and ")
         );
         Caveat::note(CaveatCode::ClockOffset, message)

@@ -213,7 +213,7 @@ fn motions(
     record: &CoupledRecord,
     current: [f64; 2],
 ) -> Result<Vec<AxisMotion>, Error> {
-    let record = &record.with_translations_earlier(stands.late.delay_s);
+    let record = &record.with_translations_in_time(&stands.late);
     let (from, to) = record.window_s;
     let velocity = |dof: Dof| record.velocity[dof.index()].as_ref();
     let measured: Vec<(Dof, Timed)> = plant
@@ -250,7 +250,7 @@ fn motions(
     let motion = |(dof, measured): (Dof, Timed)| {
         let at = |t: &f64| times.partition_point(|known| known < t);
         let places: Vec<usize> = measured.time_s().iter().map(at).collect();
-        let late = if dof.is_rotation() { Late::default() } else { stands.late };
+        let late = if record.may_be_late(dof.index()) { stands.late } else { Late::default() };
         let reported = |moved: Vec<f64>| late.behind_lag(measured.time_s(), moved);
         let moved = |found: &Simulated| -> Vec<f64> {
             places.iter().map(|k| found.velocity[*k][dof.index()]).collect()

@@ -89,6 +89,7 @@ mod tests {
             thrusters: Vec::new(),
             velocity: [const { None }; 6],
             by_slope: [false; 6],
+            swing: [const { None }; 3],
             attitude: [const { None }; 3],
             signals: BTreeMap::new(),
             window_s: (0.0, 199.0),

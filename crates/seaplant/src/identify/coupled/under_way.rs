@@ -229,6 +229,7 @@ mod tests {
             force: [const { None }; 6],
             velocity: [Some(of(velocity[0])), Some(of(velocity[1])), None, None, None, None],
             by_slope: [false; 6],
+            swing: [const { None }; 3],
             attitude: [const { None }; 3],
             signals: BTreeMap::from([(angle, of(&rudder))]),
             window_s: (0.0, 199.0),
