@@ -38,6 +38,16 @@ pub struct ThrustUncertainty {
     pub reverse: f64,
 }
 
+impl ThrustUncertainty {
+    /// The least certain of several, each way.
+    pub(crate) fn greatest(all: impl Iterator<Item = Self>) -> Self {
+        all.fold(Self::default(), |all, one| Self {
+            forward: all.forward.max(one.forward),
+            reverse: all.reverse.max(one.reverse),
+        })
+    }
+}
+
 impl Thruster {
     /// Checks and keeps a thruster; `direction` may have any length but zero.
     ///

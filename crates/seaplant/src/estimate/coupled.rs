@@ -10,6 +10,7 @@ mod late;
 mod schedule;
 mod search;
 mod start;
+mod thrust;
 mod uncertainty;
 
 use std::collections::BTreeMap;
@@ -38,6 +39,8 @@ pub struct CoupledFit {
     pub method: Method,
     /// Covariance of its coefficients, shape (p, p).
     pub covariance: DMatrix<f64>,
+    /// The part of it that thrust makes whose scale is not known for sure.
+    pub thrust_covariance: DMatrix<f64>,
     /// The current of each trial, north and east, m/s, with standard deviations.
     pub currents: BTreeMap<String, [(f64, f64); 2]>,
     /// How thrust follows what is logged of it.
@@ -161,7 +164,7 @@ fn fit_as(
             }
             false => fitted,
         };
-        fitted.refined()?.finished(first, &least_squares, method)
+        fitted.refined()?.finished(records, first, (&least_squares, method))
     })
 }
 
@@ -358,10 +361,11 @@ impl<const N: usize> Fitted<N> {
 
     fn finished(
         self,
+        records: &[&CoupledRecord],
         start: Plant,
-        least_squares: &EquationError,
-        method: Method,
+        (least_squares, method): (&EquationError, Method),
     ) -> Result<CoupledFit, Error> {
+        let thrust_covariance = self.thrust_covariance(records)?;
         let Self { problem, optimum, tried, late } = self;
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
@@ -381,7 +385,8 @@ impl<const N: usize> Fitted<N> {
             plant: plant.pruned()?,
             method,
             inflation: inflation(&optimum.information, p),
-            covariance: of_coefficients(&plant, &covariance),
+            covariance: of_coefficients(&plant, &covariance) + &thrust_covariance,
+            thrust_covariance,
             actuator: optimum.point.actuator,
             actuator_std: std::array::from_fn(std_of_actuator),
             has_thrusters: problem.has_thrusters,
@@ -480,6 +485,14 @@ impl CoupledFit {
             });
             if weight > 0.0 { sum / weight } else { 0.0 }
         })
+    }
+
+    /// The same as if the scale of thrust were known for sure: what the motion tells, and what can be
+    /// compared with another fit of the same trials.
+    pub(crate) fn of_sure_thrust(&self) -> Self {
+        let covariance = &self.covariance - &self.thrust_covariance;
+        let thrust_covariance = DMatrix::zeros(covariance.nrows(), covariance.ncols());
+        Self { covariance, thrust_covariance, ..self.clone() }
     }
 
     /// Standard deviation of a coefficient.

@@ -48,11 +48,7 @@ pub(crate) struct ThrustError {
 impl AxisRecord {
     /// How well the strength of its thrusters is known: the least of them.
     pub(crate) fn thrust_uncertainty(&self) -> ThrustUncertainty {
-        let all = self.thrusters.iter().map(|track| track.uncertainty);
-        all.fold(ThrustUncertainty::default(), |all, one| ThrustUncertainty {
-            forward: all.forward.max(one.forward),
-            reverse: all.reverse.max(one.reverse),
-        })
+        ThrustUncertainty::greatest(self.thrusters.iter().map(|track| track.uncertainty))
     }
 
     /// Every strength of its thrusters that is not known for sure.

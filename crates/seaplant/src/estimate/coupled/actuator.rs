@@ -75,6 +75,9 @@ impl Actuator {
     /// How many numbers that is.
     pub(super) const COUNT: usize = PUSHED_BY;
 
+    /// Where the reverse-thrust ratio stands among them.
+    pub(super) const REVERSE: usize = 2;
+
     /// Between what they stay.
     pub(super) const LIMITS: [(f64, f64); Self::COUNT] =
         [(0.0, 3.0), (0.0, 3.0), (-1.5, 1.5), (-2.5, 2.5), (-1.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)];
@@ -110,6 +113,19 @@ impl Actuator {
             self.log_change_within,
             self.log_change_between,
         ]
+    }
+
+    /// How far thrust goes from its mean in the course of the trials, beside what its log says: the
+    /// logarithm of the greatest part.
+    pub(super) fn greatest_from_mean(&self) -> f64 {
+        let [within, between] = [self.log_change_within, self.log_change_between];
+        0.5 * (within + between).abs().max(within.abs()).max(between.abs())
+    }
+
+    /// How far thrust at half of full speed is from a square law that is right at full speed: the
+    /// logarithm of the part.
+    pub(super) fn at_half_speed(&self) -> f64 {
+        self.beyond_square.abs() * std::f64::consts::LN_2
     }
 
     /// The same with such numbers.

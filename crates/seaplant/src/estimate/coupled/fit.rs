@@ -271,6 +271,17 @@ impl Problem {
         Some((self.summed(point, &slopes)?, gains))
     }
 
+    /// The information by all coefficients, numbers of the actuator and currents, whether they are
+    /// fitted or not, and without what was known of them before.
+    pub(super) fn information_of_all<const N: usize>(
+        &self,
+        point: &Point<N>,
+    ) -> Option<DMatrix<f64>> {
+        let plant = self.prepared(&point.free)?;
+        let slopes = self.each(point, &plant, |_, pass| pass.by_plant().0);
+        Some(self.gathered(&slopes)?.information)
+    }
+
     /// By how much delay and lag of translations are greater than they are taken to be, s, and the
     /// covariance: a step of Gauss and Newton, all other numbers being free as well; the delay
     /// alone where no lag is.
@@ -291,7 +302,7 @@ impl Problem {
 
     /// The slopes of all schedules, with a current for each trial; what comes after the current
     /// stands last.
-    fn summed<const N: usize>(&self, point: &Point<N>, slopes: &[Slope]) -> Option<Slope> {
+    fn gathered(&self, slopes: &[Slope]) -> Option<Slope> {
         let (terms, trials) = (self.structure.terms().len(), self.trials.len());
         let (p, count) = (terms + Actuator::COUNT, slopes.first()?.gradient.len());
         let mut sum = Slope::zeros(count + 2 * (trials - 1));
@@ -310,6 +321,12 @@ impl Problem {
                 }
             }
         }
+        Some(sum)
+    }
+
+    /// The same of what is fitted, with what was known of it before.
+    fn summed<const N: usize>(&self, point: &Point<N>, slopes: &[Slope]) -> Option<Slope> {
+        let (terms, mut sum) = (self.structure.terms().len(), self.gathered(slopes)?);
         for k in (0..Actuator::COUNT).filter(|k| !self.fits[*k]) {
             let place = terms + k;
             sum.gradient[place] = 0.0;

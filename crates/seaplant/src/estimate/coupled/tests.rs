@@ -9,7 +9,7 @@ use super::*;
 use crate::motion::{HeldForce, Inputs, Prepared, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
 use crate::twin::random::gauss_markov;
-use crate::{CoupledThruster, Grid, Role, ThrusterTrack, Timed};
+use crate::{CoupledThruster, Grid, Role, ThrustUncertainty, ThrusterTrack, Timed};
 
 /// Differences over parts of 1e-6 of sums of thousands of squares.
 const DIFFERENCE: f64 = 2e-3;
@@ -364,6 +364,93 @@ fn thrust_that_falls_during_each_trial_does_not_pass_for_mass() {
     let actuator = Actuator { log_change_within: -0.2, ..Actuator::default() };
     check_actuator(actuator, true);
     check_actuator(actuator, false);
+}
+
+/// Thrusters whose strength is known so well, each way.
+fn known_to(mut record: CoupledRecord, [forward, reverse]: [f64; 2]) -> CoupledRecord {
+    for thruster in &mut record.thrusters {
+        thruster.track.uncertainty = ThrustUncertainty { forward, reverse };
+    }
+    record
+}
+
+/// What unsure thrust makes of each coefficient's standard deviation, as a part of the coefficient.
+fn parts_of_thrust(fit: &CoupledFit) -> Vec<f64> {
+    let coefficients = fit.plant.coefficients().iter().enumerate();
+    coefficients.map(|(k, x)| fit.thrust_covariance[(k, k)].sqrt() / x.abs()).collect()
+}
+
+#[test]
+fn unsure_curves_are_in_the_intervals() {
+    let truth = planar();
+    let fit = |log_reverse_ratio: f64, uncertainty: [f64; 2]| {
+        let actuator = Actuator { log_reverse_ratio, ..Actuator::default() };
+        let records = [("a", 3), ("b", 4)].map(|(trial, seed)| {
+            let behind = record_behind(&truth, trial, seed, (150, 0.005), (actuator, true));
+            known_to(of_thrusters(behind), uncertainty)
+        });
+        let records: Vec<&CoupledRecord> = records.iter().collect();
+        let fit = fit_coupled(truth.structure(), &records, None, false).expect("an optimum");
+        assert!((fit.actuator.log_reverse_ratio - log_reverse_ratio).abs() < 0.02);
+        fit
+    };
+    // Motion tells the ratio of both ways: they are off together, by 1/√(1/σ² + 1/σ²), and beside that
+    // by the little that it leaves of the ratio.
+    for (ratio, uncertainty, expected) in [
+        (0.0, [0.0, 0.0], 0.0),
+        (0.0, [0.05, 0.05], 0.05 / 2_f64.sqrt()),
+        (0.0, [0.05, 0.2], 0.05 / (1.0_f64 + 1.0 / 16.0).sqrt()),
+        // Curves that motion contradicts do not tell each other's scale.
+        (-0.25, [0.05, 0.05], 0.05),
+    ] {
+        for part in parts_of_thrust(&fit(ratio, uncertainty)) {
+            assert!((part - expected).abs() <= 0.03 * expected, "{uncertainty:?}: {part}");
+        }
+    }
+}
+
+/// A mass that is held tells the scale of surge; the rest of the plant asks for another one.
+#[test]
+fn what_unsure_curves_do_is_what_curves_that_are_off_do() {
+    // So little that nothing of the actuator stands for it.
+    const OFF: f64 = 0.001;
+    let truth = planar();
+    let mass = Basis::Mass(Dof::Surge, Dof::Surge);
+    let held = truth.coefficient(&mass).expect("a mass");
+    let structure = truth.structure().clone().holding(mass, held).expect("a mass");
+    let of = |times: f64, uncertainty: f64| {
+        let records = [("a", 3), ("b", 4)].map(|(trial, seed)| {
+            let mut record = of_thrusters(record(&truth, trial, seed, 150, 0.005));
+            record.force = record.force.map(|force| force.map(|force| force.map(|x| times * x)));
+            let record = of_thrusters(record);
+            known_to(record, [uncertainty; 2])
+        });
+        let records: Vec<&CoupledRecord> = records.iter().collect();
+        fit_coupled(&structure, &records, None, false).expect("an optimum")
+    };
+    let (unsure, off) = (of(1.0, 2_f64.sqrt() * OFF), of(1.0 + OFF, 0.0));
+    assert_eq!(off.actuator_std, [None; Actuator::COUNT]);
+    for (k, x) in unsure.plant.coefficients().iter().enumerate() {
+        let moved = (off.plant.coefficients()[k] - x).abs();
+        let of_thrust = unsure.thrust_covariance[(k, k)].sqrt();
+        // Either optimum is found to a part of its standard deviation.
+        let own = unsure.of_sure_thrust().covariance[(k, k)].sqrt();
+        let tolerance = 0.2 * own + 0.05 * of_thrust;
+        assert!((moved - of_thrust).abs() <= tolerance, "{k}: {moved}, {of_thrust}, {own}");
+    }
+}
+
+#[test]
+fn thrust_that_falls_is_in_the_intervals() {
+    let truth = planar();
+    let actuator = Actuator { log_change_within: -0.2, ..Actuator::default() };
+    let record = record_behind(&truth, "a", 8, (150, 0.005), (actuator, true));
+    let fit = fit_coupled(truth.structure(), &[&of_thrusters(record)], None, false);
+    // A curve that holds at the beginning, or at the end, is within 1.13 of 1.96 deviations.
+    let expected = 0.1 / 3_f64.sqrt();
+    for part in parts_of_thrust(&fit.expect("an optimum")) {
+        assert!((part - expected).abs() < 0.1 * expected, "{part}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Reasons to doubt a plant of several axes.
 
-use super::{Records, under_way};
+use super::{Records, correlation, under_way};
 use crate::caveat::spoken;
 use crate::estimate::{Actuator, CoupledFit, NEGLIGIBLE_POWER, damping_power};
 use crate::judge::PREDICTS;
@@ -36,7 +36,7 @@ pub(super) fn doubts(
     all.extend(records.iter().flat_map(|record| record.caveats.clone()));
     all.extend(untold(plant));
     all.extend(of_axes.iter().map(|(_, caveat)| caveat.clone()));
-    all.extend(collinear(fit, plant));
+    all.extend(collinear(&fit.of_sure_thrust()));
     all.extend(not_driven(fit, plant, records));
     all.extend(turned_round(fit));
     all.extend(of_vehicle);
@@ -44,6 +44,7 @@ pub(super) fn doubts(
     all.extend(restoring(fit, vehicle));
     all.extend(scores(&plant.fit, plant.hold_out.as_ref()));
     all.extend(not_white(fit));
+    all.extend(unsure_thrust(fit));
     all.extend(another_power(fit));
     let [.., within_std, between_std] = fit.actuator_std;
     all.extend(changing_thrust(&fit.actuator, [within_std, between_std]));
@@ -76,13 +77,35 @@ fn late(fit: &CoupledFit) -> Option<Caveat> {
     })
 }
 
+/// That most of what is uncertain of a mass is the scale of thrust.
+fn unsure_thrust(fit: &CoupledFit) -> Option<Caveat> {
+    let terms = fit.plant.structure().terms().iter().zip(fit.plant.coefficients()).enumerate();
+    let parts = terms.filter(|(_, (term, _))| matches!(term, Basis::Mass(i, j) if i == j));
+    let parts = parts.map(|(k, (term, mass))| {
+        let of_thrust = fit.thrust_covariance[(k, k)];
+        (of_thrust / fit.covariance[(k, k)], term, of_thrust.sqrt() / mass)
+    });
+    let most = parts.filter(|(part, ..)| *part > MOST_OF_VARIANCE);
+    let (part, term, std) = most.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let message = format!(
+        "thrust is not known better than ± {} %, and moves every mass, drag and lever by as much, together: that is {:.0} % of the variance of `{}`; motion, and simulations from the same thrust, do not depend on it",
+        spoken(196.0 * std),
+        100.0 * part,
+        fit.plant.structure().name_of(term)
+    );
+    Some(Caveat::note(CaveatCode::ThrustScale, message))
+}
+
+/// Where thrust makes more than this of a mass's variance, it is told.
+const MOST_OF_VARIANCE: f64 = 0.5;
+
 /// That thrust is no square law, so that its scale depends on where its curve is right.
 fn another_power(fit: &CoupledFit) -> Option<Caveat> {
     let (actuator, [_, _, _, _, exponent_std, ..]) = (fit.actuator, fit.actuator_std);
     exponent_std.map(|_| {
         let at_half = 100.0 * (actuator.beyond_square.exp2() - 1.0).abs();
         let message = format!(
-            "thrust grows with the power {:.2} of propeller speed, while its curve says 2: the curve is taken to be right at the greatest speed of the trials; if it is right at half of that, every mass, drag and lever is {at_half:.0} % off; measure thrust at several speeds and give it as a table",
+            "thrust grows with the power {:.2} of propeller speed, while its curve says 2: the curve is taken to be right at the greatest speed of the trials; if it is right at half of that, every mass, drag and lever is {at_half:.0} % off, which the intervals include; measure thrust at several speeds and give it as a table",
             2.0 + actuator.beyond_square
         );
         Caveat::warning(CaveatCode::ThrustScale, message)
@@ -117,7 +140,7 @@ fn changing_thrust(
     let each = found.iter().map(|(change, _)| *change);
     each.chain([all]).any(|change| change.exp_m1().abs() > CHANGING_PART).then(|| {
         let message = format!(
-            "thrust changes {} beside what its log says, as with a battery that loses voltage; mass and drag are right if the thruster curve holds for the mean; if it holds at the beginning, they are {:+.0} % off; log the voltage or the propeller speed",
+            "thrust changes {} beside what its log says, as with a battery that loses voltage; mass and drag are right if the thruster curve holds for the mean; if it holds at the beginning, they are {:+.0} % off, which the intervals include; log the voltage or the propeller speed",
             said.join(" and "),
             100.0 * (-to_mean).exp_m1(),
         );
@@ -146,8 +169,8 @@ fn untold(plant: &CoupledPlant) -> Option<Caveat> {
 
 /// Pairs that the trials hardly tell apart: correlated nearly fully; or strongly, where others
 /// inflate the variance of one and its error is more than a user minds.
-fn collinear(fit: &CoupledFit, plant: &CoupledPlant) -> Option<Caveat> {
-    let correlation = &plant.correlation;
+fn collinear(fit: &CoupledFit) -> Option<Caveat> {
+    let correlation = correlation(fit);
     let looks_alike = |i: usize, j: usize| {
         let r = correlation.value[i][j].abs();
         r > COLLINEAR || r > ALIKE && (is_blurred(fit, i) || is_blurred(fit, j))

@@ -47,7 +47,7 @@ fn plant(
     let structure = found.plant.structure();
     let body = vehicle.rigid_body.as_ref();
     let fit = fit_online_coupled(structure, scheme, &as_it_acts, body, options)?;
-    let mut plant = result(method, &fit);
+    let mut plant = result(method, found, &fit);
     let as_found = &fit.estimate.plant;
     plant.fit = score::score(as_found, &score::Standing::beside(found), &records.fit, |record| {
         found.current_of(&record.trial)
@@ -73,7 +73,7 @@ fn beside_batch(
 ) -> Vec<Caveat> {
     let online = CoupledFit {
         plant: fit.estimate.plant.clone(),
-        covariance: fit.estimate.covariance.clone(),
+        covariance: &fit.estimate.covariance + &found.thrust_covariance,
         method: plant.method,
         samples: fit.samples,
         ..found.clone()
@@ -117,14 +117,15 @@ fn through_water(
     Ok(velocity)
 }
 
-fn result(method: Method, fit: &OnlineFit) -> CoupledOnline {
+fn result(method: Method, found: &CoupledFit, fit: &OnlineFit) -> CoupledOnline {
     let plant = &fit.estimate.plant;
     let structure = plant.structure();
     let names = structure.names();
     let freedom = fit.estimate.independent_samples;
     let parameter = |(k, name): (usize, &String)| {
         // What nothing tells has no standard deviation that a file could hold.
-        let std = fit.estimate.std[k].min(f64::MAX.sqrt());
+        let of_thrust = found.thrust_covariance[(k, k)].sqrt();
+        let std = fit.estimate.std[k].hypot(of_thrust).min(f64::MAX.sqrt());
         (name.clone(), coefficient_of(plant, k, std, freedom))
     };
     CoupledOnline {

@@ -29,7 +29,8 @@ pub(super) fn disagreement(
     if worse.is_nan() || worse > ALIKE.ln() {
         return None;
     }
-    let apart = axes.iter().filter_map(|dof| apart(&chosen.fit, &other.fit, *dof, records));
+    let (one, rival) = (chosen.fit.of_sure_thrust(), other.fit.of_sure_thrust());
+    let apart = axes.iter().filter_map(|dof| apart(&one, &rival, *dof, records));
     let apart: Vec<Apart> = apart.collect();
     let greatest = apart.iter().map(|one| one.factor).fold(0.0, f64::max);
     let named: Vec<String> = apart.into_iter().map(|one| one.message).collect();
@@ -55,7 +56,8 @@ pub(super) fn from_batch(
     records: &[&CoupledRecord],
 ) -> Option<Caveat> {
     let axes = batch.plant.axes().iter();
-    let apart = axes.filter_map(|dof| apart(batch, online, *dof, records));
+    let (one, rival) = (batch.of_sure_thrust(), online.of_sure_thrust());
+    let apart = axes.filter_map(|dof| apart(&one, &rival, *dof, records));
     let named: Vec<String> = apart.map(|one| one.message).collect();
     (!named.is_empty()).then(|| {
         let message = format!(

@@ -472,12 +472,13 @@ impl Draw<'_> {
 
     /// One that no vehicle can have is as it was.
     fn plant(&self, plant: &Plant) -> Plant {
-        let covariance = &self.fit.covariance;
+        // Thrust and plant of another scale move alike.
+        let covariance = &self.fit.covariance - &self.fit.thrust_covariance;
         if covariance.nrows() != plant.coefficients().len() {
             return plant.clone();
         }
         let mut random = self.random(OF_PLANT);
-        let eigen = covariance.clone().symmetric_eigen();
+        let eigen = covariance.symmetric_eigen();
         let along = eigen.eigenvalues.map(|x| x.max(0.0).sqrt() * normal(&mut random));
         let off = eigen.eigenvectors * along;
         let coefficients = plant.coefficients().iter().zip(off.iter()).map(|(x, off)| x + off);

@@ -1,0 +1,104 @@
+//! What a plant is off by where the scale of thrust is not known for sure.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::uncertainty::inverse;
+use super::{Actuator, Fitted};
+use crate::{CoupledRecord, Error, ThrustUncertainty};
+
+/// A way in which thrust may be off, by a standard deviation: parts of it, forward and in reverse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Off {
+    forward: f64,
+    reverse: f64,
+}
+
+impl<const N: usize> Fitted<N> {
+    /// The covariance of the coefficients that comes of thrust whose scale is not known for sure:
+    /// `Σ δδᵀ`, with δ what the optimum moves by; a part of θ itself where nothing else tells the scale.
+    ///
+    /// Residuals e stay as they are where force and all that a plant makes of it are as many times
+    /// larger: `∂e/∂ln(scale) = −Σ θ ∂e/∂θ`, so that δ = C J θ, with J the information by all numbers
+    /// and C the covariance of those that are fitted.
+    pub(super) fn thrust_covariance(
+        &self,
+        records: &[&CoupledRecord],
+    ) -> Result<DMatrix<f64>, Error> {
+        let (problem, point) = (&self.problem, &self.optimum.point);
+        let p = problem.structure.terms().len();
+        let mut sum = DMatrix::zeros(p, p);
+        let thrusters = records.iter().flat_map(|record| &record.thrusters);
+        let of_curves =
+            ThrustUncertainty::greatest(thrusters.map(|thruster| thruster.track.uncertainty));
+        let off_by = [point.actuator.greatest_from_mean(), point.actuator.at_half_speed()];
+        if of_curves == ThrustUncertainty::default() && off_by == [0.0; 2] {
+            return Ok(sum);
+        }
+        let Some(all) = problem.information_of_all(point) else { return Ok(sum) };
+        let covariance = inverse(&self.optimum.information);
+        let ratio = p + Actuator::REVERSE;
+        let ratio_variance = match problem.fits[Actuator::REVERSE] {
+            true => f64::INFINITY,
+            false => {
+                // What is left of the information on it beside all that is fitted.
+                let mut cross = all.column(ratio).into_owned();
+                let kept = problem.fits.iter().enumerate().filter(|(_, fits)| !**fits);
+                kept.for_each(|(k, _)| cross[p + k] = 0.0);
+                let left = all[(ratio, ratio)] - cross.dot(&(&covariance * &cross));
+                1.0 / left.max(f64::MIN_POSITIVE)
+            }
+        };
+        // Anywhere between right and as far off as that.
+        let evenly = off_by.map(|greatest| greatest / 3_f64.sqrt());
+        let ways = both_ways(of_curves, ratio_variance)
+            .into_iter()
+            .chain(evenly.map(|part| Off { forward: part, reverse: part }));
+        let moves = covariance * &all;
+        let plant = problem.plant(&point.free)?;
+        for Off { forward, reverse } in ways {
+            let mut looks_like = DVector::zeros(all.nrows());
+            for (x, coefficient) in looks_like.iter_mut().zip(plant.coefficients()) {
+                *x = forward * coefficient;
+            }
+            looks_like[ratio] = forward - reverse;
+            let mut by = (&moves * looks_like).rows(0, p).into_owned();
+            for (x, term) in by.iter_mut().zip(problem.structure.terms()) {
+                *x = if problem.structure.held(term).is_some() { 0.0 } else { *x };
+            }
+            sum += &by * by.transpose();
+        }
+        Ok(sum)
+    }
+}
+
+/// How both ways are off, in two independent ways: if motion tells their ratio, they are off together.
+///
+/// With P what is stated of them and r the variance of the ratio, `P − P h hᵀ P / (hᵀ P h + r)` and
+/// `h = (−1, 1)`.
+fn both_ways(stated: ThrustUncertainty, ratio_variance: f64) -> [Off; 2] {
+    let [forward, reverse] = [stated.forward, stated.reverse].map(|std| std * std);
+    let told = 1.0 / (forward + reverse + ratio_variance);
+    let first = (forward - forward * forward * told).max(0.0).sqrt();
+    let along = if first > 0.0 { forward * reverse * told / first } else { 0.0 };
+    let second = (reverse - reverse * reverse * told - along * along).max(0.0).sqrt();
+    [Off { forward: first, reverse: along }, Off { forward: 0.0, reverse: second }]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_that_motion_tells_ties_both_ways_together() {
+        let stated = ThrustUncertainty { forward: 0.05, reverse: 0.2 };
+        let independent = both_ways(stated, f64::INFINITY);
+        assert_eq!(independent[0], Off { forward: 0.05, reverse: 0.0 });
+        assert!((independent[1].reverse - 0.2).abs() < 1e-15);
+        let [both, rest] = both_ways(stated, 1e-12);
+        let common = 1.0 / (1.0_f64 / 0.05_f64.powi(2) + 1.0 / 0.2_f64.powi(2)).sqrt();
+        assert!((both.forward - common).abs() < 1e-9 && (both.reverse - common).abs() < 1e-9);
+        assert!(rest.forward == 0.0 && rest.reverse < 1e-5);
+        let sure = Off { forward: 0.0, reverse: 0.0 };
+        assert_eq!(both_ways(ThrustUncertainty::default(), 1e-6), [sure; 2]);
+    }
+}
