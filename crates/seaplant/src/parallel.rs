@@ -6,20 +6,25 @@ use std::thread;
 
 /// What `work` makes of each item, in their order: the number of threads changes no result.
 pub(crate) fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let threads = thread::available_parallelism().map_or(1, NonZero::get).min(items.len());
+    of_each(items.len(), |k| work(&items[k]))
+}
+
+/// What `work` makes of each number below `count`, in their order.
+pub(crate) fn of_each<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
+    let threads = thread::available_parallelism().map_or(1, NonZero::get).min(count);
     if threads < 2 {
-        return items.iter().map(work).collect();
+        return (0..count).map(work).collect();
     }
     let next = AtomicUsize::new(0);
     let take = || {
         let mut done = Vec::new();
-        while let Some((k, item)) = {
+        loop {
             let k = next.fetch_add(1, Ordering::Relaxed);
-            items.get(k).map(|item| (k, item))
-        } {
-            done.push((k, work(item)));
+            if k >= count {
+                return done;
+            }
+            done.push((k, work(k)));
         }
-        done
     };
     let mut all: Vec<(usize, R)> = thread::scope(|scope| {
         let others: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();

@@ -48,6 +48,20 @@ pub(crate) fn subtract_outer<const N: usize>(
     }
 }
 
+/// Takes x yᵀ + u vᵀ from A.
+pub(crate) fn subtract_outers<const N: usize>(
+    a: &mut SMatrix<f64, N, N>,
+    (x, y): (&SVector<f64, N>, &SVector<f64, N>),
+    (u, v): (&SVector<f64, N>, &SVector<f64, N>),
+) {
+    let ([x], [y], [u], [v]) = (&x.data.0, &y.data.0, &u.data.0, &v.data.0);
+    for ((column, y), v) in a.data.0.iter_mut().zip(y).zip(v) {
+        for ((entry, x), u) in column.iter_mut().zip(x).zip(u) {
+            *entry -= x * y + u * v;
+        }
+    }
+}
+
 /// Σ_k a_k x_k over the columns of a matrix.
 fn combined<const N: usize>(a: &[[f64; N]; N], x: &[f64; N]) -> [f64; N] {
     let mut sum = [0.0; N];
@@ -81,5 +95,8 @@ mod tests {
         let mut less = a;
         subtract_outer(&mut less, &x, &y);
         assert!((less - (a - x * y.transpose())).amax() < ROUNDING);
+        let mut less = a;
+        subtract_outers(&mut less, (&x, &y), (&y, &x));
+        assert!((less - (a - x * y.transpose() - y * x.transpose())).amax() < ROUNDING);
     }
 }

@@ -12,7 +12,7 @@ use crate::estimate::descend::Parabola;
 use crate::motion::{HeldForce, Prepared};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::signal::sample_noise;
-use crate::{CoupledRecord, Dof, Error};
+use crate::{CoupledRecord, Dof, Error, parallel};
 
 /// Everything that is fitted.
 #[derive(Clone, Debug)]
@@ -68,7 +68,7 @@ impl Pushed {
             Some((_, pushes)) => Arc::clone(pushes),
             None => {
                 let of = |k: usize| actuator.pushes(&schedules[k].thrust, &schedules[k].slices);
-                let pushes: Pushes = in_threads(schedules.len(), of).into();
+                let pushes: Pushes = parallel::of_each(schedules.len(), of).into();
                 *last = Some((*actuator, Arc::clone(&pushes)));
                 pushes
             }
@@ -253,7 +253,7 @@ impl Problem {
         work: impl Fn(usize, Pass<'_, N>) -> T + Sync,
     ) -> Vec<T> {
         let pushes = self.pushed.by(&point.actuator, &self.schedules);
-        in_threads(self.schedules.len(), |k| {
+        parallel::of_each(self.schedules.len(), |k| {
             let (schedule, pushes) = (&self.schedules[k], &pushes[k]);
             let current = point.currents[schedule.trial];
             work(k, Pass { plant, schedule, pushes, current, noise: &point.noise })
@@ -632,36 +632,6 @@ fn clamped(mut numbers: DVector<f64>, limits: &[(f64, f64)]) -> DVector<f64> {
 fn prior_numbers<const N: usize>(point: &Point<N>) -> impl Iterator<Item = (f64, f64)> {
     let currents = point.currents.as_flattened().iter().map(|x| (*x, CURRENT_STD));
     point.actuator.numbers().into_iter().zip(Actuator::PRIOR_STD).chain(currents)
-}
-
-/// Does a number of things in as many threads as the machine has processors; results come in
-/// order, and do not depend on how many threads there are.
-pub(super) fn in_threads<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count);
-    if threads <= 1 {
-        return (0..count).map(work).collect();
-    }
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let mut found: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let worker = || {
-            let mut mine = Vec::new();
-            loop {
-                let k = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                if k >= count {
-                    return mine;
-                }
-                mine.push((k, work(k)));
-            }
-        };
-        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(worker)).collect();
-        let joined = handles.into_iter().flat_map(|handle| match handle.join() {
-            Ok(mine) => mine,
-            Err(panic) => std::panic::resume_unwind(panic),
-        });
-        joined.collect()
-    });
-    found.sort_by_key(|(k, _)| *k);
-    found.into_iter().map(|(_, found)| found).collect()
 }
 
 /// A sensor is not better than that, m/s or rad/s.

@@ -4,7 +4,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::filter::Pass;
-use super::fit::in_threads;
 use super::*;
 use crate::motion::{HeldForce, Inputs, Prepared, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
@@ -508,9 +507,4 @@ fn added_mass_stays_above_zero_where_the_rigid_body_is_known() {
     let rigid = DMatrix::from_fn(3, 3, |i, j| rigid[(PLANAR[i].index(), PLANAR[j].index())]);
     let added = fit.plant.mass_matrix() - rigid;
     assert!(added.symmetric_eigenvalues().min() > -1e-9, "{added}");
-}
-
-#[test]
-fn threads_give_results_in_order() {
-    assert_eq!(in_threads(100, |k| k * k), (0..100).map(|k| k * k).collect::<Vec<_>>());
 }

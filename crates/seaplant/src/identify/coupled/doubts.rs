@@ -121,7 +121,7 @@ fn changing_thrust(
     let Actuator { log_change_within, log_change_between, .. } = *actuator;
     let of = |change: f64, std: Option<f64>, over: &str| {
         let said = format!(
-            "by {:+.0} ± {:.0} % {over}",
+            "by {:+.1} ± {:.1} % {over}",
             100.0 * change.exp_m1(),
             196.0 * std? * change.exp()
         );

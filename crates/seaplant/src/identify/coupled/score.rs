@@ -16,6 +16,7 @@ use crate::signal::sample_noise;
 use crate::twin::random::{gauss_markov, normal};
 use crate::{
     Agreement, Comparison, CoupledRecord, Dof, Error, Late, Method, ScoredMotion, Timed, Trial,
+    parallel,
 };
 
 /// Sums that make a score.
@@ -236,12 +237,13 @@ fn motions(
         Err(other) => Err(other),
     };
     let simulated = followed(plant, &inputs, &start)?;
-    let mut drawn = Vec::new();
-    for draw in stands.draws() {
+    let drawn = parallel::map(&stands.draws(), |draw| {
         let (plant, inputs, start) = draw.of(plant, &inputs, &start, record)?;
         let water = draw.water(record)?;
-        drawn.extend(followed(&plant, &inputs, &start)?.map(|motion| (motion, water)));
-    }
+        Ok(followed(&plant, &inputs, &start)?.map(|motion| (motion, water)))
+    });
+    let drawn: Vec<Option<_>> = drawn.into_iter().collect::<Result<_, Error>>()?;
+    let drawn: Vec<(Simulated, Option<Water>)> = drawn.into_iter().flatten().collect();
     let swings = |(dof, _): &(Dof, Timed)| matches!(dof, Dof::Roll | Dof::Pitch);
     let anew = match measured.iter().any(swings) {
         true => restarted(plant, &inputs, record, &times)?,
@@ -385,10 +387,9 @@ impl<'a> Standing<'a> {
         of_axis.map_or(0.0, |noise| noise.velocity.0)
     }
 
-    fn draws(&self) -> impl Iterator<Item = Draw<'a>> {
-        self.fit
-            .into_iter()
-            .flat_map(|fit| (0..DRAWS).map(move |k| Draw { fit, seed: DRAW_SEED + k }))
+    fn draws(&self) -> Vec<Draw<'a>> {
+        let of = |fit| (0..DRAWS).map(move |k| Draw { fit, seed: DRAW_SEED + k });
+        self.fit.into_iter().flat_map(of).collect()
     }
 
     /// What results hold of it; they do not keep the disturbances as they were fitted.

@@ -221,14 +221,13 @@ impl<const N: usize> Follower<N> {
         let column_by = self.covariance.seen(seen);
         let s_by = column_by.seen(seen) + r_by;
         let e_by = -self.mean.seen(seen);
-        // K = c/S, so that ∂K = (∂c − K ∂S)/S and ∂(c cᵀ/S) = ∂K cᵀ + K ∂cᵀ.
+        // K = c/S, so that ∂K = (∂c − K ∂S)/S, and ∂(c cᵀ/S) = w cᵀ + c wᵀ with w = (∂c − ½ K ∂S)/S.
         let gain = column.scaled(1.0 / s);
-        let mut gain_by = column_by.scaled(1.0 / s);
-        gain_by.add(&gain, -s_by / s);
-        self.mean.add(&gain_by, e);
-        self.mean.add(&gain, e_by);
-        self.covariance.subtract(&gain_by, column);
-        self.covariance.subtract(&gain, &column_by);
+        let mut half = column_by.scaled(1.0 / s);
+        half.add(&gain, -0.5 * s_by / s);
+        self.mean.add(&half, e);
+        self.mean.add(&gain, e_by - 0.5 * s_by / s * e);
+        self.covariance.subtract_both(&half, column);
         (e_by, s_by)
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
-use crate::motion::{apply, subtract_outer, times, times_transposed};
+use crate::motion::{apply, subtract_outer, subtract_outers, times, times_transposed};
 
 /// The state, or a change of it.
 #[derive(Clone, Copy)]
@@ -101,6 +101,20 @@ impl<const N: usize> Covariance<N> {
         self.vw -= a.velocity * b.water.transpose();
         self.fw -= a.disturbance * b.water.transpose();
         self.ww -= a.water * b.water.transpose();
+    }
+
+    /// Less `a bᵀ + b aᵀ`.
+    pub(super) fn subtract_both(&mut self, a: &State<N>, b: &State<N>) {
+        subtract_outers(&mut self.vv, (&a.velocity, &b.velocity), (&b.velocity, &a.velocity));
+        subtract_outers(&mut self.vf, (&a.velocity, &b.disturbance), (&b.velocity, &a.disturbance));
+        let (of_a, of_b) = (&a.disturbance, &b.disturbance);
+        subtract_outers(&mut self.ff, (of_a, of_b), (of_b, of_a));
+        if a.water == Vector2::zeros() && b.water == Vector2::zeros() {
+            return;
+        }
+        self.vw -= a.velocity * b.water.transpose() + b.velocity * a.water.transpose();
+        self.fw -= a.disturbance * b.water.transpose() + b.disturbance * a.water.transpose();
+        self.ww -= a.water * b.water.transpose() + b.water * a.water.transpose();
     }
 
     pub(super) fn add(&mut self, other: &Self, weight: f64) {
