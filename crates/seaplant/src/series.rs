@@ -256,7 +256,7 @@ impl Timed {
     }
 
     fn rows_held(&self, from_s: f64, to_s: f64) -> Range<usize> {
-        let held = self.time_s.partition_point(|&t| t <= from_s);
+        let held = self.reached(from_s);
         self.rows(self.time_s[held.max(1) - 1].min(from_s), to_s)
     }
 
@@ -288,7 +288,23 @@ impl Timed {
 
     /// The value at `t_s` by linear interpolation; the end values beyond the ends.
     pub fn at(&self, t_s: f64) -> f64 {
-        self.before(self.time_s.partition_point(|&t| t <= t_s), t_s)
+        self.before(self.reached(t_s), t_s)
+    }
+
+    /// How many samples are at or before `t_s`.
+    ///
+    /// Where samples keep their period it is found from that, without a search.
+    pub(crate) fn reached(&self, t_s: f64) -> usize {
+        let is_it = |count: usize| {
+            let (before, after) = (count.checked_sub(1), self.time_s.get(count));
+            before.is_none_or(|k| self.time_s.get(k).is_some_and(|t| *t <= t_s))
+                && after.is_none_or(|t| *t > t_s)
+        };
+        // A number below zero, or none, becomes zero.
+        let near = ((t_s - self.time_s[0]) / self.steps.median) as usize;
+        (near..near.saturating_add(3))
+            .find(|count| is_it(*count))
+            .unwrap_or_else(|| self.time_s.partition_point(|&t| t <= t_s))
     }
 
     /// Reads the series at times that never decrease.
@@ -311,8 +327,7 @@ impl Timed {
 
     /// The value in force at `t_s` if each sample is held until the next.
     pub fn held_at(&self, t_s: f64) -> f64 {
-        let after = self.time_s.partition_point(|&t| t <= t_s);
-        self.values[after.max(1) - 1]
+        self.values[self.reached(t_s).max(1) - 1]
     }
 
     /// The series with one sample more, so long before its first.
@@ -469,6 +484,21 @@ mod tests {
         let thrust = series(&[0.0, 0.25, 0.5, 0.75, 1.0], &[1.0, -1.0, 1.0, -1.0, 1.0]);
         let grid = Grid { start_s: 0.5, period_s: 0.5, len: 1 };
         assert!(thrust.held_means(grid)[0].abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_time_is_found_in_a_grid_in_a_log_with_gaps_and_beyond_both_ends() {
+        let grid: Vec<f64> = (0..50).map(|k| 3.0 + 0.1 * f64::from(k)).collect();
+        let with_gap = grid.iter().enumerate().map(|(k, t)| t + if k < 20 { 0.0 } else { 7.3 });
+        let uneven = (0..50).map(|k| f64::from(k * k) * 0.01);
+        for time_s in [grid.clone(), with_gap.collect(), uneven.collect(), vec![2.0]] {
+            let series = series(&time_s, &vec![0.0; time_s.len()]);
+            let between = time_s.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+            let all = between.chain(time_s.iter().copied()).chain([-1e9, 0.0, 13.0, 1e9]);
+            for t_s in all {
+                assert_eq!(series.reached(t_s), time_s.iter().filter(|t| **t <= t_s).count());
+            }
+        }
     }
 
     #[test]

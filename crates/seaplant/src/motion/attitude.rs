@@ -28,20 +28,21 @@ pub fn down_body(roll: f64, pitch: f64) -> Vector3<f64> {
 pub(crate) fn interpolated(series: Option<&Timed>, t_s: f64) -> f64 {
     let Some(series) = series else { return 0.0 };
     let (time_s, x) = (series.time_s(), series.values());
-    let after = time_s.partition_point(|&t| t <= t_s);
+    let after = series.reached(t_s);
     // At the ends, and across a stretch without samples, nothing better than a line is known.
     let is_inside = after >= 2 && after + 1 < time_s.len();
     let regular = |from: usize| time_s[from + 1] - time_s[from] < 2.0 * series.period_s();
     if !is_inside || !(after - 2..=after).all(regular) {
         return series.at(t_s);
     }
-    let nodes = [after - 2, after - 1, after, after + 1];
+    let nodes: [f64; 4] = std::array::from_fn(|j| time_s[after - 2 + j]);
+    let others = |j: usize| (0..4).filter(move |k| *k != j);
     let weight = |j: usize| {
-        let others = nodes.iter().filter(|k| **k != nodes[j]);
-        let part = |&k: &usize| (t_s - time_s[k]) / (time_s[nodes[j]] - time_s[k]);
-        others.map(part).product::<f64>()
+        let above: f64 = others(j).map(|k| t_s - nodes[k]).product();
+        let below: f64 = others(j).map(|k| nodes[j] - nodes[k]).product();
+        above / below
     };
-    (0..4).map(|j| weight(j) * x[nodes[j]]).sum()
+    (0..4).map(|j| weight(j) * x[after - 2 + j]).sum()
 }
 
 #[cfg(test)]

@@ -192,10 +192,7 @@ impl<'a> Run<'a> {
 
     /// To the next change of a force, the next instant wanted, or as long as a step may be.
     fn next_step(&self, now: f64, until: f64) -> f64 {
-        let change = |force: &Timed| {
-            let next = force.time_s().partition_point(|&t| t <= now + 1e-9);
-            force.time_s().get(next).copied()
-        };
+        let change = |force: &Timed| force.time_s().get(force.reached(now + 1e-9)).copied();
         let held = self.signals.iter().filter(|(signal, _)| signal.is_held());
         let held = held.map(|(_, series)| *series);
         let changes = self.inputs.force.iter().flatten().chain(held).filter_map(change);
