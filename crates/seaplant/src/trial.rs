@@ -29,6 +29,7 @@ pub use force::ThrusterTrack;
 use force::{Saturation, Thrusts};
 pub(crate) use force::{ThrustError, force_along};
 pub use late::Late;
+pub(crate) use late::may_be_late;
 pub(crate) use plausible::without_outliers;
 use plausible::{coarse_thrust, mask, suspicious_units};
 use records::Records;

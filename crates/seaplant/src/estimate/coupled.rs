@@ -164,7 +164,7 @@ fn fit_as(
             }
             false => fitted,
         };
-        fitted.refined()?.finished(records, first, (&least_squares, method))
+        fitted.refined()?.finished(first, &least_squares, method)
     })
 }
 
@@ -361,11 +361,11 @@ impl<const N: usize> Fitted<N> {
 
     fn finished(
         self,
-        records: &[&CoupledRecord],
         start: Plant,
-        (least_squares, method): (&EquationError, Method),
+        least_squares: &EquationError,
+        method: Method,
     ) -> Result<CoupledFit, Error> {
-        let thrust_covariance = self.thrust_covariance(records)?;
+        let thrust_covariance = self.thrust_covariance()?;
         let Self { problem, optimum, tried, late } = self;
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();

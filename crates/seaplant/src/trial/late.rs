@@ -99,11 +99,16 @@ impl CoupledRecord {
         changed
     }
 
-    /// Whether an axis is one whose velocity an instrument of its own may report late: a translation,
-    /// and no slope of positions.
+    /// As [`may_be_late`].
     pub(crate) fn may_be_late(&self, axis: usize) -> bool {
-        axis < 3 && !self.by_slope[axis]
+        may_be_late(axis, &self.by_slope)
     }
+}
+
+/// Whether an axis, in SNAME order, is one whose velocity an instrument of its own may report late: a
+/// translation, and no slope of positions.
+pub(crate) const fn may_be_late(axis: usize, by_slope: &[bool; 6]) -> bool {
+    axis < 3 && !by_slope[axis]
 }
 
 #[cfg(test)]

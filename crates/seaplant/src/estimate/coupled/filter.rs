@@ -21,6 +21,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
 
 use super::schedule::{Schedule, Stop};
 use crate::motion::{Flow, HeldForce, PUSHED_BY, Prepared, advance};
+use crate::trial::may_be_late;
 use follower::{Process, Steps};
 pub(super) use noise::{Drift, Noise};
 use state::{Covariance, Seen, State, Transition};
@@ -293,9 +294,8 @@ impl<const N: usize> Pass<'_, N> {
         })
     }
 
-    /// As [`CoupledRecord::may_be_late`](crate::CoupledRecord::may_be_late).
     fn may_be_late(&self, axis: usize) -> bool {
-        self.plant.axes()[axis].is_some_and(|of| of < 3 && !self.schedule.by_slope[of])
+        self.plant.axes()[axis].is_some_and(|of| may_be_late(of, &self.schedule.by_slope))
     }
 
     /// What was measured at a stop, by place among the plant's axes.

@@ -12,7 +12,8 @@ use crate::estimate::descend::Parabola;
 use crate::motion::{HeldForce, Prepared};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::signal::sample_noise;
-use crate::{CoupledRecord, Dof, Error, parallel};
+use crate::trial::may_be_late;
+use crate::{CoupledRecord, Dof, Error, ThrustUncertainty, parallel};
 
 /// Everything that is fitted.
 #[derive(Clone, Debug)]
@@ -43,6 +44,8 @@ pub(super) struct Problem {
     pub(super) fits: [bool; Actuator::COUNT],
     /// Whether thrusters push, of which any was logged; else a wrench does.
     pub(super) has_thrusters: bool,
+    /// How well the strength of the thrusters is known: the least of them.
+    pub(super) thrust_uncertainty: ThrustUncertainty,
     /// What differences of the samples of each axis show of their noise, m/s or rad/s.
     pub(super) sample_noise: Vec<f64>,
     /// Whether the velocity of an axis is the slope of positions in any trial, in SNAME order.
@@ -169,7 +172,9 @@ impl Problem {
     ) -> Self {
         let axes = structure.axes();
         let has_force = records.iter().any(|record| record.force.iter().any(Option::is_some));
-        let has_thrusters = records.iter().any(|record| !record.thrusters.is_empty());
+        let thrusters = || records.iter().flat_map(|record| &record.thrusters);
+        let has_thrusters = thrusters().next().is_some();
+        let uncertainties = thrusters().map(|thruster| thruster.track.uncertainty);
         let noise = |axis: usize| {
             let measured = records.iter().filter_map(|record| record.velocity[axis].as_ref());
             sample_noise(measured).unwrap_or(0.0).max(LEAST_NOISE)
@@ -187,6 +192,7 @@ impl Problem {
             rigid_body,
             fits: Actuator::fitted(has_force, has_thrusters, records.len()),
             has_thrusters,
+            thrust_uncertainty: ThrustUncertainty::greatest(uncertainties),
             sample_noise: axes.iter().map(|dof| noise(dof.index())).collect(),
             by_slope: std::array::from_fn(|k| records.iter().any(|record| record.by_slope[k])),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
@@ -200,9 +206,9 @@ impl Problem {
         Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free) }
     }
 
-    /// Whether an axis is one whose velocity an instrument of its own may report late.
+    /// As [`may_be_late`], of all trials.
     pub(super) fn may_be_late(&self, dof: Dof) -> bool {
-        !dof.is_rotation() && !self.by_slope[dof.index()]
+        may_be_late(dof.index(), &self.by_slope)
     }
 
     /// How many numbers were measured.
@@ -222,6 +228,7 @@ impl Problem {
             rigid_body: self.rigid_body,
             fits: self.fits,
             has_thrusters: self.has_thrusters,
+            thrust_uncertainty: self.thrust_uncertainty,
             sample_noise: self.sample_noise.clone(),
             by_slope: self.by_slope,
             has_current: self.has_current,

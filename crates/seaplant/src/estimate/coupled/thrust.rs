@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::uncertainty::inverse;
 use super::{Actuator, Fitted};
-use crate::{CoupledRecord, Error, ThrustUncertainty};
+use crate::{Error, ThrustUncertainty};
 
 /// A way in which thrust may be off, by a standard deviation: parts of it, forward and in reverse.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,16 +20,11 @@ impl<const N: usize> Fitted<N> {
     /// Residuals e stay as they are where force and all that a plant makes of it are as many times
     /// larger: `∂e/∂ln(scale) = −Σ θ ∂e/∂θ`, so that δ = C J θ, with J the information by all numbers
     /// and C the covariance of those that are fitted.
-    pub(super) fn thrust_covariance(
-        &self,
-        records: &[&CoupledRecord],
-    ) -> Result<DMatrix<f64>, Error> {
+    pub(super) fn thrust_covariance(&self) -> Result<DMatrix<f64>, Error> {
         let (problem, point) = (&self.problem, &self.optimum.point);
         let p = problem.structure.terms().len();
         let mut sum = DMatrix::zeros(p, p);
-        let thrusters = records.iter().flat_map(|record| &record.thrusters);
-        let of_curves =
-            ThrustUncertainty::greatest(thrusters.map(|thruster| thruster.track.uncertainty));
+        let of_curves = problem.thrust_uncertainty;
         let off_by = [point.actuator.greatest_from_mean(), point.actuator.at_half_speed()];
         if of_curves == ThrustUncertainty::default() && off_by == [0.0; 2] {
             return Ok(sum);
