@@ -6,13 +6,12 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Vector3, Vector6};
 use seaplant::estimate::online::{Online, OnlineOptions, Sample, Scheme};
 use seaplant::estimate::{
-    Candidate, EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, Records, first_delays,
-    fit_best_delay, fit_equation_error, fit_filter_error, fit_output_error,
+    Candidate, EquationError, FilterError, OutputError, Records, first_delays,
 };
 use seaplant::plant::{Structure, Symmetry};
 use seaplant::regression::{Columns, least_squares};
 use seaplant::signal::LowPass;
-use seaplant::{AxisRecord, Dof, LumpedParameters, State, Terms, simulate};
+use seaplant::{Dof, State, Terms, simulate};
 use seaplant_bench::{SAMPLE_HZ, SURGE, SurgeSignals};
 
 const SEED: u64 = 1;
@@ -51,12 +50,9 @@ fn least_squares_of_many_rows(c: &mut Criterion) {
 
 fn equation_error_of_a_trial(c: &mut Criterion) {
     let record = [signals(TRIAL_ROWS).record().expect("valid")];
-    let options = EquationErrorOptions::default();
+    let method = EquationError::default();
     c.bench_function("equation error of a 480 s trial", |b| {
-        b.iter(|| {
-            fit_equation_error(Dof::Surge, black_box(&record), Terms::default(), &options)
-                .expect("exciting")
-        });
+        b.iter(|| method.fit(black_box(&record)).expect("exciting"));
     });
 }
 
@@ -66,31 +62,23 @@ const LONG_TRIAL_ROWS: usize = 6001;
 fn output_error_of_a_trial(c: &mut Criterion) {
     let record = [signals(LONG_TRIAL_ROWS).record().expect("valid")];
     let terms: Terms = "force,quadratic,linear,bias".parse().expect("a plant");
-    let first = EquationErrorOptions::default();
-    let options = OutputErrorOptions::default();
-    let start = |record: &[AxisRecord]| {
-        fit_equation_error(Dof::Surge, record, terms, &first).expect("exciting").lumped
-    };
-    let fit = |record: &[AxisRecord], start: &LumpedParameters| {
-        fit_output_error(Dof::Surge, record, terms, start, &options).expect("an optimum")
-    };
-    let near = start(&record);
+    let records = Records::from(&record).with_terms(terms);
+    let method = OutputError::default();
+    let near = EquationError::default().fit(records).expect("exciting").lumped;
     c.bench_function("output error of a 600 s trial from its start", |b| {
-        b.iter(|| fit(black_box(&record), black_box(&near)));
+        b.iter(|| method.fit_from(black_box(records), black_box(&near)).expect("an optimum"));
     });
     c.bench_function("output error of a 600 s trial, the start included", |b| {
-        b.iter(|| fit(black_box(&record), &start(&record)));
+        b.iter(|| method.fit(black_box(records)).expect("an optimum"));
     });
 }
 
 fn filter_error_of_a_trial(c: &mut Criterion) {
     let record = [signals(TRIAL_ROWS).record().expect("valid")];
-    let first = EquationErrorOptions::default();
-    let terms = Terms::default();
-    let start = fit_best_delay(Dof::Surge, &record, terms, &first, first_delays());
+    let start = EquationError::default().fit_best_delay(&record, first_delays());
     let start = start.expect("exciting");
-    let search = FilterErrorOptions::default();
-    let none = FilterErrorOptions { candidates: Vec::new(), required: vec![Candidate::Bias] };
+    let search = FilterError::default();
+    let none = FilterError { candidates: Vec::new(), required: vec![Candidate::Bias] };
     // Beside mass, drag, bias and three numbers of noise.
     let four = vec![
         Candidate::Bias,
@@ -99,16 +87,12 @@ fn filter_error_of_a_trial(c: &mut Criterion) {
         Candidate::ReverseRatio,
         Candidate::Current,
     ];
-    let ten = FilterErrorOptions { candidates: Vec::new(), required: four };
+    let ten = FilterError { candidates: Vec::new(), required: four };
     let cases =
         [("6 parameters", none), ("10 parameters", ten), ("its whole structure search", search)];
-    for (name, options) in cases {
+    for (name, method) in cases {
         c.bench_function(&format!("filter error of a 480 s trial, {name}"), |b| {
-            let records =
-                Records { fit: black_box(&record), hold_out: &[], steady: &[], dry_mass_kg: None };
-            b.iter(|| {
-                fit_filter_error(Dof::Surge, records, None, &start, &options).expect("an optimum")
-            });
+            b.iter(|| method.fit_from(black_box(&record), &start).expect("an optimum"));
         });
     }
 }

@@ -3,7 +3,7 @@
 `python equation_error.py FILE` reads N velocities, then N forces (little-endian doubles,
 10 Hz) and prints one `name value` a line.
 
-The mathematics is that of `seaplant::estimate::fit_equation_error` without covariance.
+The mathematics is that of `seaplant::estimate::EquationError::fit` without covariance.
 The choices below are the fastest sound ones of those tried; each other costs more:
 sosfiltfilt of one column at a time (a stacked (4, n) call takes five times as long, and
 filtfilt on polynomials as long), one reused work array, and normal equations of columns scaled to unit length, whose

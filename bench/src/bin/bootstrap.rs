@@ -6,10 +6,8 @@ use std::thread;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use seaplant::estimate::{
-    EquationErrorOptions, OutputErrorBootstrap, OutputErrorOptions, fit_equation_error,
-};
-use seaplant::{Dof, LumpedParameters, Terms};
+use seaplant::estimate::{EquationError, OutputError, OutputErrorBootstrap, Records};
+use seaplant::{LumpedParameters, Terms};
 use seaplant_bench::SurgeSignals;
 
 const SEED: u64 = 1;
@@ -26,10 +24,9 @@ fn main() -> Result<()> {
 
     let record = [SurgeSignals::seeded(TRIAL_ROWS, SEED)?.record()?];
     let terms: Terms = "force,quadratic,linear,bias".parse()?;
-    let start = fit_equation_error(Dof::Surge, &record, terms, &EquationErrorOptions::default())?;
-    let options = OutputErrorOptions::default();
-    let (fit, bootstrap) =
-        OutputErrorBootstrap::of(Dof::Surge, &record, terms, &start.lumped, &options)?;
+    let records = Records::from(&record).with_terms(terms);
+    let start = EquationError::default().fit(records)?.lumped;
+    let (fit, bootstrap) = OutputErrorBootstrap::of(records, &start, &OutputError::default())?;
     for _ in 0..ROUNDS {
         let started = Instant::now();
         let drawn = all_draws(&bootstrap, draws, threads);

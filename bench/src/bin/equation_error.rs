@@ -8,8 +8,7 @@ use std::io::{BufWriter, Write};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use seaplant::estimate::{EquationErrorOptions, fit_equation_error};
-use seaplant::{Dof, Terms};
+use seaplant::estimate::EquationError;
 use seaplant_bench::SurgeSignals;
 
 const SEED: u64 = 1;
@@ -53,8 +52,7 @@ fn time(file: &str) -> Result<()> {
     drop(uniform);
 
     let started = Instant::now();
-    let options = EquationErrorOptions::default();
-    let fit = fit_equation_error(Dof::Surge, &[record], Terms::default(), &options)?;
+    let fit = EquationError::default().fit(&[record])?;
     println!("fit_s {:e}", started.elapsed().as_secs_f64());
 
     println!("alpha {:e}", fit.lumped.alpha);

@@ -10,10 +10,8 @@ use std::io::{BufWriter, Write};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use seaplant::estimate::{
-    EquationErrorOptions, OutputErrorOptions, fit_equation_error, fit_output_error,
-};
-use seaplant::{AxisRecord, Dof, LumpedParameters, Terms};
+use seaplant::estimate::{EquationError, OutputError, Records};
+use seaplant::{AxisRecord, LumpedParameters, Terms};
 use seaplant_bench::SurgeSignals;
 
 const SEED: u64 = 1;
@@ -32,8 +30,7 @@ fn terms() -> Terms {
 }
 
 fn start(record: &[AxisRecord]) -> Result<LumpedParameters> {
-    let options = EquationErrorOptions::default();
-    Ok(fit_equation_error(Dof::Surge, record, terms(), &options)?.lumped)
+    Ok(EquationError::default().fit(Records::from(record).with_terms(terms()))?.lumped)
 }
 
 fn make(file: &str, n: usize) -> Result<()> {
@@ -67,10 +64,8 @@ fn read_start(file: &str) -> Result<LumpedParameters> {
 fn time(file: &str, times: usize) -> Result<()> {
     let record = [read(file)?.record()?];
     let near = read_start(file)?;
-    let options = OutputErrorOptions::default();
-    let fit = |near: &LumpedParameters| {
-        fit_output_error(Dof::Surge, black_box(&record), terms(), near, &options)
-    };
+    let records = Records::from(&record).with_terms(terms());
+    let fit = |near: &LumpedParameters| OutputError::default().fit_from(black_box(records), near);
     for k in 0..times {
         let started = Instant::now();
         let found = fit(&near)?;

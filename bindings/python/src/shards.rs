@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use pyo3::prelude::*;
-use seaplant::estimate::{EquationErrorOptions, EquationErrorStatistics, Shard, ShardClock};
+use seaplant::estimate::{EquationError, EquationErrorStatistics, Shard, ShardClock};
 use seaplant::{AxisRecord, Dof, Terms, VelocitySource, accumulated_plant};
 
 use crate::border::{Failure, apart, json, parse};
@@ -91,8 +91,8 @@ pub fn shard_margin_s(clock: &str, options: &str) -> PyResult<f64> {
     Ok(clock.margin_s(&options).map_err(Failure::from)?)
 }
 
-fn equation_error(options: &str) -> Result<EquationErrorOptions, Failure> {
-    let options: EquationErrorOptions = parse("equation_error", options)?;
+fn equation_error(options: &str) -> Result<EquationError, Failure> {
+    let options: EquationError = parse("equation_error", options)?;
     options.check()?;
     Ok(options)
 }

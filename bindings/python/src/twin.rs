@@ -7,7 +7,7 @@ use std::thread;
 
 use pyo3::prelude::*;
 use seaplant::IdentifyOptions;
-use seaplant::navigation::Recording;
+use seaplant::Recording;
 use seaplant::twin::{TwinCampaign, TwinSpec, TwinTrial, make};
 use seaplant_campaign::{SourcedTrial, SourcedVehicle, twin_files};
 use seaplant_log::{MemoryColumn, MemoryTable};

@@ -6,9 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use seaplant::estimate::online::OnlineOptions;
 use seaplant::estimate::steady::SteadyOptions;
-use seaplant::estimate::{
-    EquationErrorOptions, FilterErrorOptions, OutputErrorOptions, PaperOptions,
-};
+use seaplant::estimate::{EquationError, FilterError, OutputError, Paper};
 use seaplant::{Dof, Method, Role, Term, VelocitySource, exact};
 use seaplant_log::{Dimension, Stamp, Unit};
 use serde::{Deserialize, Serialize};
@@ -48,16 +46,16 @@ pub struct CampaignFile {
     pub plant: Vec<PlantEntry>,
     /// Settings of the paper's method.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub paper: PaperOptions,
+    pub paper: Paper,
     /// Settings of equation error.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub equation_error: EquationErrorOptions,
+    pub equation_error: EquationError,
     /// Settings of output error.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub output_error: OutputErrorOptions,
+    pub output_error: OutputError,
     /// Settings of filter error.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub filter_error: FilterErrorOptions,
+    pub filter_error: FilterError,
     /// Settings of the methods that work sample by sample.
     #[serde(default, skip_serializing_if = "is_default")]
     pub online: OnlineOptions,

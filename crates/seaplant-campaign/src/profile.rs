@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use schemars::JsonSchema;
+use seaplant::Quantity;
 use seaplant::exchange::{Drive, Manoeuvre, PlantModel, Scenario};
 use seaplant::motion::Wind;
-use seaplant::quantity::{Quantity, WindFrame, WindPart};
+use seaplant::quantity::{WindFrame, WindPart};
 use seaplant::{Dof, Timed};
 use seaplant_log::{Log, ReadOptions, Unit};
 use serde::{Deserialize, Serialize};

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use seaplant::estimate::{Candidate, Decision, Filters, Innovations};
 use seaplant::exchange::Consequence;
 use seaplant::results::*;
+use seaplant::signal::LowPass;
 use seaplant::signal::amplitude_spectrum;
 use seaplant::{
-    Agreement, Caveat, CaveatCode, Comparison, Dof, LowPass, LumpedParameters, Method,
-    PhysicalParameters, Role, ScoredMotion, Stability, Term,
+    Agreement, Caveat, CaveatCode, Comparison, Dof, LumpedParameters, Method, PhysicalParameters,
+    Role, ScoredMotion, Stability, Term,
 };
 
 pub(crate) const HOSTILE: &str = "<script>alert('x')</script>/..\\\"&\u{7}日本 1";

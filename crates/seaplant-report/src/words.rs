@@ -1,7 +1,8 @@
 //! What methods, caveats and filters are called in prose.
 
 use seaplant::estimate::Filters;
-use seaplant::{CaveatCode, Dof, LowPass, Method, Role, Severity, Term};
+use seaplant::signal::LowPass;
+use seaplant::{CaveatCode, Dof, Method, Role, Severity, Term};
 
 use crate::number::chosen;
 

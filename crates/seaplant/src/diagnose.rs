@@ -13,15 +13,13 @@ pub(crate) use plausible::{implausible, impossible_mass};
 use std::collections::BTreeMap;
 
 use crate::caveat::spoken;
-use crate::estimate::{
-    DelayedFit, EquationErrorOptions, Fit, Method, fit_best_delay, fit_equation_error,
-};
+use crate::estimate::{DelayedFit, EquationError, Fit, Method, Records};
 use crate::results::Results;
 use crate::signal::{LowPass, Spectrum, amplitude_spectrum};
 use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{
-    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, State, Term, Terms, ThrustUncertainty,
-    Trial, Vehicle,
+    AxisRecord, Caveat, CaveatCode, Dof, Error, Stability, State, Term, ThrustUncertainty, Trial,
+    Vehicle,
 };
 
 /// A filter that passes less than this of the excited motion is worth a word.
@@ -385,18 +383,12 @@ const HARMLESS_S: f64 = 0.08;
 /// thruster lag, a delay or clocks that differ all look like this.
 ///
 /// The scan is by equation error, whatever method is doubted.
-pub(crate) fn lateness(
-    dof: Dof,
-    axes: &[AxisRecord],
-    terms: Terms,
-    options: &EquationErrorOptions,
-) -> Option<f64> {
+pub(crate) fn lateness(records: Records<'_>, by: &EquationError) -> Option<f64> {
     let (from, to, step) = DELAYS_S;
     let steps = ((to - from) / step).round() as usize;
     let delays_s = (0..=steps).map(|k| from + k as f64 * step);
-    let as_logged = fit_equation_error(dof, axes, terms, options).ok()?;
-    let DelayedFit { delay_s, fit: best } =
-        fit_best_delay(dof, axes, terms, options, delays_s).ok()?;
+    let as_logged = by.fit(records).ok()?;
+    let DelayedFit { delay_s, fit: best } = by.fit_best_delay(records, delays_s).ok()?;
     let likelihood = (as_logged.residual_rms / best.residual_rms).ln();
     let ratio = as_logged.effective_samples * 2.0 * likelihood;
     (ratio > LIKELIHOOD_RATIO && delay_s.abs() > HARMLESS_S).then_some(delay_s)

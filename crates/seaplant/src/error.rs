@@ -246,6 +246,21 @@ pub enum Error {
         /// For which degree of freedom.
         dof: Dof,
     },
+    /// A fit of no record.
+    #[error("there is no record to fit; give one or more of the same degree of freedom")]
+    NoRecord,
+    /// Records of several axes for a fit of one.
+    #[error(
+        "the records to fit {dof} with hold one of {other}, of trial `{trial}`; fit each degree of freedom by its own records, or several of them as one plant of these axes"
+    )]
+    OtherAxis {
+        /// Which degree of freedom the first record is of.
+        dof: Dof,
+        /// Which another is of.
+        other: Dof,
+        /// The trial of that one.
+        trial: String,
+    },
     /// Trials that do not tell the parameters apart.
     #[error(
         "the {dof} trial excites {rank} of the {needed} requested terms: thrust or speed is constant, or zero, or one follows the other; drop a term or use a trial with more variation of thrust and speed"

@@ -5,18 +5,19 @@ mod descend;
 mod equation_error;
 mod filter_error;
 mod filtered;
+pub(crate) mod fit;
+pub(crate) mod method;
 mod nomoto;
 pub mod online;
 mod output_error;
 mod paper;
+mod records;
 mod sriv;
 pub mod steady;
 mod total_least_squares;
 mod weighted_least_squares;
 
 use std::collections::BTreeMap;
-use std::fmt;
-use std::str::FromStr;
 
 use nalgebra::Matrix4;
 use schemars::JsonSchema;
@@ -27,195 +28,27 @@ pub use coupled::{
     Actuator, AxisNoise, CoupledFit, CurrentDrift, Tried, fit_coupled, fit_coupled_freely,
 };
 pub(crate) use coupled::{NEGLIGIBLE_POWER, damping_power};
-pub use equation_error::{
-    DelayedFit, EquationErrorOptions, EquationErrorStatistics, Shard, ShardClock, fit_best_delay,
-    fit_equation_error,
-};
-pub use filter_error::{
-    Candidate, Decision, FilterErrorOptions, Records, SteadyTest, first_delays, fit_filter_error,
-};
+pub use equation_error::{DelayedFit, EquationError, EquationErrorStatistics, Shard, ShardClock};
+pub use filter_error::{Candidate, Decision, FilterError, SteadyTest, first_delays};
 pub(crate) use filter_error::{MOST_SEARCHED, MOST_TRIALS, drive_over, first_look};
+pub(crate) use fit::{Estimate, Fit};
+pub(crate) use method::Method;
 pub use nomoto::{NomotoFit, NomotoOrder, RudderLaw, SteeringTrial, fit_nomoto};
-pub use output_error::{
-    Loss, OutputErrorBootstrap, OutputErrorIntervals, OutputErrorOptions, fit_output_error,
-};
-pub use paper::{PaperOptions, fit_paper};
-pub use sriv::fit_sriv;
-pub use total_least_squares::fit_total_least_squares;
-pub use weighted_least_squares::fit_weighted_least_squares;
+pub use output_error::{Loss, OutputError, OutputErrorBootstrap, OutputErrorIntervals};
+pub use paper::Paper;
+pub use records::Records;
+pub use sriv::Sriv;
+pub use total_least_squares::TotalLeastSquares;
+pub use weighted_least_squares::WeightedLeastSquares;
 
-pub use crate::regression::{BlockBootstrap, Intervals};
-
-use crate::regression::LeastSquares;
-use crate::results::OnlineHistory;
 use crate::signal::LowPass;
 use crate::terms::Term;
 use crate::trial::{ReadyAxis, ReadyStretch};
-use crate::{
-    AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Model, PhysicalParameters, Terms,
-    ThrustModel, VelocitySensor,
-};
+use crate::{AxisRecord, Caveat, CaveatCode, Error, LumpedParameters, Terms};
 
 /// No log tells mass and drag more precisely than to this part: propeller speeds are rounded, and
 /// nobody saw what they did between samples.
 const PRECISION: f64 = 1e-3;
-
-/// How a plant was found.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum Method {
-    /// As Smallwood and Whitcomb did: velocity filtered, thrust not.
-    Paper,
-    /// Least squares on the equation of motion, every term filtered alike.
-    EquationError,
-    /// Least squares between simulated and measured motion.
-    OutputError,
-    /// Maximum likelihood on the innovations of a Kalman filter, with what stands between
-    /// thrust and water.
-    FilterError,
-    /// Equation error with each equation weighted by how sure it is.
-    WeightedLeastSquares,
-    /// Equation error with noise in the regressors, too.
-    TotalLeastSquares,
-    /// Instrumental variables from the simulated plant.
-    Sriv,
-    /// An observer whose coefficients adapt, sample by sample.
-    Adaptive,
-    /// Least squares, sample by sample.
-    Recursive,
-    /// A Kalman filter with the coefficients in its state, sample by sample.
-    Ekf,
-}
-
-impl Method {
-    /// All methods, the recommended one first.
-    pub const ALL: [Self; 10] = [
-        Self::FilterError,
-        Self::OutputError,
-        Self::EquationError,
-        Self::Paper,
-        Self::WeightedLeastSquares,
-        Self::TotalLeastSquares,
-        Self::Sriv,
-        Self::Adaptive,
-        Self::Recursive,
-        Self::Ekf,
-    ];
-
-    /// The methods that are used where nothing else is said, the recommended one first; the
-    /// others are there to compare with.
-    pub const DEFAULT: [Self; 4] =
-        [Self::FilterError, Self::OutputError, Self::EquationError, Self::Paper];
-
-    /// The method to believe where nothing else is said.
-    pub const RECOMMENDED: Self = Self::FilterError;
-
-    /// As files and flags write it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::EquationError => "equation-error",
-            Self::OutputError => "output-error",
-            Self::FilterError => "filter-error",
-            Self::WeightedLeastSquares => "weighted-least-squares",
-            Self::TotalLeastSquares => "total-least-squares",
-            Self::Sriv => "sriv",
-            Self::Adaptive => "adaptive",
-            Self::Recursive => "recursive",
-            Self::Ekf => "ekf",
-        }
-    }
-
-    /// How it works sample by sample, if it does.
-    pub const fn scheme(self) -> Option<online::Scheme> {
-        match self {
-            Self::Adaptive => Some(online::Scheme::Adaptive),
-            Self::Recursive => Some(online::Scheme::Recursive),
-            Self::Ekf => Some(online::Scheme::Ekf),
-            _ => None,
-        }
-    }
-
-    /// Whether it takes force as it was logged, so that a lag goes unseen by
-    /// the method itself. The paper's has faults that are told before that one.
-    pub(crate) const fn takes_force_as_logged(self) -> bool {
-        matches!(
-            self,
-            Self::EquationError
-                | Self::WeightedLeastSquares
-                | Self::TotalLeastSquares
-                | Self::Sriv
-                | Self::OutputError
-                | Self::Adaptive
-                | Self::Recursive
-                | Self::Ekf
-        )
-    }
-}
-
-impl fmt::Display for Method {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for Method {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self, Error> {
-        Self::ALL.into_iter().find(|method| method.name() == text).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name).join(", ");
-            Error::UnknownMethod { found: text.to_owned(), known }
-        })
-    }
-}
-
-/// A fitted plant and how sure it is.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fit {
-    /// Which degree of freedom.
-    pub dof: Dof,
-    /// How it was found.
-    pub method: Method,
-    /// Which terms were fitted.
-    pub terms: Terms,
-    /// The parameters.
-    pub lumped: LumpedParameters,
-    /// Covariance of `[α, β, μ, bias]`; zero where not fitted.
-    pub covariance: Matrix4<f64>,
-    /// The part of it that uncertain thrust curves make.
-    pub thrust_covariance: Matrix4<f64>,
-    /// Degrees of freedom for the t quantiles of its intervals.
-    pub t_freedom: f64,
-    /// Condition number of the scaled columns.
-    pub condition: f64,
-    /// Variance inflation of each fitted term but the bias.
-    pub inflation: Vec<(Term, f64)>,
-    /// Rows of the regression.
-    pub samples: usize,
-    /// Rows that would say as much if they were independent.
-    pub effective_samples: f64,
-    /// Root mean square of what was minimised: of equation errors, m/s² or rad/s², or
-    /// m/s or rad/s if a filter integrates them; of output errors, in the unit of what was
-    /// measured.
-    pub residual_rms: f64,
-    /// The filters that were in fact used.
-    pub filters: Filters,
-    /// What was fitted beside the plant.
-    pub nuisances: Nuisances,
-    /// Why the model has the parts that it has.
-    pub structure: Vec<Decision>,
-    /// Whether steady runs agree with it, where there were any to fit.
-    pub steady_test: Option<SteadyTest>,
-    /// What the filter of the filter error method could not predict, by trial; empty of others.
-    pub innovations: Vec<Innovations>,
-    /// How the coefficients went there, of methods that work sample by sample.
-    pub history: Option<OnlineHistory>,
-    /// Doubts that the estimator itself has.
-    pub caveats: Vec<Caveat>,
-}
 
 /// How the errors of one-step predictions follow each other: white noise, if the model of the plant,
 /// the disturbance and the noise is right.
@@ -316,38 +149,6 @@ pub struct Waves {
     pub damping: Estimate,
 }
 
-/// A number with its uncertainty.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// The number.
-    pub value: f64,
-    /// Its standard deviation.
-    pub std: f64,
-    /// Lower end of its 95 % interval.
-    pub low95: f64,
-    /// Upper end of its 95 % interval.
-    pub high95: f64,
-}
-
-impl Estimate {
-    /// A number with the symmetric 95 % interval of Student's t.
-    pub fn new(value: f64, std: f64, t_freedom: f64) -> Self {
-        let half = t_quantile_975(t_freedom) * std;
-        Self { value, std, low95: value - half, high95: value + half }
-    }
-
-    /// The same with a number added.
-    pub(crate) fn moved(self, by: f64) -> Self {
-        let Self { value, std, low95, high95 } = self;
-        Self { value: value + by, std, low95: low95 + by, high95: high95 + by }
-    }
-
-    /// Whether the interval holds a number.
-    pub fn covers(&self, truth: f64) -> bool {
-        (self.low95..=self.high95).contains(&truth)
-    }
-}
-
 /// The 97.5 % quantile of Student's t.
 pub fn t_quantile_975(freedom: f64) -> f64 {
     // Location 0, scale 1 and at least one degree of freedom make a distribution.
@@ -391,98 +192,6 @@ impl PhysicalEstimates {
     }
 }
 
-impl Fit {
-    /// Mass, drag and bias force.
-    pub fn physical(&self) -> PhysicalParameters {
-        self.lumped.to_physical()
-    }
-
-    /// Mass, drag and bias force with their uncertainty, carried over to first order.
-    pub fn estimates(&self) -> PhysicalEstimates {
-        PhysicalEstimates::of(&self.lumped, &self.covariance, self.terms, self.t_freedom)
-    }
-
-    /// Adds what uncertain thrust curves do: each of `others` is the plant that the same
-    /// logs give if one curve is off by a standard deviation.
-    pub(crate) fn with_thrust_off(mut self, others: &[LumpedParameters]) -> Self {
-        for other in others {
-            let shift = other.to_vector() - self.lumped.to_vector();
-            self.thrust_covariance += shift * shift.transpose();
-        }
-        self.covariance += self.thrust_covariance;
-        self
-    }
-
-    /// The plant, ready to be driven.
-    pub fn model(&self) -> Model {
-        let value = |estimate: &Option<Estimate>| estimate.map(|estimate| estimate.value);
-        let nuisances = &self.nuisances;
-        let current = nuisances.current.iter();
-        Model {
-            lumped: self.lumped,
-            thrust: ThrustModel {
-                lag_s: value(&nuisances.lag_s).unwrap_or(0.0),
-                delay_s: value(&nuisances.delay_s).unwrap_or(0.0),
-                reverse_ratio: value(&nuisances.reverse_ratio).unwrap_or(1.0),
-                inflow: value(&nuisances.inflow).unwrap_or(0.0),
-                lag_ratio: value(&nuisances.lag_ratio).unwrap_or(1.0),
-                slew_s: value(&nuisances.slew_s).unwrap_or(0.0),
-                inflow_ahead: value(&nuisances.inflow_ahead).unwrap_or(0.0),
-                exponent: value(&nuisances.exponent).unwrap_or(2.0),
-                full_speed: nuisances.full_speed,
-                linear: nuisances.linear_thrust,
-                turning: value(&nuisances.turning).unwrap_or(0.0),
-                current: current.map(|(trial, u)| (trial.clone(), u.value)).collect(),
-            },
-            sensor: VelocitySensor {
-                lag_s: value(&nuisances.sensor_lag_s).unwrap_or(0.0),
-                window_s: value(&nuisances.sensor_window_s).unwrap_or(0.0),
-                scale: value(&nuisances.velocity_scale).unwrap_or(1.0),
-            },
-        }
-    }
-
-    /// Correlations of `[m, d_Q, d_L, b]`; zero where a term was not fitted.
-    pub fn correlation(&self) -> Matrix4<f64> {
-        let covariance = self.lumped.physical_covariance(&self.covariance);
-        covariance.map_with_location(|i, j, c| {
-            let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-            if scale > 0.0 { c / scale } else { 0.0 }
-        })
-    }
-
-    fn of_regression(
-        dof: Dof,
-        method: Method,
-        terms: Terms,
-        found: LeastSquares,
-        filters: Filters,
-        caveats: Vec<Caveat>,
-    ) -> Self {
-        Self {
-            dof,
-            method,
-            terms,
-            lumped: found.lumped,
-            covariance: found.covariance,
-            thrust_covariance: Matrix4::zeros(),
-            t_freedom: found.t_freedom,
-            condition: found.condition,
-            inflation: found.inflation,
-            samples: found.samples,
-            effective_samples: found.effective_samples,
-            residual_rms: found.residual_rms,
-            filters,
-            nuisances: Nuisances::default(),
-            structure: Vec::new(),
-            steady_test: None,
-            innovations: Vec::new(),
-            history: None,
-            caveats,
-        }
-    }
-}
-
 /// A filter leaves its mark this many periods of its cut-off deep at the edges of a
 /// stretch; a stretch shorter than that is all edge.
 fn least_rows(filter: LowPass, sample_hz: f64) -> usize {
@@ -492,10 +201,6 @@ fn least_rows(filter: LowPass, sample_hz: f64) -> usize {
 /// The rate of the coarsest record of several, Hz; they share one filter.
 fn slowest_source_hz(axes: &[AxisRecord]) -> f64 {
     axes.iter().map(|axis| 1.0 / axis.motion.series().period_s()).fold(f64::INFINITY, f64::min)
-}
-
-fn check_trials(dof: Dof, axes: &[AxisRecord]) -> Result<(), Error> {
-    if axes.is_empty() { Err(Error::NoTrial { dof }) } else { Ok(()) }
 }
 
 /// A uniform stretch and where it is from.

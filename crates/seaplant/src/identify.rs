@@ -22,10 +22,8 @@ use crate::diagnose::{
 use crate::estimate::online::{OnlineOptions, fit_online};
 use crate::estimate::steady::{SteadyOptions, fit_steady};
 use crate::estimate::{
-    EquationErrorOptions, EquationErrorStatistics, FilterErrorOptions, Fit, Method,
-    OutputErrorOptions, PaperOptions, Records, first_delays, fit_best_delay, fit_equation_error,
-    fit_filter_error, fit_output_error, fit_paper, fit_sriv, fit_total_least_squares,
-    fit_weighted_least_squares,
+    EquationError, EquationErrorStatistics, FilterError, Fit, Method, OutputError, Paper, Records,
+    Sriv, TotalLeastSquares, WeightedLeastSquares, first_delays,
 };
 use crate::exchange::{Consequence, Draws, PlantModel};
 use crate::judge::{score_plant, verdict};
@@ -56,13 +54,13 @@ pub struct IdentifyOptions {
     /// Whether to fit the recommended method with every choice of terms, too.
     pub subsets: bool,
     /// Settings of the paper's method.
-    pub paper: PaperOptions,
+    pub paper: Paper,
     /// Settings of equation error.
-    pub equation_error: EquationErrorOptions,
+    pub equation_error: EquationError,
     /// Settings of output error.
-    pub output_error: OutputErrorOptions,
+    pub output_error: OutputError,
     /// Settings of filter error.
-    pub filter_error: FilterErrorOptions,
+    pub filter_error: FilterError,
     /// Settings of the methods that work sample by sample.
     pub online: OnlineOptions,
     /// What counts as steady.
@@ -79,10 +77,10 @@ impl Default for IdentifyOptions {
             terms_of: BTreeMap::new(),
             velocity: None,
             subsets: true,
-            paper: PaperOptions::default(),
-            equation_error: EquationErrorOptions::default(),
-            output_error: OutputErrorOptions::default(),
-            filter_error: FilterErrorOptions::default(),
+            paper: Paper::default(),
+            equation_error: EquationError::default(),
+            output_error: OutputError::default(),
+            filter_error: FilterError::default(),
             online: OnlineOptions::default(),
             steady: SteadyOptions::default(),
             coupled: Vec::new(),
@@ -251,6 +249,9 @@ impl Work<'_> {
         };
         let source = options.velocity.unwrap_or(usual);
         let axes = self.axes(&trials.fit, source)?;
+        if axes.is_empty() {
+            return Err(Error::NoTrial { dof: self.dof });
+        }
         if method != Method::FilterError && axes.iter().any(|axis| !axis.knows_velocity()) {
             return Err(Error::NoVelocity);
         }
@@ -258,15 +259,9 @@ impl Work<'_> {
             let hold_out = self.axes(&trials.hold_out, source)?;
             let steady = self.steady_axes(source)?;
             // It carries thrust errors itself, by its own information.
-            self.fit_filter_error(
-                Records {
-                    fit: &axes,
-                    hold_out: &hold_out,
-                    steady: &steady,
-                    dry_mass_kg: self.vehicle.dry_mass_kg,
-                },
-                terms,
-            )?
+            let dry_mass_kg = self.vehicle.dry_mass_kg;
+            let (hold_out, steady) = (&hold_out, &steady);
+            self.by_filter_error(Records { fit: &axes, hold_out, steady, dry_mass_kg, terms })?
         } else {
             with_thrust_errors(&axes, &|axes| self.fit_alone(method, axes, terms))?
         };
@@ -280,37 +275,30 @@ impl Work<'_> {
         axes: &[AxisRecord],
         terms: Option<Terms>,
     ) -> Result<Fit, Error> {
-        let Self { dof, options, .. } = *self;
-        let first = &options.equation_error;
-        let chosen = terms.unwrap_or_default();
+        let Self { options, batch, .. } = *self;
+        let first = options.equation_error;
+        let dry_mass_kg = self.vehicle.dry_mass_kg;
+        let records = Records { dry_mass_kg, terms, ..Records::from(axes) };
         match method {
-            Method::Paper => fit_paper(dof, axes, chosen, &options.paper),
-            Method::EquationError => fit_equation_error(dof, axes, chosen, first),
-            Method::WeightedLeastSquares => fit_weighted_least_squares(dof, axes, chosen, first),
-            Method::TotalLeastSquares => fit_total_least_squares(dof, axes, chosen, first),
-            Method::Sriv => fit_sriv(dof, axes, chosen, first),
+            Method::Paper => options.paper.fit(records),
+            Method::EquationError => first.fit(records),
+            Method::WeightedLeastSquares => WeightedLeastSquares(first).fit(records),
+            Method::TotalLeastSquares => TotalLeastSquares(first).fit(records),
+            Method::Sriv => Sriv(first).fit(records),
             Method::OutputError => {
-                let start = fit_equation_error(dof, axes, chosen, first)?.lumped;
-                fit_output_error(dof, axes, chosen, &start, &options.output_error)
+                options.output_error.fit_from(records, &first.fit(records)?.lumped)
             }
             Method::Adaptive | Method::Recursive | Method::Ekf => {
-                let found = self.batch.map_or(chosen, |batch| batch.terms);
-                let chosen = terms.unwrap_or(found);
-                fit_online(dof, method, axes, chosen, self.batch, &options.online)
+                let terms = terms.or(batch.map(|batch| batch.terms));
+                fit_online(method, Records { terms, ..records }, batch, &options.online)
             }
-            Method::FilterError => {
-                let dry_mass_kg = self.vehicle.dry_mass_kg;
-                let records = Records { fit: axes, hold_out: &[], steady: &[], dry_mass_kg };
-                self.fit_filter_error(records, terms)
-            }
+            Method::FilterError => self.by_filter_error(records),
         }
     }
 
-    fn fit_filter_error(&self, records: Records<'_>, terms: Option<Terms>) -> Result<Fit, Error> {
-        let first = &self.options.equation_error;
-        let chosen = terms.unwrap_or_default();
-        let start = fit_best_delay(self.dof, records.fit, chosen, first, first_delays())?;
-        fit_filter_error(self.dof, records, terms, &start, &self.options.filter_error)
+    fn by_filter_error(&self, records: Records<'_>) -> Result<Fit, Error> {
+        let start = self.options.equation_error.fit_best_delay(records, first_delays())?;
+        self.options.filter_error.fit_from(records, &start)
     }
 
     /// Whether thrust acts later than it was logged, of each method that takes it as
@@ -321,9 +309,9 @@ impl Work<'_> {
             fit.method.takes_force_as_logged() && !goes_on
         };
         let doubted: Vec<_> = fits.iter().filter(takes_as_logged).collect();
-        let options = &self.options.equation_error;
         let Some((first, axes)) = doubted.first() else { return BTreeMap::new() };
-        let Some(delay_s) = lateness(self.dof, axes, first.terms, options) else {
+        let records = Records::from(axes).with_terms(first.terms);
+        let Some(delay_s) = lateness(records, &self.options.equation_error) else {
             return BTreeMap::new();
         };
         let timely: Vec<AxisRecord> = axes.iter().map(|axis| axis.delayed(delay_s)).collect();
@@ -338,7 +326,7 @@ impl Work<'_> {
     fn with_structure_of(&self, fit: &Fit) -> IdentifyOptions {
         let admitted = fit.structure.iter().filter(|decision| decision.admitted);
         let required = admitted.map(|decision| decision.candidate).collect();
-        let filter_error = FilterErrorOptions { candidates: Vec::new(), required };
+        let filter_error = FilterError { candidates: Vec::new(), required };
         IdentifyOptions { filter_error, ..self.options.clone() }
     }
 

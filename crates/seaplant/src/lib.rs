@@ -56,6 +56,10 @@
 //! assert!(paper.caveats.iter().any(|caveat| caveat.message.contains("2.0")));
 //! # Ok::<(), seaplant::Error>(())
 //! ```
+//!
+//! One method by itself takes the records of an axis, as [`Trial::axis`] cuts them:
+//! [`FilterError::default().fit(&records)`](estimate::FilterError::fit); a plant of several axes is
+//! fitted by [`estimate::fit_coupled`].
 
 mod bollard;
 mod caveat;
@@ -75,7 +79,7 @@ mod judge;
 mod model;
 pub mod monte_carlo;
 pub mod motion;
-pub mod navigation;
+mod navigation;
 mod parallel;
 pub mod plant;
 pub mod quantity;
@@ -98,7 +102,8 @@ pub use compare::{
 };
 pub use dof::{Dof, Units};
 pub use error::Error;
-pub use estimate::{Estimate, Fit, Method};
+pub use estimate::fit::{Estimate, Fit};
+pub use estimate::method::Method;
 pub use evaluate::{Agreement, Comparison, PositionComparison, ScoredMotion, evaluate};
 pub use identify::{
     CoupledPlan, IdentifyOptions, Stage, accumulated_plant, identify, identify_watched,
@@ -106,11 +111,10 @@ pub use identify::{
 };
 pub use judge::{box_pierce, robust_covariance, score_plant};
 pub use model::{Model, ThrustModel, VelocitySensor};
-pub use navigation::{MeanAcceleration, Motion, Navigated, Recording};
-pub use plant::{LumpedParameters, PhysicalParameters, Stability};
-pub use quantity::{Quantity, Surface};
+pub use navigation::{Beside, MeanAcceleration, Motion, Navigated, Recording, navigate};
+pub use plant::lumped::{LumpedParameters, PhysicalParameters, Stability};
+pub use quantity::channel::{Quantity, Surface};
 pub use series::{Gap, Grid, Timed};
-pub use signal::{LowPass, Stretches};
 pub use simulate::{Response, State, simulate};
 pub use terms::{Term, Terms};
 pub use thrust::{QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};

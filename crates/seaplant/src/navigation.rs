@@ -21,7 +21,7 @@ pub use acceleration::MeanAcceleration;
 pub(crate) use acceleration::MeanOver;
 use acceleration::{Around, Felt};
 use attitude::AttitudeRecord;
-pub use attitude::unwrap;
+pub(crate) use attitude::unwrap;
 pub use beside::Beside;
 use tilt::{heave_path, yaw_path};
 use track::Track;

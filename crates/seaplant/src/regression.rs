@@ -14,7 +14,7 @@ pub(crate) use bootstrap::Resampled;
 pub use bootstrap::{BlockBootstrap, Intervals};
 pub(crate) use residuals::Residuals;
 pub(crate) use sums::Sums;
-pub(crate) use total::{NoiseShape, TotalLeastSquares};
+pub(crate) use total::{NoiseShape, TotalSolution};
 use triangle::{BLOCK_ROWS, Batch, Block, ONE, Triangle, V_DOT, WIDTH, place, width};
 
 use crate::terms::Term;

@@ -3,10 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use seaplant::estimate::{
-    EquationErrorOptions, Loss, OutputErrorBootstrap, OutputErrorIntervals, OutputErrorOptions,
-    fit_equation_error, fit_output_error,
-};
+use seaplant::estimate::{Loss, OutputError, OutputErrorBootstrap, OutputErrorIntervals, Records};
 use seaplant::{
     AxisRecord, Dof, Error, Fit, LumpedParameters, Motion, PhysicalParameters, State, Terms, Timed,
     simulate,
@@ -81,14 +78,8 @@ fn noisy(mut values: Vec<f64>, std: f64, seed: u64) -> Vec<f64> {
 }
 
 fn fit_with(axes: &[AxisRecord], terms: Terms, loss: Loss) -> Result<Fit, Error> {
-    let start = fit_equation_error(Dof::Surge, axes, terms, &EquationErrorOptions::default())?;
-    fit_output_error(
-        Dof::Surge,
-        axes,
-        terms,
-        &start.lumped,
-        &OutputErrorOptions { loss, ..Default::default() },
-    )
+    let method = OutputError { loss, ..Default::default() };
+    method.fit(Records::from(axes).with_terms(terms))
 }
 
 fn fit(axes: &[AxisRecord]) -> Fit {
@@ -331,7 +322,7 @@ const BOOTSTRAP_RATIO: std::ops::RangeInclusive<f64> = 0.75..=1.4;
 
 #[test]
 fn a_bootstrap_spreads_as_new_trials_do() {
-    let bootstrap = OutputErrorOptions {
+    let bootstrap = OutputError {
         intervals: OutputErrorIntervals::Bootstrap { draws: 60, seed: 1 },
         ..Default::default()
     };
@@ -344,8 +335,8 @@ fn a_bootstrap_spreads_as_new_trials_do() {
                 true => position_axis(force.clone(), noisy(x.clone(), 0.002, seed)),
                 false => velocity_axis(force.clone(), noisy(v.clone(), 0.003, seed)),
             }];
-            let start = SURGE.to_lumped();
-            let found = fit_output_error(Dof::Surge, &axes, all_terms(), &start, &bootstrap);
+            let records = Records::from(&axes).with_terms(all_terms());
+            let found = bootstrap.fit_from(records, &SURGE.to_lumped());
             let mass = found.expect("an optimum").estimates().mass;
             masses.push(mass.value);
             variances.push(mass.std.powi(2));
@@ -364,14 +355,13 @@ fn a_bootstrap_draws_alike_in_any_order_and_refuses_too_few() {
     let (v, _) = moved(&SURGE, &force, MOVING);
     let axes = [velocity_axis(force, noisy(v, 0.003, 1))];
     let start = SURGE.to_lumped();
-    let options = OutputErrorOptions {
+    let options = OutputError {
         intervals: OutputErrorIntervals::Bootstrap { draws: 60, seed: 5 },
         ..Default::default()
     };
-    let whole = fit_output_error(Dof::Surge, &axes, all_terms(), &start, &options);
-    let (fit, bootstrap) =
-        OutputErrorBootstrap::of(Dof::Surge, &axes, all_terms(), &start, &options)
-            .expect("an optimum");
+    let records = Records::from(&axes).with_terms(all_terms());
+    let whole = options.fit_from(records, &start);
+    let (fit, bootstrap) = OutputErrorBootstrap::of(records, &start, &options).expect("an optimum");
     let mut draws: Vec<_> = (0..60).rev().filter_map(|number| bootstrap.draw(5, number)).collect();
     draws.reverse();
     assert_eq!(bootstrap.fit_with(&fit, &draws), whole);
@@ -450,8 +440,8 @@ fn refuses_constant_thrust_from_rest() {
         }
         let axes = [velocity_axis(force.clone(), v)];
         let start = LumpedParameters { alpha: 1e-4, beta: -0.2, mu: -0.01, bias: 0.01 };
-        let options = OutputErrorOptions::default();
-        let refused = fit_output_error(Dof::Surge, &axes, all_terms(), &start, &options);
+        let records = Records::from(&axes).with_terms(all_terms());
+        let refused = OutputError::default().fit_from(records, &start);
         let is_refused =
             matches!(refused, Err(Error::NotExciting { .. } | Error::NotConverged { .. }));
         assert!(is_refused, "{refused:?}");
@@ -473,14 +463,14 @@ fn finds_the_same_plant_from_a_poor_start() {
     let (v, _) = moved(&SURGE, &force, MOVING);
     let axes = [velocity_axis(force, noisy(v, 0.003, 7))];
     let near = fit(&axes).physical();
-    let options = OutputErrorOptions::default();
+    let records = Records::from(&axes).with_terms(all_terms());
     for (mass, drag) in [(0.3, 3.0), (4.0, 0.2), (10.0, 10.0), (-1.0, -1.0)] {
         let poor = PhysicalParameters {
             mass: mass * SURGE.mass,
             d_quadratic: drag * SURGE.d_quadratic,
             ..Default::default()
         };
-        let far = fit_output_error(Dof::Surge, &axes, all_terms(), &poor.to_lumped(), &options);
+        let far = OutputError::default().fit_from(records, &poor.to_lumped());
         let worst = worst(far.expect("an optimum").physical(), near);
         // A ten-thousandth of a standard deviation, of which linear drag has a tenth of itself.
         assert!(worst < 1e-5, "from {mass} times the mass: {worst:e}");

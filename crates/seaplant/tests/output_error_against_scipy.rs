@@ -1,7 +1,7 @@
 //! Output error against SciPy's integrator and optimiser:
 //! `reference/make_output_error_reference.py`.
 
-use seaplant::estimate::{OutputErrorOptions, fit_output_error};
+use seaplant::estimate::{OutputError, Records};
 use seaplant::{AxisRecord, Dof, Grid, LumpedParameters, Motion, Terms, Timed};
 use serde_json::Value;
 
@@ -38,9 +38,9 @@ fn fit(values: Vec<f64>, motion: fn(Timed) -> Motion) -> LumpedParameters {
         cuts: Vec::new(),
     };
     let terms: Terms = "force,quadratic,linear,bias".parse().expect("a plant");
-    fit_output_error(Dof::Surge, &[axis], terms, &START, &OutputErrorOptions::default())
-        .expect("an optimum")
-        .lumped
+    let records = [axis];
+    let records = Records::from(&records).with_terms(terms);
+    OutputError::default().fit_from(records, &START).expect("an optimum").lumped
 }
 
 fn assert_agrees(found: LumpedParameters, expected: &[f64], tolerance: f64) {

@@ -1,10 +1,8 @@
 //! What output error makes of the twin, whose truth is known.
 
-use seaplant::estimate::{
-    EquationErrorOptions, OutputErrorOptions, fit_equation_error, fit_output_error,
-};
+use seaplant::estimate::OutputError;
 use seaplant::twin::{TwinSpec, make};
-use seaplant::{Dof, Role, Terms, Trial, TrialSetup, VelocitySource};
+use seaplant::{Dof, Role, Trial, TrialSetup, VelocitySource};
 
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
 
@@ -26,10 +24,7 @@ fn finds_the_undisturbed_plant() {
                 TrialSetup { name: made.name.clone(), dofs: vec![dof], ..Default::default() };
             let trial = Trial::new(setup, &made.recording, &campaign.vehicle).expect("complete");
             let axes = [trial.axis(dof, VelocitySource::Measured).expect("measured")];
-            let (terms, first) = (Terms::default(), EquationErrorOptions::default());
-            let start = fit_equation_error(dof, &axes, terms, &first).expect("excited").lumped;
-            let options = OutputErrorOptions::default();
-            let found = fit_output_error(dof, &axes, terms, &start, &options).expect("an optimum");
+            let found = OutputError::default().fit(&axes).expect("an optimum");
             let (found, truth) = (found.physical(), campaign.truth.plants[&dof]);
             mass.push(100.0 * (found.mass / truth.mass - 1.0).abs());
             drag.push(100.0 * (found.d_quadratic / truth.quadratic_drag - 1.0).abs());

@@ -1,10 +1,8 @@
 //! Weighted and total least squares and the block bootstrap against NumPy, which does all
 //! of it from the definitions: `reference/make_regressions_reference.py`.
 
-use seaplant::estimate::{
-    BlockBootstrap, EquationErrorOptions, Intervals, fit_equation_error, fit_total_least_squares,
-    fit_weighted_least_squares,
-};
+use seaplant::estimate::{EquationError, Records, TotalLeastSquares, WeightedLeastSquares};
+use seaplant::regression::{BlockBootstrap, Intervals};
 use seaplant::{AxisRecord, CaveatCode, Dof, Error, Fit, Grid, Motion, Terms, Timed};
 use serde_json::Value;
 
@@ -67,8 +65,7 @@ fn assert_agrees(fit: &Fit, expected: &Value, within: f64) {
 fn least_squares_is_numpys() {
     let reference = reference();
     let axes = [axis(&numbers(&reference["velocity"]))];
-    let options = EquationErrorOptions::default();
-    let fit = fit_equation_error(Dof::Surge, &axes, Terms::default(), &options).expect("exciting");
+    let fit = EquationError::default().fit(&axes).expect("exciting");
     assert_agrees(&fit, &reference["least_squares"], SAME);
 }
 
@@ -76,8 +73,8 @@ fn least_squares_is_numpys() {
 fn total_least_squares_minimises_its_cost() {
     let reference = reference();
     let axes = [axis(&numbers(&reference["velocity"]))];
-    let options = EquationErrorOptions::default();
-    let of = |terms| fit_total_least_squares(Dof::Surge, &axes, terms, &options).expect("exciting");
+    let total = TotalLeastSquares::default();
+    let of = |terms| total.fit(Records::from(&axes).with_terms(terms)).expect("exciting");
     assert_agrees(&of(Terms::default()), &reference["total"], SEARCH);
     // The true plant has linear drag: without it more is left than noise, but not much.
     let with_linear = of(every());
@@ -90,9 +87,8 @@ fn total_least_squares_minimises_its_cost() {
 fn weights_settle_where_numpys_do() {
     let reference = reference();
     let axes = [axis(&numbers(&reference["velocity"]))];
-    let options = EquationErrorOptions::default();
-    let of =
-        |terms| fit_weighted_least_squares(Dof::Surge, &axes, terms, &options).expect("settles");
+    let weighted = WeightedLeastSquares::default();
+    let of = |terms| weighted.fit(Records::from(&axes).with_terms(terms)).expect("settles");
     assert_agrees(&of(Terms::default()), &reference["weighted"], WEIGHING);
     assert_agrees(&of(every()), &reference["weighted_with_linear"], WEIGHING);
 }
@@ -104,8 +100,7 @@ fn resampled_blocks_scatter_as_numpys_do() {
     let of = |seed| {
         let bootstrap = BlockBootstrap { resamples: 20_000, seed, block_s: 20.0 };
         let intervals = Intervals::BlockBootstrap;
-        let options = EquationErrorOptions { intervals, bootstrap, ..Default::default() };
-        fit_equation_error(Dof::Surge, &axes, Terms::default(), &options).expect("exciting")
+        EquationError { intervals, bootstrap, ..Default::default() }.fit(&axes).expect("exciting")
     };
     let fit = of(1);
     assert_agrees(&fit, &reference["least_squares"], SAME);
@@ -123,8 +118,7 @@ fn refuses_a_bootstrap_that_says_nothing() {
     for (resamples, block_s) in [(99, 20.0), (usize::MAX, 20.0), (2000, 0.5), (2000, f64::NAN)] {
         let bootstrap = BlockBootstrap { resamples, block_s, ..Default::default() };
         let intervals = Intervals::BlockBootstrap;
-        let options = EquationErrorOptions { intervals, bootstrap, ..Default::default() };
-        let refused = fit_equation_error(Dof::Surge, &axes, Terms::default(), &options);
+        let refused = EquationError { intervals, bootstrap, ..Default::default() }.fit(&axes);
         assert!(matches!(refused, Err(Error::Bootstrap { .. })), "{refused:?}");
     }
 }

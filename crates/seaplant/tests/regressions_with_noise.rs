@@ -4,10 +4,8 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use seaplant::estimate::{
-    EquationErrorOptions, Intervals, fit_equation_error, fit_sriv, fit_total_least_squares,
-    fit_weighted_least_squares,
-};
+use seaplant::estimate::{EquationError, Records, Sriv, TotalLeastSquares, WeightedLeastSquares};
+use seaplant::regression::Intervals;
 use seaplant::signal::LowPass;
 use seaplant::twin::{TwinSpec, make};
 use seaplant::{
@@ -19,7 +17,13 @@ const PLANT: PhysicalParameters =
     PhysicalParameters { mass: 1000.0, d_quadratic: 800.0, d_linear: 0.0, bias_force: 20.0 };
 const PERIOD_S: f64 = 0.1;
 
-type Method = fn(Dof, &[AxisRecord], Terms, &EquationErrorOptions) -> Result<Fit, Error>;
+/// A method, with the filters of equation error.
+type Method = fn(Records<'_>, EquationError) -> Result<Fit, Error>;
+
+const PLAIN: Method = |records, with| with.fit(records);
+const WEIGHTED: Method = |records, with| WeightedLeastSquares(with).fit(records);
+const TOTAL: Method = |records, with| TotalLeastSquares(with).fit(records);
+const SRIV: Method = |records, with| Sriv(with).fit(records);
 
 fn normals(seed: u64, n: usize) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -86,12 +90,13 @@ fn wandering(seed: u64, len: usize, std: f64) -> Vec<f64> {
 fn drag_error(
     method: Method,
     terms: &str,
-    options: &EquationErrorOptions,
+    with: EquationError,
     of: impl Fn(u64) -> AxisRecord,
 ) -> (f64, f64) {
     let terms: Terms = terms.parse().expect("a plant");
     let fits = (0..SEEDS).map(|seed| {
-        let fit = method(Dof::Surge, &[of(seed)], terms, options).expect("exciting");
+        let records = [of(seed)];
+        let fit = method(Records::from(&records).with_terms(terms), with).expect("exciting");
         let found = fit.physical();
         match terms.has(Term::Linear) {
             true => found.d_linear / LINEAR.d_linear - 1.0,
@@ -108,8 +113,8 @@ fn drag_error(
 const SEEDS: u64 = 20;
 
 /// A filter that lets much noise into v|v|.
-fn open() -> EquationErrorOptions {
-    EquationErrorOptions {
+fn open() -> EquationError {
+    EquationError {
         velocity_filter: LowPass { cutoff_hz: 3.0, order: 2 },
         term_filter: LowPass { cutoff_hz: 1.5, order: 2 },
         ..Default::default()
@@ -119,12 +124,10 @@ fn open() -> EquationErrorOptions {
 #[test]
 fn noise_of_velocity_pulls_least_squares_but_not_sriv_and_total_least_squares() {
     let of = |seed| record_of(&LINEAR, seed, 6000, 0.3, &[0.0; 6000]);
-    let error = |method: Method| drag_error(method, "force,linear,bias", &open(), of);
-    let (plain, _) = error(fit_equation_error);
+    let error = |method: Method| drag_error(method, "force,linear,bias", open(), of);
+    let (plain, _) = error(PLAIN);
     assert!(plain < -0.04, "least squares is off by {plain}");
-    for (name, method) in
-        [("SRIV", fit_sriv as Method), ("total least squares", fit_total_least_squares)]
-    {
+    for (name, method) in [("SRIV", SRIV), ("total least squares", TOTAL)] {
         let (mean, chance) = error(method);
         assert!(mean.abs() < 3.0 * chance, "{name}: {mean} ± {chance}");
         assert!(chance < 0.2 * plain.abs(), "{name}: {chance}");
@@ -134,10 +137,11 @@ fn noise_of_velocity_pulls_least_squares_but_not_sriv_and_total_least_squares() 
 #[test]
 fn intervals_hold_the_truth_under_noise_of_velocity() {
     let terms: Terms = "force,linear,bias".parse().expect("a plant");
-    for (method, highest) in [(fit_sriv as Method, 99), (fit_total_least_squares, 100)] {
+    for (method, highest) in [(SRIV, 99), (TOTAL, 100)] {
         let covers = |seed: &u64| {
             let axes = [record_of(&LINEAR, *seed, 6000, 0.1, &[0.0; 6000])];
-            let fit = method(Dof::Surge, &axes, terms, &open()).expect("exciting");
+            let records = Records::from(&axes).with_terms(terms);
+            let fit = method(records, open()).expect("exciting");
             let drag = fit.estimates().d_linear.expect("fitted");
             drag.covers(LINEAR.d_linear)
         };
@@ -152,31 +156,29 @@ fn intervals_hold_the_truth_under_noise_of_velocity() {
 #[test]
 fn weights_take_most_of_a_wandering_force_away() {
     let of = |seed| record(seed, 6000, 0.003, &wandering(seed, 6000, 60.0));
-    let options = EquationErrorOptions::default();
-    let error = |method: Method| drag_error(method, "force,quadratic,bias", &options, of);
-    let (plain, _) = error(fit_equation_error);
-    let (weighted, _) = error(fit_weighted_least_squares);
+    let with = EquationError::default();
+    let error = |method: Method| drag_error(method, "force,quadratic,bias", with, of);
+    let (plain, _) = error(PLAIN);
+    let (weighted, _) = error(WEIGHTED);
     assert!(plain.abs() > 0.02, "{plain}");
     assert!(weighted.abs() < 0.3 * plain.abs(), "{weighted} and {plain}");
     // Open loop: what force alone drives knows nothing of the other.
-    let (sriv, chance) = error(fit_sriv);
+    let (sriv, chance) = error(SRIV);
     assert!(sriv.abs() < 3.0 * chance, "{sriv} ± {chance}");
 }
 
-fn with_blocks() -> EquationErrorOptions {
-    EquationErrorOptions { intervals: Intervals::BlockBootstrap, ..Default::default() }
+fn with_blocks() -> EquationError {
+    EquationError { intervals: Intervals::BlockBootstrap, ..Default::default() }
 }
 
 #[test]
 fn resampled_blocks_and_batch_means_agree_and_cover() {
-    let plain = EquationErrorOptions::default();
+    let plain = EquationError::default();
     let (mut ratios, mut estimates, mut named) = (Vec::new(), Vec::new(), 0);
     for seed in 0..100 {
         let white: Vec<f64> = normals(seed + 3_000_000, 6000).iter().map(|e| 40.0 * e).collect();
         let axes = [record(seed, 6000, 0.0, &white)];
-        let of = |options| {
-            fit_equation_error(Dof::Surge, &axes, Terms::default(), options).expect("exciting")
-        };
+        let of = |with: &EquationError| with.fit(&axes).expect("exciting");
         let (batches, blocks) = (of(&plain), of(&with_blocks()));
         let moved = batches.lumped.to_vector() - blocks.lumped.to_vector();
         assert!(moved.amax() < 1e-12, "{moved}");
@@ -200,11 +202,9 @@ fn resampled_blocks_and_batch_means_agree_and_cover() {
 #[test]
 fn a_wandering_force_is_named_where_intervals_do_not_show_it() {
     let axes = [record(3, 6000, 0.003, &wandering(3, 6000, 60.0))];
-    let fit = fit_equation_error(Dof::Surge, &axes, Terms::default(), &with_blocks());
-    let caveats = fit.expect("exciting").caveats;
+    let caveats = with_blocks().fit(&axes).expect("exciting").caveats;
     assert!(caveats.iter().any(|c| c.code == CaveatCode::ResidualsNotWhite), "{caveats:?}");
-    let total = fit_total_least_squares(Dof::Surge, &axes, Terms::default(), &open());
-    let caveats = total.expect("exciting").caveats;
+    let caveats = TotalLeastSquares(open()).fit(&axes).expect("exciting").caveats;
     assert!(caveats.iter().any(|c| c.code == CaveatCode::MoreThanNoise), "{caveats:?}");
 }
 
@@ -217,8 +217,7 @@ fn sriv_gives_no_answer_for_motion_that_force_does_not_make() {
             motion: other.motion.clone(),
             ..record(seed + 20, len, 0.0, &[0.0; 2000])
         };
-        let fit = fit_sriv(Dof::Surge, &[axis], Terms::default(), &EquationErrorOptions::default());
-        match fit {
+        match Sriv::default().fit(&[axis]) {
             Err(
                 Error::NotConverged { .. } | Error::Diverged { .. } | Error::NotExciting { .. },
             ) => {}
@@ -245,9 +244,8 @@ fn all_find_the_undisturbed_twin() {
         let trial = Trial::new(setup, &made.recording, &campaign.vehicle).expect("complete");
         let axes = [trial.axis(dof, VelocitySource::Measured).expect("measured")];
         let truth = campaign.truth.plants[&dof];
-        for method in [fit_weighted_least_squares as Method, fit_total_least_squares, fit_sriv] {
-            let fit = method(dof, &axes, Terms::default(), &EquationErrorOptions::default());
-            let fit = fit.expect("exciting");
+        for method in [WEIGHTED, TOTAL, SRIV] {
+            let fit = method(Records::from(&axes), EquationError::default()).expect("exciting");
             let found = fit.physical();
             for (name, found, truth) in [
                 ("mass", found.mass, truth.mass),

@@ -2,9 +2,9 @@
 //! misleads, equal filtering does not, and an ignored lag misleads both.
 
 use seaplant::estimate::steady::{SteadyFit, SteadyOptions, fit_steady};
-use seaplant::estimate::{EquationErrorOptions, PaperOptions, fit_equation_error, fit_paper};
+use seaplant::estimate::{EquationError, Paper};
 use seaplant::twin::{Disturbance, TwinCampaign, TwinSpec, TwinTrial, make};
-use seaplant::{Dof, PhysicalParameters, Role, Terms, Trial, TrialSetup, VelocitySource};
+use seaplant::{Dof, PhysicalParameters, Role, Trial, TrialSetup, VelocitySource};
 
 const DOFS: [Dof; 4] = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw];
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
@@ -29,13 +29,12 @@ fn trial(campaign: &TwinCampaign, made: &TwinTrial) -> Trial {
 
 fn paper(dof: Dof, trial: &Trial) -> PhysicalParameters {
     let axis = trial.axis(dof, VelocitySource::Position).expect("navigated");
-    fit_paper(dof, &[axis], Terms::default(), &PaperOptions::default()).expect("excited").physical()
+    Paper::default().fit(&[axis]).expect("excited").physical()
 }
 
 fn equation_error(dof: Dof, trial: &Trial) -> PhysicalParameters {
     let axis = trial.axis(dof, VelocitySource::Measured).expect("measured");
-    let options = EquationErrorOptions::default();
-    fit_equation_error(dof, &[axis], Terms::default(), &options).expect("excited").physical()
+    EquationError::default().fit(&[axis]).expect("excited").physical()
 }
 
 /// Median errors of mass and quadratic drag over the seeds, %.

@@ -1,7 +1,8 @@
 //! What columns of boats and ships hold: rudders, fins, wind, and what a satellite receiver says.
 
 use seaplant::Quantity;
-use seaplant::quantity::{Surface, WindFrame, WindPart, World};
+use seaplant::Surface;
+use seaplant::quantity::{WindFrame, WindPart, World};
 use seaplant_log::{Channel, Dimension, Unit};
 
 use super::claim::Claim;

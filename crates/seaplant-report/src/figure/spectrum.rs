@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
+use seaplant::Method;
 use seaplant::estimate::Filters;
 use seaplant::results::{PlantResult, Results, SpectrumFigure};
+use seaplant::signal::LowPass;
 use seaplant::signal::Spectrum;
-use seaplant::{LowPass, Method};
 
 use super::axis::Axis;
 use super::chart::{Frame, drawn, line, note, panel, stroke, titled};

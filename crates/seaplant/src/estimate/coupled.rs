@@ -21,7 +21,7 @@ use crate::motion::with_places;
 use crate::plant::{Basis, Plant, RigidBody, Signal, Structure};
 use crate::{CoupledRecord, Dof, Error, Late, Method};
 pub use actuator::Actuator;
-use equation_error::EquationError;
+use equation_error::Solved;
 use filter::{Drift, Noise};
 use fit::{Optimum, Problem, Tolerance};
 use late::Lateness;
@@ -362,7 +362,7 @@ impl<const N: usize> Fitted<N> {
     fn finished(
         self,
         start: Plant,
-        least_squares: &EquationError,
+        least_squares: &Solved,
         method: Method,
     ) -> Result<CoupledFit, Error> {
         let thrust_covariance = self.thrust_covariance()?;

@@ -6,16 +6,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::filtered::Filtered;
-use super::{Fit, Method};
+use super::{Fit, Method, Records};
 use crate::regression::{BlockBootstrap, Intervals, Regression, Resampled};
 use crate::signal::LowPass;
-use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Terms};
+use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error};
 
-/// The choices of the equation-error method; its filters are those of the other
+/// The equation-error method with its choices; its filters are those of the other
 /// regressions that filter every term alike, too.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct EquationErrorOptions {
+pub struct EquationError {
     /// A light filter on velocity, before it is squared: it keeps noise out of v|v|.
     pub velocity_filter: LowPass,
     /// The filter on every term alike, v̇ and force included.
@@ -26,7 +26,7 @@ pub struct EquationErrorOptions {
     pub bootstrap: BlockBootstrap,
 }
 
-impl Default for EquationErrorOptions {
+impl Default for EquationError {
     fn default() -> Self {
         Self {
             velocity_filter: LowPass { cutoff_hz: 1.5, order: 2 },
@@ -37,7 +37,7 @@ impl Default for EquationErrorOptions {
     }
 }
 
-impl EquationErrorOptions {
+impl EquationError {
     /// Checks the settings.
     ///
     /// # Errors
@@ -47,50 +47,82 @@ impl EquationErrorOptions {
         self.term_filter.check().map_err(|error| error.within("term_filter"))?;
         self.bootstrap.check().map_err(|error| error.within("bootstrap"))
     }
-}
 
-/// Fits the plant by least squares on the equation of motion, every term filtered alike.
-///
-/// v is smoothed lightly, squared and differentiated; then v̇, τ, v|v| and v pass the
-/// same filter H, which leaves the equation true: `H v̇ = α H τ + β H v|v| + μ H v + bias`.
-/// Force is the mean over each sample interval.
-///
-/// Where motion was sampled too slowly for the filters, their cut-offs are lowered, or
-/// the light one is left out, and a caveat says so.
-///
-/// Intervals, from batch means or from a block bootstrap, tell how far chance moves the
-/// estimate, residuals being correlated or not. They know nothing of bias: a force that
-/// the equation lacks and that stays for a while (tether, current) moves the vehicle, and
-/// so goes together with v|v|; no resampling of the same record shows by how much.
-///
-/// # Errors
-/// [`Error::NoTrial`] without records, [`Error::TooShort`] for records shorter than the
-/// filter, [`Error::NotExciting`], [`Error::Bootstrap`].
-///
-/// # Source
-/// [Morelli2016, ch. 5]: equation error; equal filtering as in \[Young2011\].
-pub fn fit_equation_error(
-    dof: Dof,
-    axes: &[AxisRecord],
-    terms: Terms,
-    options: &EquationErrorOptions,
-) -> Result<Fit, Error> {
-    let filtered = Filtered::of(dof, axes, options)?;
-    let (found, doubts) = match options.intervals {
-        Intervals::BatchMeans => {
-            let rows = filtered.add_to(Regression::of(filtered.duration_s(), terms))?;
-            (rows.solve(dof)?, Vec::new())
+    /// Fits the plant by least squares on the equation of motion, every term filtered alike.
+    ///
+    /// v is smoothed lightly, squared and differentiated; then v̇, τ, v|v| and v pass the
+    /// same filter H, which leaves the equation true: `H v̇ = α H τ + β H v|v| + μ H v + bias`.
+    /// Force is the mean over each sample interval.
+    ///
+    /// Where motion was sampled too slowly for the filters, their cut-offs are lowered, or
+    /// the light one is left out, and a caveat says so.
+    ///
+    /// Intervals, from batch means or from a block bootstrap, tell how far chance moves the
+    /// estimate, residuals being correlated or not. They know nothing of bias: a force that
+    /// the equation lacks and that stays for a while (tether, current) moves the vehicle, and
+    /// so goes together with v|v|; no resampling of the same record shows by how much.
+    ///
+    /// # Errors
+    /// As [`Records::dof`]; [`Error::TooShort`] for records shorter than the filter,
+    /// [`Error::NotExciting`], [`Error::Bootstrap`].
+    ///
+    /// # Source
+    /// [Morelli2016, ch. 5]: equation error; equal filtering as in \[Young2011\].
+    pub fn fit<'a>(&self, records: impl Into<Records<'a>>) -> Result<Fit, Error> {
+        let filtered = Filtered::of(records.into(), self)?;
+        let (dof, terms) = (filtered.dof, filtered.terms);
+        let (found, doubts) = match self.intervals {
+            Intervals::BatchMeans => {
+                let rows = filtered.add_to(Regression::of(filtered.duration_s(), terms))?;
+                (rows.solve(dof)?, Vec::new())
+            }
+            Intervals::BlockBootstrap => {
+                let empty = self.bootstrap.regression(filtered.duration_s(), terms)?;
+                let resampled = filtered.add_to(empty)?.solve_by_blocks(dof, &self.bootstrap)?;
+                let doubts = doubts(dof, &resampled, &self.bootstrap);
+                (resampled.found, doubts)
+            }
+        };
+        let Filtered { filters, mut caveats, .. } = filtered;
+        caveats.extend(doubts);
+        Ok(Fit::of_regression(dof, Method::EquationError, terms, found, filters, caveats))
+    }
+
+    /// Fits the plant with thrust moved by each of some delays, and keeps the one with the
+    /// least residual: a first look at lag, delay and clocks that differ.
+    ///
+    /// Where only acceleration was measured, the plant is that of a grid whose simulation from rest
+    /// accelerates most alike.
+    ///
+    /// # Errors
+    /// As [`EquationError::fit`], if no delay can be fitted.
+    pub fn fit_best_delay<'a>(
+        &self,
+        records: impl Into<Records<'a>>,
+        delays_s: impl Iterator<Item = f64>,
+    ) -> Result<DelayedFit, Error> {
+        let records = records.into();
+        records.dof()?;
+        if records.fit.iter().any(|axis| !axis.knows_velocity()) {
+            return super::first_look(records, delays_s);
         }
-        Intervals::BlockBootstrap => {
-            let empty = options.bootstrap.regression(filtered.duration_s(), terms)?;
-            let resampled = filtered.add_to(empty)?.solve_by_blocks(dof, &options.bootstrap)?;
-            let doubts = doubts(dof, &resampled, &options.bootstrap);
-            (resampled.found, doubts)
+        // Only values and residuals are looked at.
+        let plain = Self { intervals: Intervals::BatchMeans, ..*self };
+        let (mut best, mut refused) = (None::<DelayedFit>, Error::NoRecord);
+        for delay_s in delays_s {
+            let late: Vec<AxisRecord> =
+                records.fit.iter().map(|axis| axis.delayed(delay_s)).collect();
+            match plain.fit(Records { fit: &late, ..records }) {
+                Ok(fit) => {
+                    if best.as_ref().is_none_or(|best| fit.residual_rms < best.fit.residual_rms) {
+                        best = Some(DelayedFit { delay_s, fit });
+                    }
+                }
+                Err(error) => refused = error,
+            }
         }
-    };
-    let Filtered { filters, mut caveats, .. } = filtered;
-    caveats.extend(doubts);
-    Ok(Fit::of_regression(dof, Method::EquationError, terms, found, filters, caveats))
+        best.ok_or(refused)
+    }
 }
 
 /// What a bootstrap does not tell by its intervals.
@@ -119,40 +151,4 @@ pub struct DelayedFit {
     pub delay_s: f64,
     /// The fit.
     pub fit: Fit,
-}
-
-/// Fits the plant with thrust moved by each of some delays, and keeps the one with the
-/// least residual: a first look at lag, delay and clocks that differ.
-///
-/// Where only acceleration was measured, the plant is that of a grid whose simulation from rest
-/// accelerates most alike.
-///
-/// # Errors
-/// As [`fit_equation_error`], if no delay can be fitted.
-pub fn fit_best_delay(
-    dof: Dof,
-    axes: &[AxisRecord],
-    terms: Terms,
-    options: &EquationErrorOptions,
-    delays_s: impl Iterator<Item = f64>,
-) -> Result<DelayedFit, Error> {
-    if axes.iter().any(|axis| !axis.knows_velocity()) {
-        return super::first_look(dof, axes, delays_s);
-    }
-    // Only values and residuals are looked at.
-    let options = EquationErrorOptions { intervals: Intervals::BatchMeans, ..*options };
-    let mut best: Option<DelayedFit> = None;
-    let mut refused = Error::NoTrial { dof };
-    for delay_s in delays_s {
-        let late: Vec<AxisRecord> = axes.iter().map(|axis| axis.delayed(delay_s)).collect();
-        match fit_equation_error(dof, &late, terms, &options) {
-            Ok(fit) => {
-                if best.as_ref().is_none_or(|best| fit.residual_rms < best.fit.residual_rms) {
-                    best = Some(DelayedFit { delay_s, fit });
-                }
-            }
-            Err(error) => refused = error,
-        }
-    }
-    best.ok_or(refused)
 }

@@ -19,7 +19,7 @@ mod together;
 mod whiteness;
 
 pub use candidate::{Candidate, Decision};
-pub use fit::{FilterErrorOptions, Records, first_delays, fit_filter_error};
+pub use fit::{FilterError, first_delays};
 pub(crate) use fit::{MOST_SEARCHED, MOST_TRIALS};
 pub use together::SteadyTest;
 

@@ -2,15 +2,17 @@
 
 use std::ops::Range;
 
-use super::{Filters, Stretch, all_stretches, check_trials, least_rows, slowest_source_hz};
-use crate::estimate::EquationErrorOptions;
+use super::{Filters, Records, Stretch, all_stretches, least_rows, slowest_source_hz};
+use crate::estimate::EquationError;
 use crate::regression::{Regression, Row};
 use crate::signal::{LowPass, differentiate};
 use crate::trial::ReadyStretch;
-use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Grid, UniformStretch};
+use crate::{Caveat, CaveatCode, Dof, Error, Grid, Terms, UniformStretch};
 
 /// The stretches of some trials, and the filters that suit all of them.
 pub(super) struct Filtered<'a> {
+    pub(super) dof: Dof,
+    pub(super) terms: Terms,
     pub(super) filters: Filters,
     pub(super) stretches: Vec<Stretch<'a>>,
     pub(super) caveats: Vec<Caveat>,
@@ -24,19 +26,14 @@ const TILE_ROWS: usize = 4096;
 
 impl<'a> Filtered<'a> {
     /// # Errors
-    /// [`Error::NoTrial`] without records, [`Error::TooShort`] for records shorter than the
-    /// filter.
-    pub(super) fn of(
-        dof: Dof,
-        axes: &'a [AxisRecord],
-        options: &EquationErrorOptions,
-    ) -> Result<Self, Error> {
-        check_trials(dof, axes)?;
+    /// As [`Records::dof`]; [`Error::TooShort`] for records shorter than the filter.
+    pub(super) fn of(records: Records<'a>, options: &EquationError) -> Result<Self, Error> {
+        let (dof, terms, axes) = (records.dof()?, records.terms(), records.fit);
         let mut caveats = Vec::new();
         let filters = filters_for(slowest_source_hz(axes), options, &mut caveats);
         let least = |rate| filters.every_term.map_or(0, |filter| least_rows(filter, rate));
         let stretches = all_stretches(axes, least, &mut caveats)?;
-        Ok(Self { filters, stretches, caveats })
+        Ok(Self { dof, terms, filters, stretches, caveats })
     }
 
     pub(super) fn duration_s(&self) -> f64 {
@@ -130,7 +127,7 @@ pub(super) fn filter_rows(
 
 pub(super) fn filters_for(
     source_hz: f64,
-    options: &EquationErrorOptions,
+    options: &EquationError,
     caveats: &mut Vec<Caveat>,
 ) -> Filters {
     let highest = HIGHEST_CUTOFF_PART * source_hz;

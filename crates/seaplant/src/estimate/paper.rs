@@ -1,27 +1,27 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Filters, Fit, Method, Stretch, all_stretches, check_trials, least_rows};
+use super::{Filters, Fit, Method, Records, Stretch, all_stretches, least_rows};
+use crate::Error;
 use crate::regression::{Regression, Row};
 use crate::series::ROUNDING_S;
 use crate::signal::{LowPass, differentiate};
-use crate::{AxisRecord, Dof, Error, Terms};
 
-/// The choices of the paper's method; by default the paper's own.
+/// The paper's method with its choices; by default the paper's own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct PaperOptions {
+pub struct Paper {
     /// The filter on velocity: 1/8 Hz, second order.
     pub velocity_filter: LowPass,
 }
 
-impl Default for PaperOptions {
+impl Default for Paper {
     fn default() -> Self {
         Self { velocity_filter: LowPass { cutoff_hz: 0.125, order: 2 } }
     }
 }
 
-impl PaperOptions {
+impl Paper {
     /// Checks the settings.
     ///
     /// # Errors
@@ -29,40 +29,35 @@ impl PaperOptions {
     pub fn check(&self) -> Result<(), Error> {
         self.velocity_filter.check().map_err(|error| error.within("velocity_filter"))
     }
-}
 
-/// Fits the plant as the paper does.
-///
-/// Velocity is smoothed, differentiated, and regressed with its own square on thrust,
-/// which is *not* smoothed but read at each sample: `v̇_f = α τ + β v_f|v_f| + μ v_f + bias`.
-/// At the excited frequency f the mass comes out as about `m / |H(f)|`; the method is kept
-/// exact as the baseline.
-///
-/// `axes` are the records of one degree of freedom, one for each trial.
-///
-/// # Errors
-/// [`Error::NoTrial`] without records, [`Error::Cutoff`] if the filter cannot be made at
-/// their rate, [`Error::TooShort`] for records shorter than it, [`Error::NotExciting`].
-///
-/// # Source
-/// [Jason2, §3 and eq. (5)–(7)].
-pub fn fit_paper(
-    dof: Dof,
-    axes: &[AxisRecord],
-    terms: Terms,
-    options: &PaperOptions,
-) -> Result<Fit, Error> {
-    check_trials(dof, axes)?;
-    let filter = options.velocity_filter;
-    let mut caveats = Vec::new();
-    let stretches = all_stretches(axes, |rate| least_rows(filter, rate), &mut caveats)?;
-    let mut regression = Regression::of(stretches.iter().map(Stretch::duration_s).sum(), terms);
-    for stretch in &stretches {
-        add_stretch(stretch, filter, &mut regression)?;
+    /// Fits the plant as the paper does.
+    ///
+    /// Velocity is smoothed, differentiated, and regressed with its own square on thrust,
+    /// which is *not* smoothed but read at each sample: `v̇_f = α τ + β v_f|v_f| + μ v_f + bias`.
+    /// At the excited frequency f the mass comes out as about `m / |H(f)|`; the method is kept
+    /// exact as the baseline.
+    ///
+    /// # Errors
+    /// As [`Records::dof`]; [`Error::Cutoff`] if the filter cannot be made at their rate,
+    /// [`Error::TooShort`] for records shorter than it, [`Error::NotExciting`].
+    ///
+    /// # Source
+    /// [Jason2, §3 and eq. (5)–(7)].
+    pub fn fit<'a>(&self, records: impl Into<Records<'a>>) -> Result<Fit, Error> {
+        let records = records.into();
+        let (dof, terms) = (records.dof()?, records.terms());
+        let filter = self.velocity_filter;
+        let mut caveats = Vec::new();
+        let least = |rate| least_rows(filter, rate);
+        let stretches = all_stretches(records.fit, least, &mut caveats)?;
+        let mut regression = Regression::of(stretches.iter().map(Stretch::duration_s).sum(), terms);
+        for stretch in &stretches {
+            add_stretch(stretch, filter, &mut regression)?;
+        }
+        let found = regression.solve(dof)?;
+        let filters = Filters { velocity: Some(filter), every_term: None };
+        Ok(Fit::of_regression(dof, Method::Paper, terms, found, filters, caveats))
     }
-    let found = regression.solve(dof)?;
-    let filters = Filters { velocity: Some(filter), every_term: None };
-    Ok(Fit::of_regression(dof, Method::Paper, terms, found, filters, caveats))
 }
 
 /// Rows that are put together before they are reduced.

@@ -4,56 +4,58 @@ mod instrumental;
 mod prefilter;
 
 use super::filtered::Filtered;
-use super::{EquationErrorOptions, Filters, Fit, Method, first_delays, fit_best_delay};
+use super::{EquationError, Filters, Fit, Method, Records, first_delays};
 use crate::regression::{LeastSquares, batch_s};
-use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
+use crate::{Dof, Error, LumpedParameters, Terms};
 use instrumental::{Rows, solve};
 use prefilter::{Prefilter, Record};
 
-/// Fits the plant by simplified refined instrumental variables (SRIV).
-///
-/// Every term of `v̇ = α τ + β v|v| + μ v + bias` passes `F = 1/(s + a)`, a the mean of
-/// `2|β||v̂| + |μ|`: F is the plant's own response, by which noise in v becomes white in the
-/// equation again, and `F v̇ = v − a F v − v₀ exp(−at)` needs no derivative. The
-/// coefficients solve `Ẑᵀ(F v̇ − F Φ) = 0`, where the instruments Ẑ are the terms of the
-/// *simulated* motion v̂, which force alone drives: noise of v is in the regressors, but not
-/// in Ẑ, so that it does not pull the estimate as it pulls least squares. a, v̂ and the
-/// initial velocity v₀ of every stretch follow from the coefficients; all are repeated
-/// until they agree. v is smoothed lightly for v|v| alone, whose mean noise would lift.
-///
-/// Intervals are `(ẐᵀZ)⁻¹ S (ZᵀẐ)⁻¹` with S from batch means of Ẑᵀe. The residual is in
-/// m/s or rad/s, since F integrates.
-///
-/// It is consistent if what the equation leaves has nothing to do with force: noise of
-/// velocity, and a tether or swell too, as long as the pilot does not answer it. In closed
-/// loop the controller does: through force the disturbance is in Ẑ as well, and the estimate
-/// is biased, though not by sensor noise that the controller does not see. A lag, a delay
-/// or a wrong thrust curve make Ẑ itself wrong, and a current is in the regressors: neither
-/// goes away.
-///
-/// # Errors
-/// As [`fit_best_delay`], from which it starts; [`Error::NotConverged`] if the
-/// repetitions do not settle, [`Error::Diverged`] if a simulation runs away.
-///
-/// # Source
-/// \[Young1980\], \[Young2011\]: SRIV in continuous time, of linear plants; here v|v| is one
-/// more input.
-pub fn fit_sriv(
-    dof: Dof,
-    axes: &[AxisRecord],
-    terms: Terms,
-    options: &EquationErrorOptions,
-) -> Result<Fit, Error> {
-    // A lag can make the drag of least squares negative; no motion could be simulated then.
-    let start = fit_best_delay(dof, axes, terms, options, first_delays())?.fit.lumped;
-    let Filtered { filters, stretches, caveats } = Filtered::of(dof, axes, options)?;
-    let records: Vec<Record> = stretches
-        .iter()
-        .map(|stretch| Record::of(stretch, filters.velocity))
-        .collect::<Result<_, _>>()?;
-    let found = Refinement { dof, terms, records: &records }.refine(start)?;
-    let filters = Filters { every_term: None, ..filters };
-    Ok(Fit::of_regression(dof, Method::Sriv, terms, found, filters, caveats))
+/// Instrumental variables, with the filter on velocity of equation error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sriv(pub EquationError);
+
+impl Sriv {
+    /// Fits the plant by simplified refined instrumental variables (SRIV).
+    ///
+    /// Every term of `v̇ = α τ + β v|v| + μ v + bias` passes `F = 1/(s + a)`, a the mean of
+    /// `2|β||v̂| + |μ|`: F is the plant's own response, by which noise in v becomes white in the
+    /// equation again, and `F v̇ = v − a F v − v₀ exp(−at)` needs no derivative. The
+    /// coefficients solve `Ẑᵀ(F v̇ − F Φ) = 0`, where the instruments Ẑ are the terms of the
+    /// *simulated* motion v̂, which force alone drives: noise of v is in the regressors, but not
+    /// in Ẑ, so that it does not pull the estimate as it pulls least squares. a, v̂ and the
+    /// initial velocity v₀ of every stretch follow from the coefficients; all are repeated
+    /// until they agree. v is smoothed lightly for v|v| alone, whose mean noise would lift.
+    ///
+    /// Intervals are `(ẐᵀZ)⁻¹ S (ZᵀẐ)⁻¹` with S from batch means of Ẑᵀe. The residual is in
+    /// m/s or rad/s, since F integrates.
+    ///
+    /// It is consistent if what the equation leaves has nothing to do with force: noise of
+    /// velocity, and a tether or swell too, as long as the pilot does not answer it. In closed
+    /// loop the controller does: through force the disturbance is in Ẑ as well, and the estimate
+    /// is biased, though not by sensor noise that the controller does not see. A lag, a delay
+    /// or a wrong thrust curve make Ẑ itself wrong, and a current is in the regressors: neither
+    /// goes away.
+    ///
+    /// # Errors
+    /// As [`EquationError::fit_best_delay`], from which it starts; [`Error::NotConverged`] if the
+    /// repetitions do not settle, [`Error::Diverged`] if a simulation runs away.
+    ///
+    /// # Source
+    /// \[Young1980\], \[Young2011\]: SRIV in continuous time, of linear plants; here v|v| is one
+    /// more input.
+    pub fn fit<'a>(&self, records: impl Into<Records<'a>>) -> Result<Fit, Error> {
+        let records = records.into();
+        // A lag can make the drag of least squares negative; no motion could be simulated then.
+        let start = self.0.fit_best_delay(records, first_delays())?.fit.lumped;
+        let Filtered { dof, terms, filters, stretches, caveats } = Filtered::of(records, &self.0)?;
+        let records: Vec<Record> = stretches
+            .iter()
+            .map(|stretch| Record::of(stretch, filters.velocity))
+            .collect::<Result<_, _>>()?;
+        let found = Refinement { dof, terms, records: &records }.refine(start)?;
+        let filters = Filters { every_term: None, ..filters };
+        Ok(Fit::of_regression(dof, Method::Sriv, terms, found, filters, caveats))
+    }
 }
 
 /// It settles in a dozen rounds, or not at all.

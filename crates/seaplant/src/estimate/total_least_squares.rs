@@ -1,49 +1,53 @@
 //! Total least squares: velocity is noisy on both sides of the equation.
 
 use super::filtered::{Filtered, filter_rows, margin_rows};
-use super::{EquationErrorOptions, Filters, Fit, Method, Stretch};
+use super::{EquationError, Filters, Fit, Method, Records, Stretch};
 use crate::caveat::spoken;
 use crate::navigation::Motion;
-use crate::regression::{NoiseShape, Regression, Row, TotalLeastSquares};
+use crate::regression::{NoiseShape, Regression, Row, TotalSolution};
 use crate::signal::differentiate;
-use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Grid, Terms, Timed, UniformStretch};
+use crate::{AxisRecord, Caveat, CaveatCode, Error, Grid, Timed, UniformStretch};
 
-/// Fits the plant by mixed least squares and total least squares on the equation of motion.
-///
-/// The rows are those of [`fit_equation_error`](super::fit_equation_error), but noise is
-/// looked for in v|v| and v as well as in v̇; force and the constant are exact. With C the
-/// covariance of the noise in a row it minimises `Σ e² / zᵀCz`, `e = v̇ − F Φ`,
-/// `z = [β, μ, −1]`. C follows from where the noise comes from, the samples of velocity or
-/// position, each with an error of its own: a unit impulse in place of the samples, sent
-/// through interpolation, derivative and filters, gives its parts in v and v̇, and v|v| has
-/// 2|v| times that in v. The size of the noise cancels. v̇ has it by an odd kernel and v by
-/// an even one: the two are not correlated.
-///
-/// The size that would explain all residuals is compared with the one that the samples
-/// show, by third and higher differences, in which motion is lost. A residual that is far
-/// larger is no noise of the instruments, and a caveat says so: then least squares is
-/// nearer to the truth.
-///
-/// # Errors
-/// As [`fit_equation_error`](super::fit_equation_error).
-///
-/// # Source
-/// \[VanHuffel1991\]: total least squares, with exact columns by QR; intervals:
-/// \[Fuller1987\], with batch means in place of independent rows.
-pub fn fit_total_least_squares(
-    dof: Dof,
-    axes: &[AxisRecord],
-    terms: Terms,
-    options: &EquationErrorOptions,
-) -> Result<Fit, Error> {
-    let filtered = Filtered::of(dof, axes, options)?;
-    let rows = filtered.add_to(Regression::of(filtered.duration_s(), terms))?;
-    let shape = noise_shape(&filtered)?;
-    let TotalLeastSquares { found, implied_noise } = rows.solve_total(dof, &shape)?;
-    let doubt = measured_noise(axes).and_then(|seen| more_than_noise(axes, implied_noise, seen));
-    let Filtered { filters, mut caveats, .. } = filtered;
-    caveats.extend(doubt);
-    Ok(Fit::of_regression(dof, Method::TotalLeastSquares, terms, found, filters, caveats))
+/// Total least squares, with the filters of equation error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TotalLeastSquares(pub EquationError);
+
+impl TotalLeastSquares {
+    /// Fits the plant by mixed least squares and total least squares on the equation of motion.
+    ///
+    /// The rows are those of [`EquationError::fit`], but noise is
+    /// looked for in v|v| and v as well as in v̇; force and the constant are exact. With C the
+    /// covariance of the noise in a row it minimises `Σ e² / zᵀCz`, `e = v̇ − F Φ`,
+    /// `z = [β, μ, −1]`. C follows from where the noise comes from, the samples of velocity or
+    /// position, each with an error of its own: a unit impulse in place of the samples, sent
+    /// through interpolation, derivative and filters, gives its parts in v and v̇, and v|v| has
+    /// 2|v| times that in v. The size of the noise cancels. v̇ has it by an odd kernel and v by
+    /// an even one: the two are not correlated.
+    ///
+    /// The size that would explain all residuals is compared with the one that the samples
+    /// show, by third and higher differences, in which motion is lost. A residual that is far
+    /// larger is no noise of the instruments, and a caveat says so: then least squares is
+    /// nearer to the truth.
+    ///
+    /// # Errors
+    /// As [`EquationError::fit`].
+    ///
+    /// # Source
+    /// \[VanHuffel1991\]: total least squares, with exact columns by QR; intervals:
+    /// \[Fuller1987\], with batch means in place of independent rows.
+    pub fn fit<'a>(&self, records: impl Into<Records<'a>>) -> Result<Fit, Error> {
+        let records = records.into();
+        let filtered = Filtered::of(records, &self.0)?;
+        let (dof, terms) = (filtered.dof, filtered.terms);
+        let rows = filtered.add_to(Regression::of(filtered.duration_s(), terms))?;
+        let shape = noise_shape(&filtered)?;
+        let TotalSolution { found, implied_noise } = rows.solve_total(dof, &shape)?;
+        let seen = measured_noise(records.fit);
+        let doubt = seen.and_then(|seen| more_than_noise(&records.fit[0], implied_noise, seen));
+        let Filtered { filters, mut caveats, .. } = filtered;
+        caveats.extend(doubt);
+        Ok(Fit::of_regression(dof, Method::TotalLeastSquares, terms, found, filters, caveats))
+    }
 }
 
 /// What noise of one unit in each sample makes of a row, on average over all rows.
@@ -137,9 +141,9 @@ const LEAST_DIFFERENCES: usize = 50;
 /// propeller speeds alone make them twice as large in the yaw of a twin without disturbance.
 const MORE_THAN_NOISE: f64 = 2.5;
 
-fn more_than_noise(axes: &[AxisRecord], implied: f64, seen: f64) -> Option<Caveat> {
-    let units = axes[0].dof.units();
-    let (what, unit) = match axes[0].motion {
+fn more_than_noise(first: &AxisRecord, implied: f64, seen: f64) -> Option<Caveat> {
+    let units = first.dof.units();
+    let (what, unit) = match first.motion {
         Motion::Velocity(_) => ("velocity", units.velocity),
         Motion::Position(_) => ("position", units.position),
         Motion::Acceleration(_) => ("acceleration", units.acceleration),
@@ -147,7 +151,7 @@ fn more_than_noise(axes: &[AxisRecord], implied: f64, seen: f64) -> Option<Cavea
     (implied > MORE_THAN_NOISE * seen).then(|| {
         let message = format!(
             "the {} residuals would need noise of {} {unit} in {what} and its samples show {}: something other than noise (a tether, a current, a lag, a wrong thrust curve) moves the vehicle, and total least squares takes it for noise; compare with equation-error and filter-error",
-            axes[0].dof,
+            first.dof,
             spoken(implied),
             spoken(seen)
         );
@@ -162,7 +166,7 @@ mod tests {
 
     use super::*;
     use crate::twin::{TwinSpec, make};
-    use crate::{Role, Trial, TrialSetup, VelocitySource};
+    use crate::{Dof, Role, Trial, TrialSetup, VelocitySource};
 
     fn of_twin(dof: Dof) -> AxisRecord {
         let made = make(&TwinSpec { seed: 2, ..TwinSpec::jason2() }).expect("can be made");
@@ -197,8 +201,7 @@ mod tests {
         let force = noise.with_values("no force", vec![0.0; grid.len]).expect("finite");
         let axis = AxisRecord { motion: Motion::Velocity(noise), force, ..axis };
         let axes = [axis];
-        let filtered =
-            Filtered::of(Dof::Surge, &axes, &EquationErrorOptions::default()).expect("long");
+        let filtered = Filtered::of(Records::from(&axes), &EquationError::default()).expect("long");
         let [of_v, of_v_dot] = gains(&filtered.stretches[0], &filtered.filters).expect("a filter");
         let rows = &filtered.rows().expect("a filter")[0];
         let mean =

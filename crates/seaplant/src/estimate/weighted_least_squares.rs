@@ -5,59 +5,61 @@ mod noise;
 use nalgebra::Vector4;
 
 use super::filtered::Filtered;
-use super::{EquationErrorOptions, Fit, Method};
+use super::{EquationError, Fit, Method, Records};
+use crate::Error;
 use crate::regression::{LeastSquares, Regression, Row};
 use crate::signal::rms;
-use crate::{AxisRecord, Dof, Error, Terms};
 use noise::{Memory, Variance};
 
-/// Fits the plant by feasible generalised least squares on the equation of motion.
-///
-/// The rows are those of [`fit_equation_error`](super::fit_equation_error). Their errors
-/// `e_k = σ_k u_k` are taken to have a variance that speed moves, `σ² = a + c v²` – noise
-/// of velocity makes `(2β v)²` times its own variance of v|v|, a wrong drag or a current
-/// likewise – and a memory: u is an autoregression over instants that are `1 / 2f_c`
-/// apart, f_c the cut-off of the filter, since nearer ones hold nothing new. Each row is
-/// divided by σ_k, what the rows before it foretell is taken off, and least squares on what
-/// is left minimises `Σ (u_k − Σᵢ φᵢ u_{k−iD})²`. a and c follow from a regression of e² on
-/// v², φ from the autocorrelation of u with its order, at most eight, by BIC; fit and
-/// weights are repeated until they agree.
-///
-/// Of a force that wanders slowly (a tether), equation error takes every part that goes
-/// with v|v| for drag; weights discount its slow parts. The first rows of every stretch
-/// serve to foretell the next only. Intervals are from batch means of the weighted rows,
-/// and hold where the weights are wrong, too.
-///
-/// The fit's residual is that of the plain equation, m/s² or rad/s².
-///
-/// # Errors
-/// As [`fit_equation_error`](super::fit_equation_error); [`Error::NotConverged`] if fit and
-/// weights do not settle.
-///
-/// # Source
-/// Weights by the inverse variance: \[Aitken1936\]; a variance linear in known numbers:
-/// \[Amemiya1977\]; repeated autoregression: \[Cochrane1949\], in identification
-/// \[Young2011\].
-pub fn fit_weighted_least_squares(
-    dof: Dof,
-    axes: &[AxisRecord],
-    terms: Terms,
-    options: &EquationErrorOptions,
-) -> Result<Fit, Error> {
-    let filtered = Filtered::of(dof, axes, options)?;
-    let rows = filtered.rows()?;
-    let first = filtered.stretches.iter().zip(&rows).fold(
-        Regression::of(filtered.duration_s(), terms),
-        |mut regression, (stretch, rows)| {
-            regression.start_stretch(stretch.ready.grid.period_s);
-            regression.add(rows);
-            regression
-        },
-    );
-    let equation = Equation { dof, terms, filtered: &filtered, rows };
-    let found = equation.weigh(first.solve(dof)?)?;
-    let Filtered { filters, caveats, .. } = filtered;
-    Ok(Fit::of_regression(dof, Method::WeightedLeastSquares, terms, found, filters, caveats))
+/// Weighted least squares, with the filters of equation error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WeightedLeastSquares(pub EquationError);
+
+impl WeightedLeastSquares {
+    /// Fits the plant by feasible generalised least squares on the equation of motion.
+    ///
+    /// The rows are those of [`EquationError::fit`]. Their errors
+    /// `e_k = σ_k u_k` are taken to have a variance that speed moves, `σ² = a + c v²` – noise
+    /// of velocity makes `(2β v)²` times its own variance of v|v|, a wrong drag or a current
+    /// likewise – and a memory: u is an autoregression over instants that are `1 / 2f_c`
+    /// apart, f_c the cut-off of the filter, since nearer ones hold nothing new. Each row is
+    /// divided by σ_k, what the rows before it foretell is taken off, and least squares on what
+    /// is left minimises `Σ (u_k − Σᵢ φᵢ u_{k−iD})²`. a and c follow from a regression of e² on
+    /// v², φ from the autocorrelation of u with its order, at most eight, by BIC; fit and
+    /// weights are repeated until they agree.
+    ///
+    /// Of a force that wanders slowly (a tether), equation error takes every part that goes
+    /// with v|v| for drag; weights discount its slow parts. The first rows of every stretch
+    /// serve to foretell the next only. Intervals are from batch means of the weighted rows,
+    /// and hold where the weights are wrong, too.
+    ///
+    /// The fit's residual is that of the plain equation, m/s² or rad/s².
+    ///
+    /// # Errors
+    /// As [`EquationError::fit`]; [`Error::NotConverged`] if fit and
+    /// weights do not settle.
+    ///
+    /// # Source
+    /// Weights by the inverse variance: \[Aitken1936\]; a variance linear in known numbers:
+    /// \[Amemiya1977\]; repeated autoregression: \[Cochrane1949\], in identification
+    /// \[Young2011\].
+    pub fn fit<'a>(&self, records: impl Into<Records<'a>>) -> Result<Fit, Error> {
+        let filtered = Filtered::of(records.into(), &self.0)?;
+        let (dof, terms) = (filtered.dof, filtered.terms);
+        let rows = filtered.rows()?;
+        let first = filtered.stretches.iter().zip(&rows).fold(
+            Regression::of(filtered.duration_s(), terms),
+            |mut regression, (stretch, rows)| {
+                regression.start_stretch(stretch.ready.grid.period_s);
+                regression.add(rows);
+                regression
+            },
+        );
+        let equation = Equation { filtered: &filtered, rows };
+        let found = equation.weigh(first.solve(dof)?)?;
+        let Filtered { filters, caveats, .. } = filtered;
+        Ok(Fit::of_regression(dof, Method::WeightedLeastSquares, terms, found, filters, caveats))
+    }
 }
 
 /// Fit and weights settle in fewer rounds than this.
@@ -69,8 +71,6 @@ const SETTLED: f64 = 1e-4;
 
 /// The filtered equation.
 struct Equation<'a> {
-    dof: Dof,
-    terms: Terms,
     filtered: &'a Filtered<'a>,
     rows: Vec<Vec<Row>>,
 }
@@ -95,7 +95,7 @@ impl Equation<'_> {
                 return Ok(found);
             }
         }
-        Err(Error::NotConverged { dof: self.dof, iterations: MOST_ROUNDS })
+        Err(Error::NotConverged { dof: self.filtered.dof, iterations: MOST_ROUNDS })
     }
 
     /// Rows that lie as far apart as the filter makes them independent.
@@ -125,7 +125,7 @@ impl Equation<'_> {
     }
 
     fn fit(&self, variance: &Variance, memory: &Memory) -> Result<LeastSquares, Error> {
-        let mut regression = Regression::of(self.filtered.duration_s(), self.terms);
+        let mut regression = Regression::of(self.filtered.duration_s(), self.filtered.terms);
         for (stretch, rows) in self.filtered.stretches.iter().zip(&self.rows) {
             let mut ones: Vec<f64> = rows.iter().map(|row| variance.weight(row)).collect();
             let weighed = rows.iter().zip(&ones).map(|(row, weight)| row.map(|x| weight * x));
@@ -138,7 +138,7 @@ impl Equation<'_> {
             let known = memory.reach().min(rows.len());
             regression.add_transformed(&weighed[known..], &ones[known..]);
         }
-        regression.solve(self.dof)
+        regression.solve(self.filtered.dof)
     }
 }
 

@@ -7,12 +7,13 @@ use crate::diagnose::force_spectrum;
 use crate::estimate::online::OnlineOptions;
 use crate::estimate::steady::SteadyFit;
 use crate::estimate::{
-    EquationErrorOptions, Fit, Intervals, Loss, Method, Nuisances, OutputErrorIntervals,
-    PhysicalEstimates, SteadyTest,
+    EquationError, Fit, Loss, Method, Nuisances, OutputErrorIntervals, PhysicalEstimates,
+    SteadyTest,
 };
 use crate::excursion::Excursion;
 use crate::judge::{Verdict, box_pierce};
 use crate::quantity::{Attitude, Axis, World};
+use crate::regression::Intervals;
 use crate::results::{
     AccumulatedPlant, AxisResult, BuoyancyResult, CurveResult, PairResult, Parameter, Parameters,
     PlantResult, Provenance, RegressionResult, Results, RigidBodyResult, SCHEMA, Score,
@@ -281,7 +282,7 @@ pub(super) fn empty_results(
 
 /// The seed of the bootstrap, if there is one.
 fn drawn_seed(options: &IdentifyOptions) -> Option<u64> {
-    let EquationErrorOptions { intervals, bootstrap, .. } = options.equation_error;
+    let EquationError { intervals, bootstrap, .. } = options.equation_error;
     let draws = options.methods.contains(&Method::EquationError);
     (draws && intervals == Intervals::BlockBootstrap).then_some(bootstrap.seed)
 }

@@ -7,7 +7,7 @@ use super::convert::{Scores, plant_result};
 use crate::diagnose::{
     Evidence, better_elsewhere, caveats, disagreement, disputed, outdone, scoring, worse_trials,
 };
-use crate::estimate::Method;
+use crate::estimate::{Method, Records};
 use crate::judge::{
     Contender, Coupling, Drift, LAGS, NOT_WHITE, Nulls, Scored, another_plant, box_pierce, choose,
     feedback, impossible, intervals, left_out, one_speed, records, reversed, score,
@@ -198,9 +198,9 @@ impl Work<'_> {
         late: &BTreeMap<Method, Caveat>,
         found: &mut Identification,
     ) -> Option<Fit> {
-        let options = &self.options.equation_error;
-        let terms = self.options.terms_for(self.dof).unwrap_or_default();
-        let reversed = reversed(self.dof, &bench.fitted, terms, options);
+        let terms = self.options.terms_for(self.dof);
+        let fitted = Records { terms, ..Records::from(&bench.fitted) };
+        let reversed = reversed(fitted, &self.options.equation_error);
         let of_thrust = [
             reversed.clone(),
             feedback(self.dof, &bench.fitted),

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::caveat::spoken;
-use crate::estimate::{EquationErrorOptions, fit_best_delay};
-use crate::{AxisRecord, Caveat, CaveatCode, Dof, Fit, Terms};
+use crate::estimate::{EquationError, Records};
+use crate::{AxisRecord, Caveat, CaveatCode, Dof, Fit};
 
 /// Delays with which the sign of thrust is looked at, s: within what a propeller needs.
 const DELAYS_S: [f64; 7] = [0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2];
@@ -14,14 +14,9 @@ const SURE_STD: f64 = 5.0;
 
 /// That thrust pushes the other way than its log says: least squares with the delay that suits
 /// best asks for a mass below zero, and drag is that of a vehicle once its sign is turned.
-pub(crate) fn reversed(
-    dof: Dof,
-    axes: &[AxisRecord],
-    terms: Terms,
-    options: &EquationErrorOptions,
-) -> Option<Caveat> {
-    let best =
-        |delays_s: &[f64]| fit_best_delay(dof, axes, terms, options, delays_s.iter().copied()).ok();
+pub(crate) fn reversed(records: Records<'_>, by: &EquationError) -> Option<Caveat> {
+    let dof = records.dof().ok()?;
+    let best = |delays_s: &[f64]| by.fit_best_delay(records, delays_s.iter().copied()).ok();
     // A quick vehicle with slow thrust fits a wrong sign and a wrong delay together.
     let [as_logged, late] = [best(&DELAYS_S[..1])?, best(&DELAYS_S)?].map(|found| found.fit);
     let is_below = |fit: &Fit| {

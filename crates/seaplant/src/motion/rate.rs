@@ -300,9 +300,9 @@ pub(crate) mod tests {
     use nalgebra::Vector3;
 
     use super::*;
+    use crate::Surface;
     use crate::motion::down_body;
     use crate::plant::{Effect, EffectForce, Foil, Symmetry};
-    use crate::quantity::Surface;
 
     /// The rudder's angle, rad.
     const SIGNALS: [f64; 1] = [0.2];

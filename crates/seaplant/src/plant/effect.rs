@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{OpenWater, RudderFlow};
 
-use crate::quantity::Surface;
+use crate::Surface;
 use crate::{Dof, Timed};
 
 /// What an effect reads at an instant.

@@ -211,7 +211,7 @@ impl RudderFlow {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantity::Surface;
+    use crate::Surface;
 
     fn propeller() -> OpenWater {
         OpenWater {

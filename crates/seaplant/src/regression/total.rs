@@ -36,7 +36,7 @@ impl NoiseShape {
 }
 
 /// What total least squares found.
-pub(crate) struct TotalLeastSquares {
+pub(crate) struct TotalSolution {
     pub(crate) found: LeastSquares,
     /// Standard deviation of the measurement noise that would explain all residuals.
     pub(crate) implied_noise: f64,
@@ -61,11 +61,7 @@ impl Regression {
     /// # Source
     /// \[VanHuffel1991\]: mixed least squares and total least squares, and its generalisation
     /// to correlated noise; covariance: \[Fuller1987\].
-    pub(crate) fn solve_total(
-        self,
-        dof: Dof,
-        noise: &NoiseShape,
-    ) -> Result<TotalLeastSquares, Error> {
+    pub(crate) fn solve_total(self, dof: Dof, noise: &NoiseShape) -> Result<TotalSolution, Error> {
         let rows = self.reduce(dof)?;
         let factored = rows.factored()?;
         let mixed = Mixed::of(&rows, noise);
@@ -81,7 +77,7 @@ impl Regression {
         let bread = mixed.bread(per_noise)?;
         let covariance = sandwich(&bread, &residuals);
         let found = rows.found(&factored, &coefficients, &residuals, &covariance);
-        Ok(TotalLeastSquares { found, implied_noise: (per_noise / rows.samples as f64).sqrt() })
+        Ok(TotalSolution { found, implied_noise: (per_noise / rows.samples as f64).sqrt() })
     }
 }
 

@@ -4,10 +4,10 @@
 use nalgebra::Vector3;
 
 use super::{Thruster, Vehicle};
+use crate::Surface;
 use crate::plant::{
     Effect, EffectForce, Foil, MOST_READ, OpenWater, Pusher, RudderFlow, WakeByDrift,
 };
-use crate::quantity::Surface;
 use crate::{Dof, Error, ThrusterInput};
 
 /// A rudder or fin, in the body frame.

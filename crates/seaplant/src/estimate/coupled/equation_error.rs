@@ -11,7 +11,7 @@ use crate::{CoupledRecord, Dof, Error, Grid};
 
 /// What least squares on the equation of motion gives.
 #[derive(Clone, Debug)]
-pub(super) struct EquationError {
+pub(super) struct Solved {
     /// A coefficient for each term; zero of those that motion does not tell.
     pub(super) coefficients: DVector<f64>,
     /// Root mean square of what the equation misses on each axis of the structure, N or N m.
@@ -43,7 +43,7 @@ pub(super) fn fits(
     physical: &Physical,
     records: &[&CoupledRecord],
     window_s: f64,
-) -> Result<Vec<EquationError>, Error> {
+) -> Result<Vec<Solved>, Error> {
     let by_force = fit(structure, records, window_s)?;
     let is_driven = |dof: &Dof| records.iter().any(|record| record.is_driven(*dof));
     if structure.axes().iter().all(is_driven) {
@@ -69,11 +69,7 @@ struct Rows {
 ///
 /// # Errors
 /// [`Error::TooShort`] if no trial holds one window.
-fn fit(
-    structure: &Structure,
-    records: &[&CoupledRecord],
-    window_s: f64,
-) -> Result<EquationError, Error> {
+fn fit(structure: &Structure, records: &[&CoupledRecord], window_s: f64) -> Result<Solved, Error> {
     let mut rows = rows(structure, records, window_s)?;
     let terms = structure.terms().iter().enumerate();
     let held: Vec<(usize, f64)> =
@@ -92,7 +88,7 @@ fn fit(
             (0..n).map(|axis| rms(misfit.iter().skip(axis).step_by(n))).collect();
         weights = residual.iter().map(|r| 1.0 / r.max(f64::MIN_POSITIVE)).collect();
         let terms = solved.terms - held.len();
-        found = Some(EquationError { residual, terms, ..solved });
+        found = Some(Solved { residual, terms, ..solved });
     }
     if let Some(found) = &mut found {
         held.iter().for_each(|(k, value)| found.coefficients[*k] = *value);
@@ -100,7 +96,7 @@ fn fit(
     found.ok_or(Error::TooShort { name: "the fit".to_owned(), found: 0, needed: 1 })
 }
 
-fn solve(rows: &Rows, weights: &[f64]) -> EquationError {
+fn solve(rows: &Rows, weights: &[f64]) -> Solved {
     let n = weights.len();
     let mut y = rows.y.clone();
     let mut force = rows.force.clone();
@@ -129,7 +125,7 @@ fn solve(rows: &Rows, weights: &[f64]) -> EquationError {
     for (x, scale) in coefficients.iter_mut().zip(&scale) {
         *x /= *scale;
     }
-    EquationError { coefficients, residual: Vec::new(), rank, terms: scale.len() }
+    Solved { coefficients, residual: Vec::new(), rank, terms: scale.len() }
 }
 
 fn rows(structure: &Structure, records: &[&CoupledRecord], window_s: f64) -> Result<Rows, Error> {

@@ -1,7 +1,7 @@
 //! Where a fit begins: the optimum that the likeliest of several starts leads to.
 
 use super::actuator::Actuator;
-use super::equation_error::{self, EquationError};
+use super::equation_error::{self, Solved};
 use super::fit::{Optimum, Point, Problem, Tolerance, first_noise};
 use super::{Fitted, free, search};
 use crate::plant::{Basis, Parameterisation, Plant};
@@ -21,7 +21,7 @@ const FIRST_LAG_S: f64 = 0.1;
 pub(super) fn begun<const N: usize>(
     problem: Problem,
     records: &[&CoupledRecord],
-) -> Result<(Plant, EquationError, Fitted<N>), Error> {
+) -> Result<(Plant, Solved, Fitted<N>), Error> {
     let refused = match first_optimum::<N>(&problem, records) {
         Ok((start, found, optimum)) => {
             return Ok((start, found, Fitted::new(problem, optimum)));
@@ -65,7 +65,7 @@ fn is_coupling(term: &Basis) -> bool {
 fn first_optimum<const N: usize>(
     problem: &Problem,
     records: &[&CoupledRecord],
-) -> Result<(Plant, EquationError, Optimum<N>), Error> {
+) -> Result<(Plant, Solved, Optimum<N>), Error> {
     let mut refused = None;
     let tries = if problem.has_rival() { 1 } else { usize::MAX };
     let mut starts = starts::<N>(problem, records, &mut refused);
@@ -89,7 +89,7 @@ fn starts<const N: usize>(
     problem: &Problem,
     records: &[&CoupledRecord],
     refused: &mut Option<Error>,
-) -> Vec<(Point<N>, EquationError)> {
+) -> Vec<(Point<N>, Solved)> {
     let mut found = Vec::new();
     let pieces = problem.in_pieces();
     for window_s in WINDOWS_S {
@@ -113,7 +113,7 @@ fn starts<const N: usize>(
 fn first_point<const N: usize>(
     problem: &Problem,
     records: &[&CoupledRecord],
-    least_squares: &EquationError,
+    least_squares: &Solved,
 ) -> Point<N> {
     let mut point = Point {
         free: problem.physical.free(&least_squares.coefficients),

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::EquationErrorOptions;
+use super::EquationError;
 use crate::estimate::filtered::{filters_for, for_each_tile, margin_rows};
 use crate::estimate::{Filters, Fit, Method, least_rows};
 use crate::regression::{Regression, Row, Sums, batches_of};
@@ -36,7 +36,7 @@ pub struct ShardClock {
 /// one piece, to rounding, whatever the shards and the order of merging. A day takes 4 MB at
 /// any rate.
 ///
-/// Rows are those of [`fit_equation_error`](super::fit_equation_error), which finds the same
+/// Rows are those of [`EquationError::fit`], which finds the same
 /// values for a record without gaps; its batches of 20 s, from which intervals come, are the
 /// same where the record lasts no longer than 20 minutes. Intervals are by batch means.
 ///
@@ -45,7 +45,7 @@ pub struct ShardClock {
 ///
 /// # Example
 /// ```
-/// use seaplant::estimate::{EquationErrorOptions, EquationErrorStatistics, Shard, ShardClock};
+/// use seaplant::estimate::{EquationError, EquationErrorStatistics, Shard, ShardClock};
 /// use seaplant::twin::{TwinSpec, make};
 /// use seaplant::{Dof, Terms, Trial, TrialSetup, VelocitySource};
 ///
@@ -59,7 +59,7 @@ pub struct ShardClock {
 /// let (clock, terms) = (ShardClock::of(part)?, Terms::default());
 /// let half = |from_s, to_s| {
 ///     let shard = Shard { part, offset_s: 0.0, from_s, to_s };
-///     EquationErrorStatistics::of(shard, &clock, terms, &EquationErrorOptions::default())
+///     EquationErrorStatistics::of(shard, &clock, terms, &EquationError::default())
 /// };
 /// let mut whole = half(None, Some(100.0))?;
 /// whole.merge(&half(Some(100.0), None)?)?;
@@ -113,7 +113,7 @@ impl EquationErrorStatistics {
         shard: Shard<'_>,
         clock: &ShardClock,
         terms: Terms,
-        options: &EquationErrorOptions,
+        options: &EquationError,
     ) -> Result<Self, Error> {
         let Shard { part, offset_s, from_s, to_s } = shard;
         let (filters, caveats) = clock.filters(options)?;
@@ -194,7 +194,7 @@ impl ShardClock {
     ///
     /// # Errors
     /// [`Error::Shard`] for a clock without rates, [`Error::Cutoff`].
-    pub fn margin_s(&self, options: &EquationErrorOptions) -> Result<f64, Error> {
+    pub fn margin_s(&self, options: &EquationError) -> Result<f64, Error> {
         self.margin_of(&self.filters(options)?.0)
     }
 
@@ -208,7 +208,7 @@ impl ShardClock {
         filters.every_term.map_or(0, |filter| least_rows(filter, self.sample_hz))
     }
 
-    fn filters(&self, options: &EquationErrorOptions) -> Result<(Filters, Vec<Caveat>), Error> {
+    fn filters(&self, options: &EquationError) -> Result<(Filters, Vec<Caveat>), Error> {
         let is_rate = |rate: f64| rate.is_finite() && rate > 0.0;
         if !(is_rate(self.sample_hz) && is_rate(self.source_hz) && self.start_s.is_finite()) {
             let reason = "has no clock: give a finite start and rates above 0 Hz";
@@ -341,7 +341,6 @@ impl RecordSums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::fit_equation_error;
     use crate::twin::{TwinSpec, make};
     use crate::{Estimate, Trial, TrialSetup, VelocitySource};
 
@@ -361,7 +360,7 @@ mod tests {
         [from_s, to_s]: [Option<f64>; 2],
     ) -> Result<EquationErrorStatistics, Error> {
         let shard = Shard { part, offset_s: 0.0, from_s, to_s };
-        let (terms, options) = (Terms::default(), EquationErrorOptions::default());
+        let (terms, options) = (Terms::default(), EquationError::default());
         EquationErrorStatistics::of(shard, clock, terms, &options)
     }
 
@@ -398,7 +397,7 @@ mod tests {
         let whole = record(None, None);
         let clock = ShardClock::of(&whole).expect("long");
         let one = whole_sums(&whole, &clock);
-        let margin = clock.margin_s(&EquationErrorOptions::default()).expect("filters");
+        let margin = clock.margin_s(&EquationError::default()).expect("filters");
         let cuts = [0.0, 57.3, 58.0, 191.77, 320.0, 480.0];
         let shards = cuts.windows(2).map(|cut| {
             let wanted = [(cut[0] > 0.0).then_some(cut[0]), (cut[1] < 480.0).then_some(cut[1])];
@@ -417,9 +416,7 @@ mod tests {
         let (one, all) = (one.fit().expect("exciting"), all.fit().expect("exciting"));
         assert!(is_same(&all, &one), "{:?}", differences(&all, &one));
 
-        let options = EquationErrorOptions::default();
-        let plain = fit_equation_error(Dof::Surge, &[whole], Terms::default(), &options);
-        let plain = plain.expect("exciting");
+        let plain = EquationError::default().fit(&[whole]).expect("exciting");
         assert!(is_same(&all, &plain), "{:?}", differences(&all, &plain));
         assert_eq!((all.samples, all.t_freedom), (plain.samples, plain.t_freedom));
     }
@@ -432,7 +429,7 @@ mod tests {
         let there = ShardClock { start_s: clock.start_s + 1.0e4, ..clock };
         let (from_s, to_s) = (Some(10_100.0), Some(10_200.0));
         let shifted = Shard { part: &whole, offset_s: 1.0e4, from_s, to_s };
-        let (terms, options) = (Terms::default(), EquationErrorOptions::default());
+        let (terms, options) = (Terms::default(), EquationError::default());
         let shifted = EquationErrorStatistics::of(shifted, &there, terms, &options);
         let shifted = shifted.expect("inside");
         // Ten thousand seconds have instants to 2e-12 s.

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix4;
 
-use crate::estimate::{DelayedFit, Fit, Method};
+use crate::estimate::{DelayedFit, Fit, Method, Records};
 use crate::navigation::MeanOver;
 use crate::signal::rms;
 use crate::terms::Term;
@@ -14,10 +14,10 @@ use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
 /// # Errors
 /// [`Error::TooShort`] without acceleration; [`Error::NotExciting`] if thrust does not vary.
 pub(crate) fn first_look(
-    dof: Dof,
-    axes: &[AxisRecord],
+    records: Records<'_>,
     delays_s: impl Iterator<Item = f64>,
 ) -> Result<DelayedFit, Error> {
+    let (dof, axes) = (records.dof()?, records.fit);
     let plain: Vec<Trace> = axes.iter().map(|axis| Trace::of(axis, 0.0)).collect();
     let samples: usize = plain.iter().map(|trace| trace.tau.len()).sum();
     if samples < LEAST_SAMPLES {

@@ -6,7 +6,7 @@ use super::Sample;
 use super::logs::{LEAST_SAMPLES, Stretch};
 use crate::estimate::{Fit, drive_over};
 use crate::trial::ReadyStretch;
-use crate::{AxisRecord, Dof, Error, Grid, Model};
+use crate::{AxisRecord, Error, Grid, Model};
 
 /// So many parts of the step between two samples have a mean force each.
 const PARTS: usize = 4;
@@ -15,11 +15,7 @@ const PARTS: usize = 4;
 ///
 /// With a fit of the same trials beside, thrust lags, comes late and is lost to inflow as that fit
 /// found, velocity is corrected for what its sensor does to it, and the current is taken off.
-pub(super) fn stretches(
-    dof: Dof,
-    axis: &AxisRecord,
-    beside: Option<&Fit>,
-) -> Result<Vec<Stretch>, Error> {
+pub(super) fn stretches(axis: &AxisRecord, beside: Option<&Fit>) -> Result<Vec<Stretch>, Error> {
     let beside = beside.map(|fit| (fit, fit.model()));
     let beside = beside.as_ref();
     let ready = axis.ready(LEAST_SAMPLES)?;
@@ -32,14 +28,13 @@ pub(super) fn stretches(
     };
     let all = ready.stretches.iter().map(|stretch| (stretch, grid(stretch)));
     let long = all.filter(|(_, grid)| grid.len > 2);
-    long.map(|(stretch, grid)| samples(dof, axis, (stretch, grid), beside)).collect()
+    long.map(|(stretch, grid)| samples(axis, (stretch, grid), beside)).collect()
 }
 
 /// A fit of the same trials, and its model.
 type Beside<'a> = (&'a Fit, Model);
 
 fn samples(
-    dof: Dof,
     axis: &AxisRecord,
     (stretch, grid): (&ReadyStretch, Grid),
     beside: Option<&Beside<'_>>,
@@ -48,7 +43,7 @@ fn samples(
     let v = through_water(axis, at, measured, beside);
     let push = Pushes::of(axis, grid, beside.map(|(_, model)| model));
     let weights = weights(at.len < grid.len);
-    let unit = Vector6::from_fn(|i, _| f64::from(u8::from(i == dof.index())));
+    let unit = Vector6::from_fn(|i, _| f64::from(u8::from(i == axis.dof.index())));
     let sample = |k: usize| {
         let next = v.get(k + 1).copied().unwrap_or(v[k]);
         let force = push.mean(k * PARTS, &weights, 0.5 * (v[k] + next), beside);
@@ -64,7 +59,7 @@ fn samples(
         (sample.velocity.norm_squared() + sample.force.norm_squared()).is_finite()
     };
     if !samples.iter().all(is_sound) {
-        return Err(Error::TooLarge { dof });
+        return Err(Error::TooLarge { dof: axis.dof });
     }
     Ok(Stretch { trial: axis.trial.clone(), samples })
 }

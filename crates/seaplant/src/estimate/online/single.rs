@@ -5,11 +5,11 @@ use nalgebra::{DMatrix, Matrix4};
 use super::logs::{OnlineFit, doubts, run};
 use super::{Online, OnlineOptions, acting};
 use crate::caveat::spoken;
-use crate::estimate::{Candidate, Decision, Estimate, Fit, Method, Nuisances};
+use crate::estimate::{Candidate, Decision, Estimate, Fit, Method, Nuisances, Records};
 use crate::plant::{Basis, Plant, Product, Structure, Symmetry};
 use crate::regression::LeastSquares;
 use crate::terms::Term;
-use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms};
+use crate::{Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms};
 
 /// Samples of one degree of freedom are taken in as those of a plant of one axis.
 ///
@@ -18,25 +18,22 @@ use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms}
 /// force acts as it was logged, in still water.
 ///
 /// # Errors
-/// [`Error::NoTrial`] without records; [`Error::TooShort`] for records that are shorter than the
+/// As [`Records::dof`]; [`Error::TooShort`] for records that are shorter than the
 /// start; those of [`Online`].
 ///
 /// # Source
 /// \[Smallwood2003\]: adaptive identification of one axis.
-pub fn fit_online(
-    dof: Dof,
+pub fn fit_online<'a>(
     method: Method,
-    axes: &[AxisRecord],
-    terms: Terms,
+    records: impl Into<Records<'a>>,
     beside: Option<&Fit>,
     options: &OnlineOptions,
 ) -> Result<Fit, Error> {
-    if axes.is_empty() {
-        return Err(Error::NoTrial { dof });
-    }
+    let records = records.into();
+    let (dof, terms) = (records.dof()?, records.terms());
     let scheme = method.scheme().unwrap_or_default();
     let structure = single(dof, terms)?;
-    let stretches = axes.iter().map(|axis| acting::stretches(dof, axis, beside));
+    let stretches = records.fit.iter().map(|axis| acting::stretches(axis, beside));
     let stretches = stretches.collect::<Result<Vec<_>, Error>>()?.concat();
     // What is on a grid has no gaps but those that it was cut at.
     let step_s = stretches.iter().flat_map(|stretch| stretch.steps_s()).fold(0.0, f64::max);

@@ -4,15 +4,15 @@ use nalgebra::Matrix4;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::OutputError;
 use super::drift::Drift;
 use super::fit::{Found, effective_samples, found, into_fit};
 use super::intervals::{LEAST_FREEDOM, likeness};
 use super::minimise::{Point, Problem};
 use super::sensitivity::{Count, Residual, residuals};
 use super::stretch::{Measured, Sample, Stretch};
-use super::{OutputErrorOptions, check};
-use crate::estimate::Fit;
-use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
+use crate::estimate::{Fit, Records};
+use crate::{Error, LumpedParameters, Terms};
 
 /// Fewer draws than this do not tell a covariance.
 pub(super) const LEAST_DRAWS: usize = 50;
@@ -35,8 +35,8 @@ const LEAST_BLOCKS: f64 = 8.0;
 ///
 /// # Example
 /// ```
-/// use seaplant::estimate::{OutputErrorBootstrap, OutputErrorOptions};
-/// use seaplant::{AxisRecord, Dof, LumpedParameters, Motion, State, Terms, Timed, simulate};
+/// use seaplant::estimate::{OutputErrorBootstrap, OutputError};
+/// use seaplant::{AxisRecord, Dof, LumpedParameters, Motion, State, Timed, simulate};
 /// let near = LumpedParameters { alpha: 0.01, beta: -0.5, ..Default::default() };
 /// let times: Vec<f64> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
 /// let thrust: Vec<f64> = times.iter().map(|t| 150.0 * (0.8 * t).sin()).collect();
@@ -56,9 +56,7 @@ const LEAST_BLOCKS: f64 = 8.0;
 ///     acceleration: None,
 ///     cuts: Vec::new(),
 /// };
-/// let options = OutputErrorOptions::default();
-/// let (fit, bootstrap) =
-///     OutputErrorBootstrap::of(Dof::Surge, &[axis], Terms::default(), &near, &options)?;
+/// let (fit, bootstrap) = OutputErrorBootstrap::of(&[axis], &near, &OutputError::default())?;
 /// let draws: Vec<_> = (0..100).filter_map(|number| bootstrap.draw(7, number)).collect();
 /// let again = bootstrap.fit_with(&fit, &draws)?;
 /// assert!(again.covariance[(0, 0)] > 0.0 && again.lumped == fit.lumped);
@@ -85,29 +83,26 @@ struct Simulated {
 }
 
 impl OutputErrorBootstrap {
-    /// Fits the plant as [`fit_output_error`](super::fit_output_error) does, with
+    /// Fits the plant as [`OutputError::fit_from`] does, with
     /// [`OutputErrorIntervals::Sandwich`](super::OutputErrorIntervals), and keeps what draws are made from.
     ///
     /// # Errors
-    /// As [`fit_output_error`](super::fit_output_error).
-    pub fn of(
-        dof: Dof,
-        axes: &[AxisRecord],
-        terms: Terms,
+    /// As [`OutputError::fit`].
+    pub fn of<'a>(
+        records: impl Into<Records<'a>>,
         start: &LumpedParameters,
-        options: &OutputErrorOptions,
+        method: &OutputError,
     ) -> Result<(Fit, Self), Error> {
-        check(dof, axes, options)?;
-        let found = found(dof, axes, terms, start, options)?;
-        let fit = into_fit(dof, &found, options)?;
-        let bootstrap = Self::around(dof, &found)?;
+        let found = found(records.into(), start, method)?;
+        let fit = into_fit(&found, method)?;
+        let bootstrap = Self::around(&found)?;
         Ok((fit, bootstrap))
     }
 
-    pub(super) fn around(dof: Dof, found: &Found) -> Result<Self, Error> {
-        let Found { stretches, terms, batch_s, optimum, count } = found;
+    pub(super) fn around(found: &Found) -> Result<Self, Error> {
+        let Found { stretches, terms, batch_s, optimum, count, .. } = found;
         let point = optimum.point.clone();
-        let r = likeness(dof, found)?;
+        let r = likeness(found)?;
         let total_s: f64 = stretches.iter().map(Stretch::duration_s).sum();
         let block_s = batch_s * (1.0 + r) / (1.0 - r);
         let blocks = (total_s / block_s).max(LEAST_BLOCKS);

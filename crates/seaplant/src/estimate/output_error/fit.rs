@@ -7,8 +7,8 @@ use super::intervals::{Bread, batch_s};
 use super::minimise::{Optimum, Point, Problem, Reduced};
 use super::sensitivity::{Count, Residual, Weighing};
 use super::stretch::{Measured, Stretch};
-use super::{Loss, OutputErrorOptions};
-use crate::estimate::{Filters, Fit, Method, Nuisances};
+use super::{Loss, OutputError};
+use crate::estimate::{Filters, Fit, Method, Nuisances, Records};
 use crate::signal::rms;
 use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
@@ -169,6 +169,7 @@ const SUREST_PART: f64 = 1e-6;
 
 /// An optimum, and what it is one of.
 pub(super) struct Found {
+    pub(super) dof: Dof,
     pub(super) stretches: Vec<Stretch>,
     pub(super) terms: Terms,
     pub(super) batch_s: f64,
@@ -184,35 +185,31 @@ impl Found {
 
 /// Searches from one start after another.
 pub(super) fn found(
-    dof: Dof,
-    axes: &[AxisRecord],
-    terms: Terms,
+    records: Records<'_>,
     start: &LumpedParameters,
-    options: &OutputErrorOptions,
+    method: &OutputError,
 ) -> Result<Found, Error> {
+    method.loss.check()?;
+    let (dof, terms, axes) = (records.dof()?, records.terms(), records.fit);
     let stretches = stretches(axes, terms)?;
     let batch_s = batch_s(&stretches);
     let problem = Problem { stretches: &stretches, terms, batch_s };
     let mut iterations = 0;
     for start in starts(start, terms, &stretches) {
-        let (optimum, count) = search(&problem, start, options.loss);
+        let (optimum, count) = search(&problem, start, method.loss);
         if optimum.converged {
-            return Ok(Found { stretches, terms, batch_s, optimum, count });
+            return Ok(Found { dof, stretches, terms, batch_s, optimum, count });
         }
         iterations += optimum.iterations;
     }
     Err(Error::NotConverged { dof, iterations })
 }
 
-pub(super) fn into_fit(
-    dof: Dof,
-    found: &Found,
-    options: &OutputErrorOptions,
-) -> Result<Fit, Error> {
-    let (problem, count) = (found.problem(), &found.count);
+pub(super) fn into_fit(found: &Found, method: &OutputError) -> Result<Fit, Error> {
+    let (dof, problem, count) = (found.dof, found.problem(), &found.count);
     let Optimum { point, at, .. } = &found.optimum;
     // Intervals want the curvature of the cost, which for squares the search had already.
-    let curved = match options.loss {
+    let curved = match method.loss {
         Loss::Squares => None,
         Loss::Huber(limit) => {
             let weighing = Weighing::HuberCurvature(limit);

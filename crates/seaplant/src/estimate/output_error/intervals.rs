@@ -100,10 +100,10 @@ impl Bread {
 }
 
 /// How much neighbouring batches resemble each other in what they contribute to some term.
-pub(super) fn likeness(dof: Dof, found: &Found) -> Result<f64, Error> {
+pub(super) fn likeness(found: &Found) -> Result<f64, Error> {
     let at = &found.optimum.at;
     let reduced = Reduced::of(&at.totals, 0.0);
-    let bread = Bread::of(dof, &reduced, found.terms)?;
+    let bread = Bread::of(found.dof, &reduced, found.terms)?;
     Ok(bread.influences(&reduced, at).likeness().max())
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{EquationError, Rows, rms};
+use super::{Rows, Solved, rms};
 use crate::estimate::descend::Parabola;
 use crate::plant::{Basis, Parameterisation, Physical, Structure};
 
@@ -23,8 +23,8 @@ pub(super) fn descent(
     structure: &Structure,
     physical: &Physical,
     rows: &Rows,
-    from: &EquationError,
-) -> Option<EquationError> {
+    from: &Solved,
+) -> Option<Solved> {
     let problem = Problem { structure, physical, rows };
     let mut free = physical.free(&from.coefficients);
     let mut damping = DAMPING;
@@ -45,7 +45,7 @@ pub(super) fn descent(
     let misfit = &rows.y * &coefficients - &rows.force;
     let n = structure.axes().len();
     let residual = (0..n).map(|axis| rms(misfit.iter().skip(axis).step_by(n))).collect();
-    Some(EquationError { coefficients, residual, rank: from.rank, terms: from.terms })
+    Some(Solved { coefficients, residual, rank: from.rank, terms: from.terms })
 }
 
 struct Problem<'a> {

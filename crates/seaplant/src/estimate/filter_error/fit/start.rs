@@ -6,7 +6,7 @@ use crate::estimate::filter_error::minimise::{POSITION_PRECISION_S, VELOCITY_PRE
 use crate::estimate::filter_error::parameters::{Shape, Unknown, Usual, Values};
 use crate::estimate::filter_error::problem::{Belief, Prior};
 use crate::estimate::filter_error::schedule::{Instrument, Measurements};
-use crate::estimate::{DelayedFit, OutputErrorOptions, fit_output_error};
+use crate::estimate::{DelayedFit, OutputError, Records};
 use crate::judge::simulated_speed;
 use crate::signal::{rms, sample_noise};
 use crate::terms::Term;
@@ -225,8 +225,8 @@ pub(super) fn starts(common: &Values, axes: &[AxisRecord], start: &DelayedFit) -
     let quadratic = [Term::Force, Term::Quadratic, Term::Bias];
     for terms in [&quadratic[..], &Term::ALL] {
         let Ok(terms) = Terms::new(terms) else { continue };
-        let options = OutputErrorOptions::default();
-        if let Ok(fit) = fit_output_error(start.fit.dof, &timely, terms, own, &options)
+        let records = Records::from(&timely).with_terms(terms);
+        if let Ok(fit) = OutputError::default().fit_from(records, own)
             && fit.lumped.alpha > 0.0
         {
             all.push(with(&fit.lumped, CORRELATIONS_S[1]));

@@ -1,0 +1,102 @@
+//! What the methods of one axis fit.
+
+use crate::{AxisRecord, Dof, Error, Terms};
+
+/// The records of one degree of freedom, by what they are for.
+///
+/// A slice or a vector of records is one to fit, by the terms that a method takes by default:
+/// `FilterError::default().fit(&records)`. Held-out and steady records and the dry mass count with
+/// the filter error method alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Records<'a> {
+    /// Fitted.
+    pub fit: &'a [AxisRecord],
+    /// Predicted, to judge by.
+    pub hold_out: &'a [AxisRecord],
+    /// Runs at constant thrust: fitted together with the others if they agree with them.
+    pub steady: &'a [AxisRecord],
+    /// Mass in air, kg, if it is known: the mass in water is no less.
+    pub dry_mass_kg: Option<f64>,
+    /// The terms of the plant, if they are not left to the method: mass and quadratic drag, and what
+    /// the filter error method finds beside them.
+    pub terms: Option<Terms>,
+}
+
+impl<'a, T: AsRef<[AxisRecord]> + ?Sized> From<&'a T> for Records<'a> {
+    fn from(fit: &'a T) -> Self {
+        let fit = fit.as_ref();
+        Self { fit, hold_out: &[], steady: &[], dry_mass_kg: None, terms: None }
+    }
+}
+
+impl Records<'_> {
+    /// The same with a plant of these terms.
+    pub fn with_terms(self, terms: Terms) -> Self {
+        Self { terms: Some(terms), ..self }
+    }
+
+    /// The degree of freedom of all of them.
+    ///
+    /// # Errors
+    /// [`Error::NoRecord`] without records to fit; [`Error::OtherAxis`] if not all are of one axis.
+    pub fn dof(&self) -> Result<Dof, Error> {
+        let first = self.fit.first().ok_or(Error::NoRecord)?;
+        let mut all = self.fit.iter().chain(self.hold_out).chain(self.steady);
+        match all.find(|record| record.dof != first.dof) {
+            None => Ok(first.dof),
+            Some(other) => Err(Error::OtherAxis {
+                dof: first.dof,
+                other: other.dof,
+                trial: other.trial.clone(),
+            }),
+        }
+    }
+
+    pub(super) fn terms(&self) -> Terms {
+        self.terms.unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::{EquationError, FilterError};
+    use crate::twin::{TwinSpec, make};
+    use crate::{Trial, TrialSetup, VelocitySource};
+
+    fn record(dof: Dof) -> AxisRecord {
+        let spec = TwinSpec { dofs: [dof].into(), duration_s: 240.0, ..TwinSpec::jason2() };
+        let twin = make(&spec).expect("can be made");
+        let setup = TrialSetup { dofs: vec![dof], ..Default::default() };
+        let trial = Trial::new(setup, &twin.trials[0].recording, &twin.vehicle).expect("complete");
+        trial.axis(dof, VelocitySource::Measured).expect("measured")
+    }
+
+    #[test]
+    fn records_of_no_axis_and_of_two_are_refused() {
+        let nothing: Vec<AxisRecord> = Vec::new();
+        assert_eq!(FilterError::default().fit(&nothing), Err(Error::NoRecord));
+        let (surge, sway) = ([record(Dof::Surge)], [record(Dof::Sway)]);
+        let two = [surge[0].clone(), sway[0].clone()];
+        let refused = EquationError::default().fit(&two).expect_err("two axes");
+        let name = &sway[0].trial;
+        assert_eq!(
+            refused.to_string(),
+            format!(
+                "the records to fit surge with hold one of sway, of trial `{name}`; fit each degree of freedom by its own records, or several of them as one plant of these axes"
+            )
+        );
+        // Held-out records of another axis would be predicted by a plant that is not theirs.
+        let records = Records { hold_out: &sway, ..Records::from(&surge) };
+        assert!(matches!(FilterError::default().fit(records), Err(Error::OtherAxis { .. })));
+    }
+
+    #[test]
+    fn terms_that_are_given_are_those_of_the_plant() {
+        let records = [record(Dof::Surge)];
+        let terms: Terms = "force,quadratic,linear,bias".parse().expect("a plant");
+        let of = |records| EquationError::default().fit(records).expect("exciting").terms;
+        assert_eq!(of(Records::from(&records)), Terms::default());
+        assert_eq!(of(Records::from(&records).with_terms(terms)), terms);
+    }
+}
