@@ -1,18 +1,21 @@
 //! The hot paths: `cargo bench -p seaplant-bench`.
 
 use std::hint::black_box;
+use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Vector3, Vector6};
 use seaplant::estimate::online::{Online, OnlineOptions, Sample, Scheme};
 use seaplant::estimate::{
-    Candidate, EquationError, FilterError, OutputError, Records, first_delays,
+    Candidate, EquationError, FilterError, OutputError, Records, first_delays, fit_coupled,
 };
 use seaplant::plant::{Structure, Symmetry};
 use seaplant::regression::{Columns, least_squares};
 use seaplant::signal::LowPass;
-use seaplant::{Dof, State, Terms, simulate};
+use seaplant::twin::{TwinTrial, WholeTwinSpec, make_whole};
+use seaplant::{CoupledRecord, Dof, Role, State, Terms, Trial, TrialSetup, simulate};
 use seaplant_bench::{SAMPLE_HZ, SURGE, SurgeSignals};
+use seaplant_campaign::read_plant_file;
 
 const SEED: u64 = 1;
 
@@ -97,6 +100,36 @@ fn filter_error_of_a_trial(c: &mut Criterion) {
     }
 }
 
+/// Two trials of 450 s of a work-class vehicle, driven freely: a DVL at 10 Hz, a gyro at 50 Hz.
+fn filter_error_of_several_axes(c: &mut Criterion) {
+    let vehicle = "published:rexrov";
+    let table = read_plant_file(Path::new(vehicle)).expect("a table").expect("a plant");
+    let model = table.model().expect("possible");
+    let spec = WholeTwinSpec { vehicle: vehicle.into(), duration_s: 450.0, ..Default::default() };
+    let twin = make_whole(&spec, &model).expect("can be made");
+    let planar = [Dof::Surge, Dof::Sway, Dof::Yaw];
+    let mut group = c.benchmark_group("filter error of 2 × 450 s");
+    group.sample_size(10);
+    for axes in [&planar[..], &Dof::ALL] {
+        let trial = |log: &TwinTrial| {
+            let coupled = vec![axes.to_vec()];
+            let setup = TrialSetup { name: log.name.clone(), coupled, ..TrialSetup::default() };
+            Trial::new(setup, &log.recording, &twin.vehicle).expect("complete")
+        };
+        let fitted = twin.trials.iter().filter(|log| log.role == Role::Fit);
+        let trials: Vec<Trial> = fitted.map(trial).collect();
+        let records: Vec<&CoupledRecord> =
+            trials.iter().map(|trial| trial.coupled(axes).expect("measured")).collect();
+        let structure = Structure::of(axes, Symmetry::PortStarboard).expect("axes");
+        let body = twin.vehicle.rigid_body.as_ref();
+        let coefficients = structure.terms().len();
+        group.bench_function(format!("{} axes, {coefficients} coefficients", axes.len()), |b| {
+            b.iter(|| fit_coupled(&structure, black_box(&records), body, true).expect("settles"));
+        });
+    }
+    group.finish();
+}
+
 fn simulation_of_a_trial(c: &mut Criterion) {
     let record = signals(TRIAL_ROWS).record().expect("valid");
     let plant = SURGE.to_lumped();
@@ -149,6 +182,7 @@ criterion_group!(
     equation_error_of_a_trial,
     output_error_of_a_trial,
     filter_error_of_a_trial,
+    filter_error_of_several_axes,
     simulation_of_a_trial,
     samples_of_six_axes
 );
