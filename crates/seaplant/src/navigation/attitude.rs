@@ -198,14 +198,7 @@ impl AttitudeReader<'_> {
 }
 
 /// Removes the jumps of whole turns from an angle, rad.
-///
-/// ```
-/// use seaplant::{Timed, navigation::unwrap};
-/// let heading = Timed::new("heading", vec![0.0, 1.0, 2.0], vec![6.2, 0.1, 0.3])?;
-/// assert!((unwrap(&heading).values()[1] - (0.1 + 2.0 * std::f64::consts::PI)).abs() < 1e-12);
-/// # Ok::<(), seaplant::Error>(())
-/// ```
-pub fn unwrap(angle: &Timed) -> Timed {
+pub(crate) fn unwrap(angle: &Timed) -> Timed {
     use std::f64::consts::TAU;
     let is_jump = |pair: &[f64]| ((pair[1] - pair[0]) / TAU).round() != 0.0;
     if !angle.values().windows(2).any(is_jump) {
@@ -221,4 +214,20 @@ pub fn unwrap(angle: &Timed) -> Timed {
     let unwrapped = unwrapped.collect();
     // Finite angles stay finite, and the times are the same.
     angle.with_values("angle", unwrapped).unwrap_or_else(|_| angle.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    #[test]
+    fn a_heading_past_north_goes_on() {
+        let measured = Timed::new("heading", vec![0.0, 1.0, 2.0], vec![6.2, 0.1, 0.3]);
+        let heading = unwrap(&measured.expect("in order"));
+        for (found, expected) in heading.values().iter().zip([6.2, 0.1 + TAU, 0.3 + TAU]) {
+            assert!((found - expected).abs() < 1e-12, "{found} and {expected}");
+        }
+    }
 }
