@@ -95,7 +95,7 @@ impl EquationError {
     /// accelerates most alike.
     ///
     /// # Errors
-    /// As [`EquationError::fit`], if no delay can be fitted.
+    /// As [`EquationError::fit`], if no delay can be fitted; [`Error::Setting`] without delays.
     pub fn fit_best_delay<'a>(
         &self,
         records: impl Into<Records<'a>>,
@@ -108,7 +108,8 @@ impl EquationError {
         }
         // Only values and residuals are looked at.
         let plain = Self { intervals: Intervals::BatchMeans, ..*self };
-        let (mut best, mut refused) = (None::<DelayedFit>, Error::NoRecord);
+        let mut best: Option<DelayedFit> = None;
+        let mut refused = Error::setting("delays_s", "empty", "one delay or more");
         for delay_s in delays_s {
             let late: Vec<AxisRecord> =
                 records.fit.iter().map(|axis| axis.delayed(delay_s)).collect();

@@ -117,7 +117,7 @@ impl OutputError {
     /// position is what is new in each. Under a quick walk those are increments of position;
     /// without one, position itself.
     ///
-    /// The covariance is that of what each of thirty batches contributes, told by the
+    /// The covariance is that of what each of thirty batches contributes, judged by the
     /// information of the others, with an autoregression between neighbours: what disturbs a
     /// vehicle stays in its velocity for a while. Degrees of freedom are independent batches
     /// less terms. Where force reacts to what disturbs (a vehicle that holds its depth), the

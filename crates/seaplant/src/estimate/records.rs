@@ -4,7 +4,7 @@ use crate::{AxisRecord, Dof, Error, Terms};
 
 /// The records of one degree of freedom, by what they are for.
 ///
-/// A slice or a vector of records is one to fit, by the terms that a method takes by default:
+/// A slice or a vector of records is all to be fitted, by the terms that a method takes by default:
 /// `FilterError::default().fit(&records)`. Held-out and steady records and the dry mass count with
 /// the filter error method alone.
 #[derive(Clone, Copy, Debug)]
@@ -17,8 +17,9 @@ pub struct Records<'a> {
     pub steady: &'a [AxisRecord],
     /// Mass in air, kg, if it is known: the mass in water is no less.
     pub dry_mass_kg: Option<f64>,
-    /// The terms of the plant, if they are not left to the method: mass and quadratic drag, and what
-    /// the filter error method finds beside them.
+    /// The terms of the plant, if they are not left to the method: mass, quadratic drag and bias force
+    /// ([`Terms::default`]); with filter error, mass and quadratic drag, and beside them what the logs
+    /// ask for.
     pub terms: Option<Terms>,
 }
 
@@ -89,6 +90,14 @@ mod tests {
         // Held-out records of another axis would be predicted by a plant that is not theirs.
         let records = Records { hold_out: &sway, ..Records::from(&surge) };
         assert!(matches!(FilterError::default().fit(records), Err(Error::OtherAxis { .. })));
+    }
+
+    #[test]
+    fn a_first_look_needs_a_delay_to_try() {
+        let records = [record(Dof::Surge)];
+        let refused = EquationError::default().fit_best_delay(&records, [].into_iter());
+        let refused = refused.expect_err("nothing to try");
+        assert_eq!(refused.to_string(), "delays_s is empty; it must be one delay or more");
     }
 
     #[test]

@@ -35,7 +35,7 @@ const LEAST_BLOCKS: f64 = 8.0;
 ///
 /// # Example
 /// ```
-/// use seaplant::estimate::{OutputErrorBootstrap, OutputError};
+/// use seaplant::estimate::{OutputError, OutputErrorBootstrap};
 /// use seaplant::{AxisRecord, Dof, LumpedParameters, Motion, State, Timed, simulate};
 /// let near = LumpedParameters { alpha: 0.01, beta: -0.5, ..Default::default() };
 /// let times: Vec<f64> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
