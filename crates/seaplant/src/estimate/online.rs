@@ -31,7 +31,7 @@ mod told;
 use nalgebra::{DMatrix, Vector6};
 
 pub use change::Change;
-pub use logs::{OnlineFit, OnlineHistory, fit_online_coupled};
+pub use logs::{CoefficientHistory, OnlineFit, fit_online_coupled};
 pub use options::{OnlineOptions, Scheme};
 pub use possible::Possible;
 pub use sample::{MOST_SIGNALS, Sample};

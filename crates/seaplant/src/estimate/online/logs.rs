@@ -5,7 +5,7 @@ use nalgebra::Vector6;
 use super::{Change, Online, OnlineEstimate, OnlineOptions, Sample, Scheme};
 use crate::motion::{down_body, interpolated_attitude};
 use crate::plant::{Basis, RigidBody, Signal, Structure};
-use crate::results::{OnlineHistory as HistoryResult, PlantChanged};
+use crate::results::{OnlineHistory, PlantChanged};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Error, Grid, Timed};
 
 /// What online identification of some trials ends with.
@@ -14,7 +14,7 @@ pub struct OnlineFit {
     /// The last estimate.
     pub estimate: OnlineEstimate,
     /// How the coefficients went there.
-    pub history: OnlineHistory,
+    pub history: CoefficientHistory,
     /// When the plant changed.
     pub changes: Vec<(String, Change)>,
     /// Samples taken.
@@ -25,7 +25,7 @@ pub struct OnlineFit {
 
 /// Coefficients over time.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct OnlineHistory {
+pub struct CoefficientHistory {
     /// Motion so far, s.
     pub time_s: Vec<f64>,
     /// The coefficients at each instant, one list for each term.
@@ -177,7 +177,7 @@ pub(super) fn run(
 ) -> Result<OnlineFit, Error> {
     let total: usize = stretches.iter().map(|stretch| stretch.samples.len()).sum();
     let every = total.div_ceil(INSTANTS).max(1);
-    let mut history = OnlineHistory::default();
+    let mut history = CoefficientHistory::default();
     let (mut changes, mut samples) = (Vec::new(), 0);
     for stretch in stretches {
         online.restart();
@@ -205,7 +205,7 @@ pub(super) fn run(
     Ok(OnlineFit { estimate, history, changes, samples, has_started })
 }
 
-impl OnlineHistory {
+impl CoefficientHistory {
     fn push(&mut self, time_s: f64, coefficients: &[f64]) {
         self.time_s.push(time_s);
         self.values.resize(coefficients.len(), Vec::new());
@@ -223,12 +223,12 @@ impl OnlineHistory {
     }
 
     /// The same as data, by the names of the terms.
-    pub(crate) fn result(&self, names: &[String], fit: &OnlineFit) -> HistoryResult {
+    pub(crate) fn result(&self, names: &[String], fit: &OnlineFit) -> OnlineHistory {
         let named = |of: &dyn Fn(usize) -> Vec<f64>| {
             names.iter().cloned().enumerate().map(|(k, name)| (name, of(k))).collect()
         };
         let settled = |(k, name): (usize, &String)| (name.clone(), self.settled_s(k));
-        HistoryResult {
+        OnlineHistory {
             time_s: self.time_s.clone(),
             parameters: named(&|k| self.values[k].clone()),
             settled_s: names.iter().enumerate().map(settled).collect(),
