@@ -369,7 +369,7 @@ impl<const N: usize> Pass<'_, N> {
         let decay = self.noise.decay();
         advance(self.plant, (slices, pushes), &mean.velocity, &mean.disturbance, &decay, flow);
         mean.velocity = flow.velocity;
-        mean.disturbance.component_mul_assign(&self.fade(stop.length_s));
+        mean.disturbance.component_mul_assign(&flow.left);
         mean.water *= self.noise.of_water().fade(stop.length_s);
     }
 
@@ -378,7 +378,7 @@ impl<const N: usize> Pass<'_, N> {
         Transition {
             by_velocity: flow.by_velocity(),
             by_disturbance: flow.by_disturbance(),
-            fade: self.fade(stop.length_s),
+            fade: flow.left,
             fade_of_water: self.noise.of_water().fade(stop.length_s),
         }
     }
