@@ -96,7 +96,13 @@ impl<const N: usize> Flow<N> {
     fn with_columns(count: usize) -> Self {
         let columns = vec![SVector::zeros(); count];
         let (velocity, left) = (SVector::zeros(), SVector::repeat(1.0));
-        Self { velocity, left, sources: columns.clone(), columns, half: Half { length_s: 0.0, rate: left, left } }
+        Self {
+            velocity,
+            left,
+            sources: columns.clone(),
+            columns,
+            half: Half { length_s: 0.0, rate: left, left },
+        }
     }
 
     /// ∂ν(end)/∂ν(beginning), shape (N, N).

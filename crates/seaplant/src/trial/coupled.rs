@@ -39,6 +39,9 @@ pub struct CoupledRecord {
     pub thrusters: Vec<CoupledThruster>,
     /// Velocity over ground in body axes, m/s and rad/s, likewise.
     pub velocity: [Option<Timed>; 6],
+    /// The variance of each sample of it beside that of all, likewise: n samples in one have 1/n of
+    /// one's; none where all are alike.
+    pub spread: [Option<Timed>; 6],
     /// Whether velocity is the slope of measured positions, likewise: what one is too large by, its
     /// neighbour is too small by.
     pub by_slope: [bool; 6],
@@ -135,7 +138,12 @@ impl CoupledRecord {
                     .to_owned(),
             });
         }
-        velocity = velocity.map(|series| Some(means(&series?, &changes)));
+        let mut spread = [const { None }; 6];
+        for (series, spread) in velocity.iter_mut().zip(&mut spread) {
+            if let Some(series) = series {
+                (*series, *spread) = means(series, &changes);
+            }
+        }
         let turns = [Dof::Roll, Dof::Pitch, Dof::Yaw];
         let angles = turns.map(|dof| match dof {
             Dof::Yaw => navigated.heading.clone(),
@@ -148,6 +156,7 @@ impl CoupledRecord {
             force,
             thrusters,
             velocity,
+            spread,
             by_slope,
             swing: [Dof::Surge, Dof::Sway, Dof::Heave].map(|dof| navigated.swing(dof)),
             attitude,
@@ -274,18 +283,21 @@ fn no_motion(trial: &str, dof: Dof) -> Error {
 /// it no coefficient explains, and each sample costs the filter a step.
 const FINEST_S: f64 = 0.05;
 
-/// A series without samples closer than that, each mean at the mean of its times.
+/// A series without samples closer than that, each mean at the mean of its times, and the variance
+/// of each beside that of all, if they differ.
 ///
 /// No mean goes beyond an instant of `changes`, which increase, when what pushes the vehicle
-/// changes: an autopilot acts on a sample, and a filter has to take it in before that.
-fn means(series: &Timed, changes: &[f64]) -> Timed {
+/// changes, and the sample there stands by itself: an autopilot acts on it, and a filter that is told
+/// less by then takes what the autopilot does for what the vehicle does.
+fn means(series: &Timed, changes: &[f64]) -> (Timed, Option<Timed>) {
     if series.period_s() >= 0.9 * FINEST_S {
-        return series.clone();
+        return (series.clone(), None);
     }
     let bin = |t: f64| {
         let change = changes.partition_point(|change| *change < t - ROUNDING_S);
         let from = if change > 0 { changes[change - 1] } else { series.first_s() };
-        (change, ((t - from - ROUNDING_S) / FINEST_S).ceil())
+        let is_there = changes.get(change).is_some_and(|change| *change <= t + ROUNDING_S);
+        (change, is_there, ((t - from - ROUNDING_S) / FINEST_S).ceil())
     };
     let samples: Vec<(f64, f64)> =
         series.time_s().iter().copied().zip(series.values().iter().copied()).collect();
@@ -293,10 +305,16 @@ fn means(series: &Timed, changes: &[f64]) -> Timed {
         let sum = of.iter().fold((0.0, 0.0), |sum, (t, x)| (sum.0 + t, sum.1 + x));
         (sum.0 / of.len() as f64, sum.1 / of.len() as f64)
     };
-    let (time_s, values): (Vec<f64>, Vec<f64>) =
-        samples.chunk_by(|a, b| bin(a.0) == bin(b.0)).map(mean).unzip();
+    let parts: Vec<&[(f64, f64)]> = samples.chunk_by(|a, b| bin(a.0) == bin(b.0)).collect();
+    let (time_s, values): (Vec<f64>, Vec<f64>) = parts.iter().map(|part| mean(part)).unzip();
+    let shares: Vec<f64> = parts.iter().map(|part| 1.0 / part.len() as f64).collect();
+    let all = shares.iter().sum::<f64>() / shares.len() as f64;
+    let spread: Vec<f64> = shares.iter().map(|share| share / all).collect();
     // Means of increasing times increase.
-    Timed::new("velocity", time_s, values).unwrap_or_else(|_| series.clone())
+    match Timed::new("velocity", time_s.clone(), values) {
+        Ok(means) => (means, Timed::new("spread", time_s, spread).ok()),
+        Err(_) => (series.clone(), None),
+    }
 }
 
 /// A held series that changes no more often than that, with the same mean over each step.
@@ -321,7 +339,7 @@ impl CoupledThruster {
 
 /// A signal of an effect, thinned as it is read.
 fn signal_means(signal: &Signal, series: &Timed, changes: &[f64]) -> Timed {
-    if signal.is_held() { held_means(series) } else { means(series, changes) }
+    if signal.is_held() { held_means(series) } else { means(series, changes).0 }
 }
 
 #[cfg(test)]
@@ -332,7 +350,7 @@ mod tests {
     fn a_log_at_200_hz_becomes_one_at_20_hz_that_says_the_same() {
         let time_s: Vec<f64> = (0..2000).map(|k| 0.005 * f64::from(k)).collect();
         let ramp = Timed::new("ramp", time_s.clone(), time_s.clone()).expect("valid");
-        let found = means(&ramp, &[]);
+        let (found, _) = means(&ramp, &[]);
         assert!((found.period_s() - FINEST_S).abs() < 1e-9, "{}", found.period_s());
         // A mean at the mean of its times lies on the line.
         let off = found.time_s().iter().zip(found.values()).map(|(t, x)| (t - x).abs());
@@ -341,18 +359,20 @@ mod tests {
         let middle = |t: f64| force.held_at(t);
         assert!((middle(1.01) - 1.0225).abs() < 3e-3, "{}", middle(1.01));
         let slow = Timed::new("slow", vec![0.0, 0.1, 0.2], vec![1.0; 3]).expect("valid");
-        assert_eq!((means(&slow, &[]), held_means(&slow)), (slow.clone(), slow));
+        assert_eq!((means(&slow, &[]), held_means(&slow)), ((slow.clone(), None), slow));
     }
 
     #[test]
-    fn a_mean_ends_with_the_sample_at_which_thrust_changes() {
+    fn a_sample_at_which_thrust_changes_stands_by_itself() {
         let time_s: Vec<f64> = (0..51).map(|k| 0.02 * f64::from(k)).collect();
         let ramp = Timed::new("ramp", time_s.clone(), time_s).expect("valid");
         let changes: Vec<f64> = (0..10).map(|k| 0.1 * f64::from(k)).collect();
-        let found = means(&ramp, &changes);
-        // 0 by itself, then 0.02 and 0.04, and 0.06 to 0.1.
-        for (found, wanted) in found.time_s().iter().zip([0.0, 0.03, 0.08, 0.13, 0.18]) {
+        let (found, spread) = means(&ramp, &changes);
+        // 0, then the means of 0.02 and 0.04 and of 0.06 and 0.08, and 0.1.
+        for (found, wanted) in found.time_s().iter().zip([0.0, 0.03, 0.07, 0.1, 0.13, 0.17, 0.2]) {
             assert!((found - wanted).abs() < 1e-12, "{found}, not {wanted}");
         }
+        let spread = spread.expect("means of one and of two");
+        assert!((spread.values()[3] / spread.values()[2] - 2.0).abs() < 1e-12);
     }
 }

@@ -578,6 +578,7 @@ mod tests {
             force: std::array::from_fn(force),
             thrusters: vec![thruster()],
             velocity: [const { None }; 6],
+            spread: [const { None }; 6],
             by_slope: [false; 6],
             swing: [const { None }; 3],
             attitude: [const { None }; 3],

@@ -283,8 +283,8 @@ impl<const N: usize> Pass<'_, N> {
             }
             covariance.predict(&transition, &process.whole);
             for (axis, y) in self.measurements(stop) {
-                let r = self.noise.velocity[axis].powi(2);
                 let seen = self.seen(axis, stop);
+                let r = self.noise.velocity[axis].powi(2) * seen.spread;
                 let column = covariance.seen(&seen);
                 let s = column.seen(&seen) + r;
                 let e = y - self.expected(&seen, &mean);
@@ -351,11 +351,12 @@ impl<const N: usize> Pass<'_, N> {
     }
 
     fn seen(&self, axis: usize, stop: &Stop) -> Seen {
-        let water = match self.plant.axes()[axis] {
+        let of_axis = self.plant.axes()[axis];
+        let water = match of_axis {
             Some(of @ 0..3) => stop.water.row(of).transpose(),
             _ => Vector2::zeros(),
         };
-        Seen { axis, water }
+        Seen { axis, water, spread: of_axis.map_or(1.0, |of| stop.spread[of]) }
     }
 
     fn expected(&self, seen: &Seen, mean: &State<N>) -> f64 {
@@ -398,7 +399,7 @@ impl<const N: usize> Pass<'_, N> {
         let seen = self.seen(axis, stop);
         let e = y - self.expected(&seen, mean);
         let column = covariance.seen(&seen);
-        let variance = column.seen(&seen) + self.noise.velocity[axis].powi(2);
+        let variance = column.seen(&seen) + self.noise.velocity[axis].powi(2) * seen.spread;
         let gain = Gain { state: column.scaled(1.0 / variance), variance };
         mean.add(&gain.state, e);
         covariance.subtract(&gain.state, &column);

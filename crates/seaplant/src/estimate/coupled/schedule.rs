@@ -32,6 +32,8 @@ pub(super) struct Stop {
     pub(super) length_s: f64,
     /// Velocity over ground by axis in SNAME order, where it was measured.
     pub(super) measured: [Option<f64>; 6],
+    /// The variance of each beside that of its axis.
+    pub(super) spread: [f64; 6],
     /// The two columns of R(η)ᵀ that turn a horizontal current into body axes.
     pub(super) water: Matrix3x2<f64>,
 }
@@ -113,12 +115,16 @@ impl Schedule {
                 slices: first..schedule.slices.len(),
                 length_s: time_s - before,
                 measured: [None; 6],
+                spread: [1.0; 6],
                 water: water(record, time_s),
             };
             for ((dof, series), at) in measured.iter().zip(&mut readers) {
                 let is_now = series.time_s().get(*at).is_some_and(|t| *t <= time_s + ROUNDING_S);
                 if is_now {
                     stop.measured[dof.index()] = Some(series.values()[*at]);
+                    if let Some(spread) = &record.spread[dof.index()] {
+                        stop.spread[dof.index()] = spread.held_at(time_s + ROUNDING_S);
+                    }
                     *at += 1;
                 }
             }

@@ -126,6 +126,7 @@ fn record_behind(
         force,
         thrusters: Vec::new(),
         velocity: [surge, sway, None, None, None, yaw],
+        spread: [const { None }; 6],
         by_slope: [false; 6],
         swing: [const { None }; 3],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],

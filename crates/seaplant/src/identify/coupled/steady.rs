@@ -88,6 +88,7 @@ mod tests {
             force,
             thrusters: Vec::new(),
             velocity: [const { None }; 6],
+            spread: [const { None }; 6],
             by_slope: [false; 6],
             swing: [const { None }; 3],
             attitude: [const { None }; 3],

@@ -228,6 +228,7 @@ mod tests {
             role: Role::Fit,
             force: [const { None }; 6],
             velocity: [Some(of(velocity[0])), Some(of(velocity[1])), None, None, None, None],
+            spread: [const { None }; 6],
             by_slope: [false; 6],
             swing: [const { None }; 3],
             attitude: [const { None }; 3],

@@ -74,7 +74,7 @@ impl<const N: usize> Pass<'_, N> {
     ) {
         for (seen, e, gain) in met.measured.iter().rev() {
             let (u, d) = adjoint.before_measurement(seen, *e, gain);
-            let r = self.noise.velocity[seen.axis].powi(2);
+            let r = self.noise.velocity[seen.axis].powi(2) * seen.spread;
             slope.gradient[2 * N + seen.axis] -= (u * u - d) * r;
         }
         let Met { before: At { mean, covariance }, transition, .. } = met;

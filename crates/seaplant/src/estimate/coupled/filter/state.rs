@@ -73,6 +73,8 @@ impl<const N: usize> State<N> {
 pub(super) struct Seen {
     pub(super) axis: usize,
     pub(super) water: Vector2<f64>,
+    /// Its variance beside that of the axis.
+    pub(super) spread: f64,
 }
 
 /// Covariance of the state; `vf` is that of velocity (row) with disturbance (column), and w stands
@@ -286,7 +288,7 @@ mod tests {
         for k in 0..5000 {
             covariance.predict(&step, &process);
             for axis in 0..2 {
-                let seen = Seen { axis, water: Vector2::zeros() };
+                let seen = Seen { axis, water: Vector2::zeros(), spread: 1.0 };
                 let column = covariance.seen(&seen);
                 let variance = column.seen(&seen) + 1e-5;
                 covariance.subtract(&column.scaled(1.0 / variance), &column);
