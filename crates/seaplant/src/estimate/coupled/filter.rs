@@ -15,10 +15,7 @@
 
 mod follower;
 mod noise;
-mod score;
 mod state;
-
-use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
 
@@ -102,37 +99,6 @@ impl Innovation {
     pub(super) fn normalised(&self) -> f64 {
         self.error / self.variance.sqrt()
     }
-}
-
-/// What the filter knows at some stop.
-#[derive(Clone, Copy)]
-struct At<const N: usize> {
-    mean: State<N>,
-    covariance: Covariance<N>,
-}
-
-/// The filter on its way through a trial.
-struct Run<const N: usize> {
-    at: At<N>,
-    flow: Flow<N>,
-    steps: Steps<Covariance<N>>,
-}
-
-impl<const N: usize> Run<N> {
-    fn begin(pass: &Pass<'_, N>) -> Self {
-        let at = At { mean: pass.first_mean(), covariance: pass.first_covariance() };
-        Self { at, flow: Flow::of_state(), steps: Steps::default() }
-    }
-}
-
-/// A step of the filter, and what was measured after it.
-struct Met<const N: usize> {
-    /// What is known where the step begins.
-    before: At<N>,
-    transition: Transition<N>,
-    length_s: f64,
-    /// What was seen, innovation and gain, in the order in which they were used.
-    measured: Vec<(Seen, f64, Gain<N>)>,
 }
 
 /// How far a trial depends on what is wanted of it.
@@ -239,30 +205,19 @@ impl<const N: usize> Pass<'_, N> {
 
     /// The negative log-likelihood, and each innovation.
     pub(super) fn innovations(&self) -> (f64, Vec<Innovation>) {
-        let (mut cost, mut innovations) = (0.0, Vec::with_capacity(self.schedule.samples()));
-        self.run(1..self.schedule.stops.len(), &mut Run::begin(self), |met| {
-            for (seen, error, gain) in met.measured {
-                cost += half_log(error, gain.variance);
-                innovations.push(Innovation { axis: seen.axis, error, variance: gain.variance });
+        let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
+        let (mut flow, mut cost, mut steps) = (Flow::of_state(), 0.0, Steps::default());
+        let mut innovations = Vec::with_capacity(self.schedule.samples());
+        for stop in &self.schedule.stops[1..] {
+            let transition = self.predict(stop, &mut mean, &mut flow);
+            covariance.predict(&transition, steps.of(stop.length_s, |h| self.process(h)));
+            for (axis, y) in self.measurements(stop) {
+                let (e, gain) = self.correct(axis, y, stop, &mut mean, &mut covariance);
+                cost += half_log(e, gain.variance);
+                innovations.push(Innovation { axis, error: e, variance: gain.variance });
             }
-        });
-        (if cost.is_finite() { cost } else { f64::INFINITY }, innovations)
-    }
-
-    /// Goes on with a run of the filter over some stops.
-    fn run(&self, stops: Range<usize>, run: &mut Run<N>, mut at_stop: impl FnMut(Met<N>)) {
-        let Run { at, flow, steps } = run;
-        for stop in &self.schedule.stops[stops] {
-            let before = *at;
-            let transition = self.predict(stop, &mut at.mean, flow);
-            at.covariance.predict(&transition, steps.of(stop.length_s, |h| self.process(h)));
-            let use_one = |(axis, y)| {
-                let (e, gain) = self.correct(axis, y, stop, &mut at.mean, &mut at.covariance);
-                (self.seen(axis, stop), e, gain)
-            };
-            let measured = self.measurements(stop).map(use_one).collect();
-            at_stop(Met { before, transition, length_s: stop.length_s, measured });
         }
+        (if cost.is_finite() { cost } else { f64::INFINITY }, innovations)
     }
 
     /// ln-likelihood with its slope by the logarithms of the noise.

@@ -26,16 +26,6 @@ pub(super) struct Point<const N: usize> {
     pub(super) currents: Vec<[f64; 2]>,
     /// Disturbance and noise of every trial.
     pub(super) noise: Noise<N>,
-    /// What the steps of the noise go by, if that was found near there.
-    pub(super) of_noise: Option<NoiseInformation>,
-}
-
-/// Fisher information of the logarithms of the noise.
-#[derive(Clone, Debug)]
-pub(super) struct NoiseInformation {
-    /// The logarithms that it is of.
-    at: DVector<f64>,
-    information: DMatrix<f64>,
 }
 
 /// A coupled fit of N axes to some trials.
@@ -97,6 +87,8 @@ pub(super) struct Optimum<const N: usize> {
     pub(super) cost: f64,
     /// Fisher information of coefficients and currents, priors included.
     pub(super) information: DMatrix<f64>,
+    /// Fisher information of the logarithms of the noise; of motion left to itself, none.
+    pub(super) noise_information: DMatrix<f64>,
     /// Steps made.
     pub(super) iterations: usize,
 }
@@ -143,9 +135,6 @@ impl Tolerance {
         0.1 * self.plant
     }
 }
-
-/// The information of the noise is kept while no logarithm has moved by more.
-const NEAR: f64 = 0.5;
 
 /// Numbers measured for each coefficient in pieces of the trials, that these say enough.
 const SAMPLES_PER_TERM: usize = 50;
@@ -399,21 +388,8 @@ impl Problem {
 
     /// Slope and information by the logarithms of the noise.
     pub(super) fn by_noise<const N: usize>(&self, point: &Point<N>) -> Option<Slope> {
-        self.of_noise(point, |pass| pass.by_noise())
-    }
-
-    /// The same slope without the information, in a fraction of the time.
-    fn score<const N: usize>(&self, point: &Point<N>) -> Option<Slope> {
-        self.of_noise(point, |pass| pass.score())
-    }
-
-    fn of_noise<const N: usize>(
-        &self,
-        point: &Point<N>,
-        slope_of: impl Fn(Pass<'_, N>) -> Slope + Sync,
-    ) -> Option<Slope> {
         let plant = self.prepared(&point.free)?;
-        let slopes = self.each(point, &plant, |_, pass| slope_of(pass));
+        let slopes = self.each(point, &plant, |_, pass| pass.by_noise());
         let sum = slopes.iter().fold(Slope::zeros(point.noise.count()), Slope::plus);
         sum.cost.is_finite().then_some(sum)
     }
@@ -434,24 +410,13 @@ impl Problem {
     ) -> Result<Optimum<N>, Error> {
         let pieces = self.in_pieces();
         if let Some(pieces) = pieces.as_ref().filter(|_| self.has_rival()) {
-            let nearer = self.on_pieces(pieces, start)?;
-            return self.descent(nearer, tolerance);
+            let nearer = pieces.descent(start, Tolerance::COARSE)?;
+            return self.descent(nearer.point, tolerance);
         }
-        let nearer = pieces.and_then(|pieces| self.on_pieces(&pieces, start.clone()).ok());
-        let found = nearer.and_then(|nearer| self.descent(nearer, tolerance).ok());
+        let on_pieces = |pieces: Self| pieces.descent(start.clone(), Tolerance::COARSE).ok();
+        let nearer = pieces.and_then(on_pieces);
+        let found = nearer.and_then(|nearer| self.descent(nearer.point, tolerance).ok());
         found.map_or_else(|| self.descent(start, tolerance), Ok)
-    }
-
-    /// Goes from a start nearly to the optimum of pieces of the trials.
-    ///
-    /// # Errors
-    /// As [`Self::descent`].
-    fn on_pieces<const N: usize>(&self, pieces: &Self, start: Point<N>) -> Result<Point<N>, Error> {
-        let mut point = pieces.descent(start, Tolerance::COARSE)?.point;
-        if let Some(of_noise) = &mut point.of_noise {
-            of_noise.information *= self.samples() as f64 / pieces.samples() as f64;
-        }
-        Ok(point)
     }
 
     /// Goes from a start to the optimum: in turn a step of plant and currents at the filter's
@@ -490,10 +455,12 @@ impl Problem {
         let tolerance = if self.is_free { tolerance.of_free() } else { tolerance };
         let mut point = start;
         let mut damping = DAMPING;
+        let count = point.noise.count();
+        let mut noise_information = DMatrix::zeros(count, count);
         let mut noise_is_settled = noise == WithNoise::Kept;
         for iterations in 0..MOST_STEPS {
             if !noise_is_settled {
-                noise_is_settled = self.step_noise(&mut point, tolerance);
+                noise_is_settled = self.step_noise(&mut point, tolerance, &mut noise_information);
             }
             let (slope, gains) = self
                 .by_plant(&point)
@@ -503,10 +470,10 @@ impl Problem {
             if is_last && noise_is_settled {
                 let Slope { cost, information, .. } = slope;
                 let iterations = iterations + 1;
-                return Ok(Optimum { point, cost, information, iterations });
+                return Ok(Optimum { point, cost, information, noise_information, iterations });
             }
-            noise_is_settled =
-                noise == WithNoise::Kept || is_last && self.step_noise(&mut point, tolerance);
+            noise_is_settled = noise == WithNoise::Kept
+                || is_last && self.step_noise(&mut point, tolerance, &mut noise_information);
         }
         Err(refuse(
             "the fit did not converge; leave out terms, or use trials with more variation of speed and turning",
@@ -581,27 +548,23 @@ impl Problem {
         (jacobian.transpose() * &slope.gradient, hessian)
     }
 
-    /// One step of the noise, by the information that is known near there; whether it is settled.
-    fn step_noise<const N: usize>(&self, point: &mut Point<N>, tolerance: Tolerance) -> bool {
+    /// One step of the noise, whose information comes with it; whether it is settled.
+    fn step_noise<const N: usize>(
+        &self,
+        point: &mut Point<N>,
+        tolerance: Tolerance,
+        noise_information: &mut DMatrix<f64>,
+    ) -> bool {
         if self.is_free {
             return self.step_misfit(point, tolerance);
         }
-        let logarithms = point.noise.logarithms();
-        let near = point.of_noise.take().filter(|known| known.is_near(&logarithms));
-        let found = match near {
-            Some(near) => self.score(point).map(|slope| (slope, near)),
-            None => self.by_noise(point).map(|slope| {
-                let (at, information) = (logarithms.clone(), slope.information.clone());
-                (slope, NoiseInformation { at, information })
-            }),
-        };
-        let Some((slope, near)) = found else { return true };
-        let NoiseInformation { information, .. } = point.of_noise.insert(near);
-        let information = information.clone();
+        let Some(slope) = self.by_noise(point) else { return true };
+        noise_information.copy_from(&slope.information);
         let mut damping = DAMPING;
+        let logarithms = point.noise.logarithms();
         let limits = self.noise_limits(&point.noise);
-        let slopes = (&slope.gradient, &information);
-        let parabola = Parabola::new(slopes, (&logarithms, &limits), |_| false);
+        let (gradient, information) = (&slope.gradient, &slope.information);
+        let parabola = Parabola::new((gradient, information), (&logarithms, &limits), |_| false);
         while damping < MOST_DAMPING {
             let Some(step) = parabola.step(damping) else {
                 damping *= DAMPING_FACTOR;
@@ -639,12 +602,6 @@ impl Problem {
             limits[2 * N + axis].0 = (LEAST_NOISE_PART * sample).ln();
         }
         limits
-    }
-}
-
-impl NoiseInformation {
-    fn is_near(&self, logarithms: &DVector<f64>) -> bool {
-        self.at.len() == logarithms.len() && (&self.at - logarithms).amax() < NEAR
     }
 }
 

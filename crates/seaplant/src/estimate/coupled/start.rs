@@ -123,7 +123,6 @@ fn first_point<const N: usize>(
         },
         currents: vec![[0.0; 2]; records.len()],
         noise: first_noise(problem, &least_squares.residual),
-        of_noise: None,
     };
     if problem.is_free {
         point.noise = free::first_noise(problem, records);

@@ -32,20 +32,6 @@ impl<const N: usize> State<N> {
         scaled
     }
 
-    /// What a measurement sees.
-    pub(super) fn of(seen: &Seen) -> Self {
-        let mut of = Self::zeros();
-        of.velocity[seen.axis] = 1.0;
-        of.water = seen.water;
-        of
-    }
-
-    pub(super) fn dot(&self, other: &Self) -> f64 {
-        self.velocity.dot(&other.velocity)
-            + self.disturbance.dot(&other.disturbance)
-            + self.water.dot(&other.water)
-    }
-
     /// What a measurement sees of it.
     pub(super) fn seen(&self, seen: &Seen) -> f64 {
         self.velocity[seen.axis] + seen.water.dot(&self.water)
@@ -56,14 +42,6 @@ impl<const N: usize> State<N> {
         self.velocity = apply(&step.by_velocity, &self.velocity)
             + apply(&step.by_disturbance, &self.disturbance);
         self.disturbance.component_mul_assign(&step.fade);
-        self.water *= step.fade_of_water;
-    }
-
-    /// Φᵀ x.
-    pub(super) fn step_back(&mut self, step: &Transition<N>) {
-        self.disturbance.component_mul_assign(&step.fade);
-        self.disturbance += step.by_disturbance.tr_mul(&self.velocity);
-        self.velocity = step.by_velocity.tr_mul(&self.velocity);
         self.water *= step.fade_of_water;
     }
 }
@@ -146,69 +124,6 @@ impl<const N: usize> Covariance<N> {
         self.vf += other.vf * weight;
         self.ff += other.ff * weight;
         self.ww += other.ww * weight;
-    }
-
-    /// The covariance of all with the disturbance of an axis.
-    pub(super) fn of_disturbance(&self, axis: usize) -> State<N> {
-        State {
-            velocity: self.vf.column(axis).into_owned(),
-            disturbance: self.ff.column(axis).into_owned(),
-            water: self.fw.row(axis).transpose(),
-        }
-    }
-
-    /// The covariance of all with a direction of the current.
-    pub(super) fn of_water(&self, direction: usize) -> State<N> {
-        State {
-            velocity: self.vw.column(direction).into_owned(),
-            disturbance: self.fw.column(direction).into_owned(),
-            water: self.ww.column(direction).into_owned(),
-        }
-    }
-
-    /// P x.
-    pub(super) fn times(&self, x: &State<N>) -> State<N> {
-        State {
-            velocity: apply(&self.vv, &x.velocity)
-                + apply(&self.vf, &x.disturbance)
-                + self.vw * x.water,
-            disturbance: self.vf.tr_mul(&x.velocity)
-                + apply(&self.ff, &x.disturbance)
-                + self.fw * x.water,
-            water: self.vw.tr_mul(&x.velocity) + self.fw.tr_mul(&x.disturbance) + self.ww * x.water,
-        }
-    }
-
-    /// tr P B of two of them.
-    pub(super) fn dot(&self, other: &Self) -> f64 {
-        let across = self.vf.dot(&other.vf) + self.vw.dot(&other.vw) + self.fw.dot(&other.fw);
-        self.vv.dot(&other.vv) + self.ff.dot(&other.ff) + self.ww.dot(&other.ww) + 2.0 * across
-    }
-
-    /// Φᵀ N Φ.
-    pub(super) fn step_back(&mut self, step: &Transition<N>) {
-        let (fade, rho) = (&step.fade, step.fade_of_water);
-        let (a, b) = (step.by_velocity.transpose(), step.by_disturbance.transpose());
-        let mut of_force = times_transposed(&self.vv, &b);
-        let mut of_fading = times_transposed(&self.vf.transpose(), &b);
-        for j in 0..N {
-            for i in 0..N {
-                of_force[(i, j)] += self.vf[(i, j)] * fade[j];
-                of_fading[(i, j)] = fade[i] * (of_fading[(i, j)] + self.ff[(i, j)] * fade[j]);
-            }
-        }
-        self.vv = times(&a, &times_transposed(&self.vv, &a));
-        self.vf = times(&a, &of_force);
-        self.ff = times(&b, &of_force) + of_fading;
-        symmetrise(&mut self.vv);
-        symmetrise(&mut self.ff);
-        for direction in 0..2 {
-            let v = self.vw.column(direction) * rho;
-            let faded = self.fw.column(direction).component_mul(fade) * rho;
-            self.fw.set_column(direction, &(apply(&b, &v) + faded));
-            self.vw.set_column(direction, &apply(&a, &v));
-        }
-        self.ww *= rho * rho;
     }
 
     /// Φ P Φᵀ + Q.
