@@ -3,7 +3,6 @@
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
 use super::{Prepared, apply, times};
-use crate::series::ROUNDING_S;
 
 /// A short time with a constant force: at most 0.05 s, so that roll and pitch at some rad/s
 /// carry no error of the integration.
@@ -41,35 +40,15 @@ pub(crate) struct Decay<const N: usize> {
     pub(crate) rate: SVector<f64, N>,
 }
 
-/// What half of a slice leaves of the disturbance, of the slice before: most are as long as that.
-struct Half<const N: usize> {
-    length_s: f64,
-    rate: SVector<f64, N>,
-    left: SVector<f64, N>,
-}
-
-impl<const N: usize> Half<N> {
-    fn of(&mut self, length_s: f64, decay: &Decay<N>) -> SVector<f64, N> {
-        if (length_s - self.length_s).abs() > ROUNDING_S || decay.rate != self.rate {
-            let left = decay.rate.map(|rate| (-0.5 * rate * length_s).exp());
-            *self = Self { length_s, rate: decay.rate, left };
-        }
-        self.left
-    }
-}
-
 /// Where a state goes over some slices, and how that changes.
 pub(crate) struct Flow<const N: usize> {
     /// ν_r at the end.
     pub(crate) velocity: SVector<f64, N>,
-    /// What is left of the disturbance at the end, as a part of that at the beginning.
-    pub(crate) left: SVector<f64, N>,
     /// Its columns: by ν_r at the beginning (N), by the disturbance there (N), by each
     /// coefficient and by the numbers of the actuators, if these were asked for.
     pub(crate) columns: Vec<SVector<f64, N>>,
     /// What drives each column in the middle of a slice.
     sources: Vec<SVector<f64, N>>,
-    half: Half<N>,
 }
 
 impl<const N: usize> Flow<N> {
@@ -95,14 +74,7 @@ impl<const N: usize> Flow<N> {
 
     fn with_columns(count: usize) -> Self {
         let columns = vec![SVector::zeros(); count];
-        let (velocity, left) = (SVector::zeros(), SVector::repeat(1.0));
-        Self {
-            velocity,
-            left,
-            sources: columns.clone(),
-            columns,
-            half: Half { length_s: 0.0, rate: left, left },
-        }
+        Self { velocity: SVector::zeros(), sources: columns.clone(), columns }
     }
 
     /// ∂ν(end)/∂ν(beginning), shape (N, N).
@@ -122,7 +94,6 @@ impl<const N: usize> Flow<N> {
 
     fn start(&mut self, velocity: &SVector<f64, N>) {
         self.velocity = *velocity;
-        self.left = SVector::repeat(1.0);
         for (j, column) in self.columns.iter_mut().enumerate() {
             *column = SVector::zeros();
             if j < N {
@@ -146,12 +117,13 @@ pub(crate) fn advance<const N: usize>(
     flow: &mut Flow<N>,
 ) {
     flow.start(velocity);
+    let mut left = SVector::<f64, N>::repeat(1.0);
     for (slice, push) in slices.iter().zip(pushes) {
-        let half = flow.half.of(slice.length_s, decay);
-        let middle = flow.left.component_mul(&half);
-        let lefts = [flow.left, middle, middle.component_mul(&half)];
+        let half = decay.rate.map(|rate| (-0.5 * rate * slice.length_s).exp());
+        let middle = left.component_mul(&half);
+        let lefts = [left, middle, middle.component_mul(&half)];
         step(plant, (slice, push), disturbance, &lefts, flow);
-        flow.left = lefts[2];
+        left = lefts[2];
     }
 }
 

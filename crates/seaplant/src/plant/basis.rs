@@ -345,25 +345,14 @@ pub(crate) fn kirchhoff(momentum: &Vector6<f64>, velocity: &Vector6<f64>) -> Vec
 
 /// `∂(C(M, ν) ν)/∂ν`, shape (6, 6).
 pub(crate) fn kirchhoff_slope(mass: &Matrix6<f64>, velocity: &Vector6<f64>) -> Matrix6<f64> {
-    let half = |x: &Vector6<f64>, from: usize| x.fixed_rows::<3>(from).into_owned();
     let momentum = mass * velocity;
-    let (p, l) = (half(&momentum, 0), half(&momentum, 3));
-    let (v, w) = (half(velocity, 0), half(velocity, 3));
     let mut slope = Matrix6::zeros();
     for j in 0..6 {
-        let column = mass.column(j).into_owned();
-        let (by_p, by_l) = (half(&column, 0), half(&column, 3));
-        let mut force = w.cross(&by_p);
-        let mut moment = v.cross(&by_p) + w.cross(&by_l);
-        let unit = Vector3::ith(j % 3, 1.0);
-        if j < 3 {
-            moment += unit.cross(&p);
-        } else {
-            force += unit.cross(&p);
-            moment += unit.cross(&l);
-        }
-        slope.fixed_view_mut::<3, 1>(0, j).copy_from(&force);
-        slope.fixed_view_mut::<3, 1>(3, j).copy_from(&moment);
+        let mut unit = Vector6::zeros();
+        unit[j] = 1.0;
+        let column =
+            kirchhoff(&momentum, &unit) + kirchhoff(&mass.column(j).into_owned(), velocity);
+        slope.set_column(j, &column);
     }
     slope
 }

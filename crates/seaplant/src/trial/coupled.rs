@@ -40,7 +40,7 @@ pub struct CoupledRecord {
     /// Velocity over ground in body axes, m/s and rad/s, likewise.
     pub velocity: [Option<Timed>; 6],
     /// The variance of each sample of it beside that of all, likewise: n samples in one have 1/n of
-    /// one's; none where all are alike.
+    /// one's; none where samples are as they were logged.
     pub spread: [Option<Timed>; 6],
     /// Whether velocity is the slope of measured positions, likewise: what one is too large by, its
     /// neighbour is too small by.
@@ -284,29 +284,29 @@ fn no_motion(trial: &str, dof: Dof) -> Error {
 const FINEST_S: f64 = 0.05;
 
 /// A series without samples closer than that, each mean at the mean of its times, and the variance
-/// of each beside that of all, if they differ.
+/// of each beside that of all.
 ///
 /// No mean goes beyond an instant of `changes`, which increase, when what pushes the vehicle
-/// changes, and the sample there stands by itself: an autopilot acts on it, and a filter that is told
-/// less by then takes what the autopilot does for what the vehicle does.
+/// changes, and the last sample until then stands by itself: an autopilot acts on it, and a filter
+/// that is told less by then takes what the autopilot does for what the vehicle does.
 fn means(series: &Timed, changes: &[f64]) -> (Timed, Option<Timed>) {
     if series.period_s() >= 0.9 * FINEST_S {
         return (series.clone(), None);
     }
-    let bin = |t: f64| {
-        let change = changes.partition_point(|change| *change < t - ROUNDING_S);
+    let times = series.time_s();
+    let before = |t: f64| changes.partition_point(|change| *change < t - ROUNDING_S);
+    let bin = |k: usize| {
+        let (t, change) = (times[k], before(times[k]));
         let from = if change > 0 { changes[change - 1] } else { series.first_s() };
-        let is_there = changes.get(change).is_some_and(|change| *change <= t + ROUNDING_S);
-        (change, is_there, ((t - from - ROUNDING_S) / FINEST_S).ceil())
+        let is_last = times.get(k + 1).is_some_and(|next| before(*next) > change);
+        (change, is_last, ((t - from - ROUNDING_S) / FINEST_S).ceil())
     };
-    let samples: Vec<(f64, f64)> =
-        series.time_s().iter().copied().zip(series.values().iter().copied()).collect();
-    let mean = |of: &[(f64, f64)]| {
-        let sum = of.iter().fold((0.0, 0.0), |sum, (t, x)| (sum.0 + t, sum.1 + x));
-        (sum.0 / of.len() as f64, sum.1 / of.len() as f64)
-    };
-    let parts: Vec<&[(f64, f64)]> = samples.chunk_by(|a, b| bin(a.0) == bin(b.0)).collect();
-    let (time_s, values): (Vec<f64>, Vec<f64>) = parts.iter().map(|part| mean(part)).unzip();
+    let samples: Vec<usize> = (0..series.len()).collect();
+    let parts: Vec<&[usize]> = samples.chunk_by(|a, b| bin(*a) == bin(*b)).collect();
+    let mean =
+        |part: &[usize], of: &[f64]| part.iter().map(|k| of[*k]).sum::<f64>() / part.len() as f64;
+    let time_s: Vec<f64> = parts.iter().map(|part| mean(part, times)).collect();
+    let values: Vec<f64> = parts.iter().map(|part| mean(part, series.values())).collect();
     let shares: Vec<f64> = parts.iter().map(|part| 1.0 / part.len() as f64).collect();
     let all = shares.iter().sum::<f64>() / shares.len() as f64;
     let spread: Vec<f64> = shares.iter().map(|share| share / all).collect();
@@ -363,16 +363,20 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_at_which_thrust_changes_stands_by_itself() {
+    fn the_last_sample_before_thrust_changes_stands_by_itself() {
         let time_s: Vec<f64> = (0..51).map(|k| 0.02 * f64::from(k)).collect();
         let ramp = Timed::new("ramp", time_s.clone(), time_s).expect("valid");
-        let changes: Vec<f64> = (0..10).map(|k| 0.1 * f64::from(k)).collect();
-        let (found, spread) = means(&ramp, &changes);
-        // 0, then the means of 0.02 and 0.04 and of 0.06 and 0.08, and 0.1.
-        for (found, wanted) in found.time_s().iter().zip([0.0, 0.03, 0.07, 0.1, 0.13, 0.17, 0.2]) {
-            assert!((found - wanted).abs() < 1e-12, "{found}, not {wanted}");
+        // At a sample or between two of them, it is the same.
+        for late in [0.0, 0.007] {
+            let changes: Vec<f64> = (0..10).map(|k| 0.1 * f64::from(k) + late).collect();
+            let (found, spread) = means(&ramp, &changes);
+            // 0, then the means of 0.02 and 0.04 and of 0.06 and 0.08, and 0.1.
+            let wanted = [0.0, 0.03, 0.07, 0.1, 0.13, 0.17, 0.2];
+            for (found, wanted) in found.time_s().iter().zip(wanted) {
+                assert!((found - wanted).abs() < 1e-12, "{late}: {found}, not {wanted}");
+            }
+            let spread = spread.expect("means of one and of two");
+            assert!((spread.values()[3] / spread.values()[2] - 2.0).abs() < 1e-12);
         }
-        let spread = spread.expect("means of one and of two");
-        assert!((spread.values()[3] / spread.values()[2] - 2.0).abs() < 1e-12);
     }
 }

@@ -239,7 +239,7 @@ impl<const N: usize> Pass<'_, N> {
             covariance.predict(&transition, &process.whole);
             for (axis, y) in self.measurements(stop) {
                 let seen = self.seen(axis, stop);
-                let r = self.noise.velocity[axis].powi(2) * seen.spread;
+                let r = self.variance(&seen);
                 let column = covariance.seen(&seen);
                 let s = column.seen(&seen) + r;
                 let e = y - self.expected(&seen, &mean);
@@ -314,6 +314,11 @@ impl<const N: usize> Pass<'_, N> {
         Seen { axis, water, spread: of_axis.map_or(1.0, |of| stop.spread[of]) }
     }
 
+    /// What noise makes of a sample, (m/s)² or (rad/s)².
+    fn variance(&self, seen: &Seen) -> f64 {
+        self.noise.velocity[seen.axis].powi(2) * seen.spread
+    }
+
     fn expected(&self, seen: &Seen, mean: &State<N>) -> f64 {
         let [north, east] = self.current;
         mean.seen(seen) + (seen.water[0] * north + seen.water[1] * east)
@@ -325,7 +330,7 @@ impl<const N: usize> Pass<'_, N> {
         let decay = self.noise.decay();
         advance(self.plant, (slices, pushes), &mean.velocity, &mean.disturbance, &decay, flow);
         mean.velocity = flow.velocity;
-        mean.disturbance.component_mul_assign(&flow.left);
+        mean.disturbance.component_mul_assign(&self.fade(stop.length_s));
         mean.water *= self.noise.of_water().fade(stop.length_s);
     }
 
@@ -334,7 +339,7 @@ impl<const N: usize> Pass<'_, N> {
         Transition {
             by_velocity: flow.by_velocity(),
             by_disturbance: flow.by_disturbance(),
-            fade: flow.left,
+            fade: self.fade(stop.length_s),
             fade_of_water: self.noise.of_water().fade(stop.length_s),
         }
     }
@@ -354,7 +359,7 @@ impl<const N: usize> Pass<'_, N> {
         let seen = self.seen(axis, stop);
         let e = y - self.expected(&seen, mean);
         let column = covariance.seen(&seen);
-        let variance = column.seen(&seen) + self.noise.velocity[axis].powi(2) * seen.spread;
+        let variance = column.seen(&seen) + self.variance(&seen);
         let gain = Gain { state: column.scaled(1.0 / variance), variance };
         mean.add(&gain.state, e);
         covariance.subtract(&gain.state, &column);

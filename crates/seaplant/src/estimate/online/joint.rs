@@ -173,7 +173,7 @@ impl Joint {
         let Self { plant, slices, pushes, velocity, disturbance, flow, .. } = self;
         advance(plant, (&slices[..count], pushes), velocity, disturbance, &decay, flow);
         self.velocity = self.flow.velocity;
-        let fade = self.flow.left;
+        let fade = decay.rate.map(|rate| (-rate * step.length_s).exp());
         self.disturbance.component_mul_assign(&fade);
         self.spread(&fade);
         self.add_noise(step.length_s);
