@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use seaplant::IdentifyOptions;
 use seaplant::Recording;
 use seaplant::twin::{TwinCampaign, TwinSpec, TwinTrial, make};
-use seaplant_campaign::{SourcedTrial, SourcedVehicle, twin_files};
+use seaplant_campaign::{SourcedTrial, SourcedVehicle, TwinFile, twin_files};
 use seaplant_log::{MemoryColumn, MemoryTable};
 
 use crate::border::{Failure, apart, apart_watched, json, parse};
@@ -75,7 +75,7 @@ impl Twin {
 }
 
 fn trial(log: &TwinTrial, twin: &TwinCampaign) -> Result<SourcedTrial, Failure> {
-    let trial = log.trial(&twin.vehicle)?;
+    let trial = log.trial(twin)?;
     Ok(SourcedTrial { trial, inputs: Vec::new(), offsets: Vec::new(), start_s: 0.0 })
 }
 
@@ -139,7 +139,5 @@ pub fn monte_carlo(
 /// What a twin's TOML file says, as JSON.
 #[pyfunction]
 pub fn read_twin_spec(path: PathBuf) -> PyResult<String> {
-    Ok(seaplant_campaign::read_toml::<TwinSpec>(&path)
-        .map_err(Failure::from)
-        .and_then(|s| json(&s))?)
+    Ok(TwinFile::read_one_axis(&path).map_err(Failure::from).and_then(|s| json(&s))?)
 }

@@ -37,7 +37,7 @@ pub use inspect::{
     ChannelSummary, InspectedEpoch, InspectedFile, InspectedOffset, Inspection, inspect,
     inspect_survey,
 };
-pub use monte_carlo::{MonteCarloTable, monte_carlo};
+pub use monte_carlo::{MonteCarloTable, WholeMonteCarloTable, monte_carlo, monte_carlo_whole};
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use profile::{

@@ -1,16 +1,21 @@
 //! A Monte Carlo study on as many threads as are wanted.
 
+use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use schemars::JsonSchema;
 use seaplant::monte_carlo::{
-    Admission, Assurance, Row, Sample, admissions, assurance, sample, summarise,
+    Admission, Assurance, CoefficientRow, Row, Sample, WholeSample, admissions, assurance, sample,
+    sample_whole, summarise, summarise_whole,
 };
-use seaplant::twin::TwinSpec;
+use seaplant::twin::{TwinSpec, WholeTwinSpec};
 use seaplant::{Error, IdentifyOptions};
 use serde::{Deserialize, Serialize};
+
+use crate::TwinError;
+use crate::twin_file::plant_named;
 
 /// The table of a study, and what it was made from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -30,11 +35,58 @@ pub struct MonteCarloTable {
     pub assurance: Vec<Assurance>,
 }
 
-/// The number of a run, and what came of it.
-type RunOf = (u64, Result<Vec<Sample>, Error>);
+/// The table of a study of a whole vehicle, and what it was made from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct WholeMonteCarloTable {
+    /// Version of Seaplant that made it.
+    pub version: String,
+    /// How many twins.
+    pub runs: u64,
+    /// The twin; that of the first run has its seed.
+    pub spec: WholeTwinSpec,
+    /// Errors and coverage of each coefficient.
+    pub coefficients: Vec<CoefficientRow>,
+    /// How often axes were presented as what they are not.
+    pub assurance: Vec<Assurance>,
+    /// Why plants were not found, by seed.
+    pub failures: BTreeMap<u64, String>,
+}
 
 /// More threads than this help nowhere, and some systems make no more.
 const MOST_THREADS: usize = 1024;
+
+/// What comes of each run, in their order, on as many threads as are wanted; `None` once `go_on`,
+/// which is asked before each run by every thread, says no.
+fn study<T: Send, E: Send>(
+    runs: u64,
+    threads: usize,
+    go_on: impl Fn(u64) -> bool + Sync,
+    sample: impl Fn(u64) -> Result<T, E> + Sync,
+) -> Result<Option<Vec<T>>, E> {
+    let threads = threads.clamp(1, MOST_THREADS).min(usize::try_from(runs).unwrap_or(MOST_THREADS));
+    let next = AtomicU64::new(0);
+    let done: Mutex<Vec<(u64, Result<T, E>)>> = Mutex::default();
+    let work = || {
+        loop {
+            let run = next.fetch_add(1, Ordering::Relaxed);
+            if run >= runs || !go_on(run) {
+                break;
+            }
+            let found = sample(run);
+            // A poisoned lock means that another thread panicked; the scope tells.
+            if let Ok(mut done) = done.lock() {
+                done.push((run, found));
+            }
+        }
+    };
+    thread::scope(|scope| (0..threads).for_each(|_| _ = scope.spawn(work)));
+    let mut done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    if (done.len() as u64) < runs {
+        return Ok(None);
+    }
+    done.sort_by_key(|(run, _)| *run);
+    done.into_iter().map(|(_, found)| found).collect::<Result<_, _>>().map(Some)
+}
 
 /// Makes `runs` twins, with seeds from that of `spec` upwards, fits each with every method,
 /// and says how far off they are.
@@ -51,40 +103,49 @@ pub fn monte_carlo(
     threads: usize,
     go_on: impl Fn(u64) -> bool + Sync,
 ) -> Result<Option<MonteCarloTable>, Error> {
-    let threads = threads.clamp(1, MOST_THREADS).min(usize::try_from(runs).unwrap_or(MOST_THREADS));
-    let next = AtomicU64::new(0);
-    let done: Mutex<Vec<RunOf>> = Mutex::default();
-    let work = || {
-        loop {
-            let run = next.fetch_add(1, Ordering::Relaxed);
-            if run >= runs || !go_on(run) {
-                break;
-            }
-            let samples =
-                sample(&TwinSpec { seed: spec.seed.wrapping_add(run), ..spec.clone() }, options);
-            // A poisoned lock means that another thread panicked; the scope tells.
-            if let Ok(mut done) = done.lock() {
-                done.push((run, samples));
-            }
-        }
-    };
-    thread::scope(|scope| (0..threads).for_each(|_| _ = scope.spawn(work)));
-    let mut done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-    if (done.len() as u64) < runs {
-        return Ok(None);
-    }
-    done.sort_by_key(|(run, _)| *run);
-    let mut samples = Vec::new();
-    for (_, of_seed) in done {
-        samples.extend(of_seed?);
-    }
+    let of_run =
+        |run| sample(&TwinSpec { seed: spec.seed.wrapping_add(run), ..spec.clone() }, options);
+    let Some(samples) = study(runs, threads, go_on, of_run)? else { return Ok(None) };
+    let samples: Vec<Sample> = samples.into_iter().flatten().collect();
+    let judged = samples.iter().filter_map(|sample| Some((sample.dof, sample.judged?)));
     Ok(Some(MonteCarloTable {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         runs,
         spec: spec.clone(),
         rows: summarise(&samples),
         admissions: admissions(&samples),
-        assurance: assurance(&samples),
+        assurance: assurance(&judged.collect::<Vec<_>>()),
+    }))
+}
+
+/// Makes `runs` twins of a whole vehicle, with seeds from that of `spec` upwards, identifies each,
+/// and says how far off every coefficient is.
+///
+/// The table is the same whatever the number of threads; `go_on` as of [`monte_carlo`].
+///
+/// # Errors
+/// As [`sample_whole`], and for a vehicle that cannot be read.
+pub fn monte_carlo_whole(
+    spec: &WholeTwinSpec,
+    runs: u64,
+    threads: usize,
+    go_on: impl Fn(u64) -> bool + Sync,
+) -> Result<Option<WholeMonteCarloTable>, TwinError> {
+    let model = plant_named(&spec.vehicle)?;
+    let of_run = |run| {
+        let spec = WholeTwinSpec { seed: spec.seed.wrapping_add(run), ..spec.clone() };
+        sample_whole(&spec, &model)
+    };
+    let Some(samples) = study(runs, threads, go_on, of_run)? else { return Ok(None) };
+    let judged = samples.iter().flat_map(|sample| sample.judged.iter().map(|(dof, x)| (*dof, *x)));
+    let why = |sample: &WholeSample| Some((sample.seed, sample.found.as_ref().err()?.clone()));
+    Ok(Some(WholeMonteCarloTable {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        runs,
+        spec: spec.clone(),
+        coefficients: summarise_whole(&samples),
+        assurance: assurance(&judged.collect::<Vec<_>>()),
+        failures: samples.iter().filter_map(why).collect(),
     }))
 }
 
@@ -106,6 +167,21 @@ mod tests {
         let table = study(1, |_| true).expect("not stopped");
         assert_eq!(table.rows[0].answers, 4);
         assert_eq!(Some(table), study(3, |_| true));
+    }
+
+    #[test]
+    fn a_whole_vehicle_makes_the_same_table_on_any_number_of_threads() {
+        let spec = WholeTwinSpec {
+            axes: vec![Dof::Surge, Dof::Yaw],
+            duration_s: 60.0,
+            hold_out_s: 60.0,
+            ..WholeTwinSpec::default()
+        };
+        let study = |threads| monte_carlo_whole(&spec, 2, threads, |_| true).expect("can be made");
+        let table = study(1).expect("not stopped");
+        assert!(table.coefficients.iter().all(|row| row.answers == 2), "{table:?}");
+        assert_eq!(table.assurance.len(), 6, "{:?}", table.assurance);
+        assert_eq!(Some(table), study(2));
     }
 
     #[test]

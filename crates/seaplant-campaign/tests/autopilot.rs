@@ -4,8 +4,8 @@ use std::path::Path;
 
 use seaplant::estimate::fit_coupled;
 use seaplant::plant::{Basis, Structure, Symmetry};
-use seaplant::twin::{Disturbance, TwinTrial, WholeTwinSpec, make_whole};
-use seaplant::{CoupledRecord, Dof, Role, Trial, TrialSetup};
+use seaplant::twin::{Disturbance, WholeTwinSpec, make_whole};
+use seaplant::{CoupledRecord, Dof, Role, Trial};
 use seaplant_campaign::read_plant_file;
 
 /// Of two numbers whose errors are normal, chance puts one in two hundred further off.
@@ -22,13 +22,8 @@ fn what_an_autopilot_answers_does_not_pass_for_inertia() {
     spec.disturbances = Disturbance::parse_list("tether").expect("known");
     spec.strength.tether_correlation_s = 3.0;
     let twin = make_whole(&spec, &table.model().expect("possible")).expect("can be made");
-    let trial = |log: &TwinTrial| {
-        let coupled = vec![Dof::ALL.to_vec()];
-        let setup = TrialSetup { name: log.name.clone(), coupled, ..TrialSetup::default() };
-        Trial::new(setup, &log.recording, &twin.vehicle).expect("complete")
-    };
     let fitted = twin.trials.iter().filter(|log| log.role == Role::Fit);
-    let trials: Vec<Trial> = fitted.map(trial).collect();
+    let trials: Vec<Trial> = fitted.map(|log| log.trial(&twin).expect("complete")).collect();
     let records: Vec<&CoupledRecord> =
         trials.iter().map(|trial| trial.coupled(&Dof::ALL).expect("measured")).collect();
     let structure = Structure::of(&Dof::ALL, Symmetry::PortStarboard).expect("six axes");

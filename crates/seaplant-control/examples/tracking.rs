@@ -96,7 +96,7 @@ type Beliefs = Vec<(&'static str, BTreeMap<Dof, Plant>)>;
 
 fn beliefs(spec: &TwinSpec) -> Result<Beliefs, Box<dyn Error>> {
     let dive = make(spec)?;
-    let trials = dive.trials.iter().map(|log| log.trial(&dive.vehicle));
+    let trials = dive.trials.iter().map(|log| log.trial(&dive));
     let trials = trials.collect::<Result<Vec<_>, _>>()?;
     let methods = vec![Method::FilterError, Method::Paper];
     let options = IdentifyOptions { methods, subsets: false, ..IdentifyOptions::default() };

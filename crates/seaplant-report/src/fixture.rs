@@ -250,11 +250,14 @@ pub(crate) fn coupled_plant() -> CoupledPlant {
         value: value.map(Vec::from).into(),
         std: value.map(|row| row.map(|x| 0.1 * x).to_vec()).into(),
     };
+    let part = |value: f64| Part { value, std: 0.01, low95: value - 0.02, high95: value + 0.02 };
+    let change = AxisChange { mass: part(0.01), drag: part(-0.03), whiteness: 1.1, surprise: 0.9 };
     let score = |e: Option<f64>| {
         let axis = AxisScore {
             mean_abs_error: e,
             null_error: 0.3,
             disturbance_error: None,
+            change: Some(change),
             restarted_error: None,
             kept_error: None,
             r2: e.map(|e| 1.0 - e),

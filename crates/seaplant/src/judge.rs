@@ -12,7 +12,7 @@ mod thrust;
 mod verdict;
 mod working;
 
-pub(crate) use asked::{Drift, NOT_WHITE, another_plant, widened};
+pub(crate) use asked::{Drift, NOT_WHITE, another_plant, beyond, confirms, widened};
 pub use asked::{Part, PlantChange};
 pub(crate) use choose::{Contender, choose, impossible, is_better};
 pub(crate) use colour::LAGS;
@@ -25,6 +25,9 @@ pub use null::{NullModel, NullScore};
 pub use score::score_plant;
 pub(crate) use score::{Scored, records, score};
 pub(crate) use thrust::{feedback, one_speed, reversed};
-pub(crate) use verdict::{PREDICTS, free_error, intervals, verdict, vouched};
+pub(crate) use verdict::{
+    KNOWN_DRAG, KNOWN_MASS, PREDICTS, WIDEST_DRAG, WIDEST_MASS, free_error, intervals, verdict,
+    vouched,
+};
 pub use verdict::{Trust, Verdict};
 pub(crate) use working::{drag_at, simulated_speed, working_speed};

@@ -1,5 +1,9 @@
 //! How well a method does on a twin: errors, coverage and verdicts over many seeds.
 
+mod whole;
+
+pub use whole::{CoefficientRow, FoundCoefficient, WholeSample, sample_whole, summarise_whole};
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -129,8 +133,7 @@ pub struct Row {
 pub fn sample(spec: &TwinSpec, options: &IdentifyOptions) -> Result<Vec<Sample>, Error> {
     let twin = make(spec)?;
     let unsteady = twin.trials.iter().filter(|trial| trial.role != Role::Steady);
-    let trials: Vec<Trial> =
-        unsteady.map(|trial| trial.trial(&twin.vehicle)).collect::<Result<_, _>>()?;
+    let trials: Vec<Trial> = unsteady.map(|trial| trial.trial(&twin)).collect::<Result<_, _>>()?;
     let options = IdentifyOptions { subsets: false, ..options.clone() };
     let results = identify(&twin.vehicle, &trials, &options).results;
     let pairs = spec.dofs.iter().flat_map(|dof| options.methods.iter().map(move |m| (*dof, *m)));
@@ -198,10 +201,10 @@ impl Judged {
 }
 
 /// How often plants are presented as what they are not, by degree of freedom.
-pub fn assurance(samples: &[Sample]) -> Vec<Assurance> {
+pub fn assurance(judged: &[(Dof, Judged)]) -> Vec<Assurance> {
     let of_dof = |dof| {
-        let of = samples.iter().filter(|sample| sample.dof == dof);
-        let judged: Vec<Judged> = of.filter_map(|sample| sample.judged).collect();
+        let of = judged.iter().filter(|(own, _)| *own == dof);
+        let judged: Vec<Judged> = of.map(|(_, judged)| *judged).collect();
         let (good, wrong): (Vec<Judged>, Vec<Judged>) = (
             judged.iter().copied().filter(|plant| plant.within(GOOD)).collect(),
             judged.iter().copied().filter(|plant| !plant.within(WRONG)).collect(),
@@ -338,10 +341,8 @@ mod tests {
     #[test]
     fn counts_false_assurance_and_false_alarms_by_hand() {
         use Trust::{DoNotUse, Doubtful, Usable, UsableWithCare};
-        let judged = |trust, mass_error, drag_error| Sample {
-            judged: Some(Judged { trust, mass_error, drag_error }),
-            ..sample_of(0.0, 1.0)
-        };
+        let judged =
+            |trust, mass_error, drag_error| (Dof::Surge, Judged { trust, mass_error, drag_error });
         let samples = [
             judged(Usable, 0.01, -0.02),
             judged(Usable, -0.11, 0.0),
@@ -349,7 +350,6 @@ mod tests {
             judged(DoNotUse, 0.0, f64::NAN),
             judged(Doubtful, 0.04, 0.09),
             judged(Doubtful, 0.07, 0.15),
-            sample_of(0.0, 1.0),
         ];
         let expected = Assurance {
             dof: Dof::Surge,

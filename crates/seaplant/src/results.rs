@@ -38,8 +38,8 @@ pub use steering::{NomotoResult, SecondOrder};
 pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
 pub use coupled::{
-    AxisScore, Coefficient, Correlation, CoupledPlant, CoupledScore, Identifiability, MatrixResult,
-    PrimeCoefficient, PrimeSystem, TermDecision, ToldBy,
+    AxisChange, AxisScore, Coefficient, Correlation, CoupledPlant, CoupledScore, Identifiability,
+    MatrixResult, PrimeCoefficient, PrimeSystem, TermDecision, ToldBy,
 };
 
 /// The name and version of this contract.

@@ -82,7 +82,7 @@ pub struct TwinTrial {
 }
 
 impl TwinTrial {
-    /// The trial of a vehicle, as its analyst reads it.
+    /// The trial of a campaign, as its analyst reads it.
     ///
     /// # Errors
     /// As [`Trial::new`].
@@ -90,17 +90,18 @@ impl TwinTrial {
     /// ```
     /// use seaplant::twin::{TwinSpec, make};
     /// let dive = make(&TwinSpec { duration_s: 60.0, ..TwinSpec::jason2() })?;
-    /// assert_eq!(dive.trials[0].trial(&dive.vehicle)?.name(), "surge 1");
+    /// assert_eq!(dive.trials[0].trial(&dive)?.name(), "surge 1");
     /// # Ok::<(), seaplant::Error>(())
     /// ```
-    pub fn trial(&self, vehicle: &Vehicle) -> Result<Trial, Error> {
+    pub fn trial(&self, campaign: &TwinCampaign) -> Result<Trial, Error> {
         let setup = TrialSetup {
             name: self.name.clone(),
             role: self.role,
             dofs: self.dofs.clone(),
+            coupled: campaign.coupled.iter().map(|plan| plan.axes.clone()).collect(),
             ..TrialSetup::default()
         };
-        Trial::new(setup, &self.recording, vehicle)
+        Trial::new(setup, &self.recording, &campaign.vehicle)
     }
 }
 

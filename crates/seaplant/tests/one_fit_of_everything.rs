@@ -13,12 +13,12 @@ use seaplant::{
 
 fn heave(steady: SteadyRuns, vehicle: impl Fn(Vehicle) -> Vehicle) -> Results {
     let spec = TwinSpec { dofs: [Dof::Heave].into(), steady, ..TwinSpec::jason2() };
-    let campaign = make(&spec).expect("a valid twin");
-    let vehicle = vehicle(campaign.vehicle);
-    let trials = campaign.trials.iter().map(|log| log.trial(&vehicle).expect("complete"));
+    let mut campaign = make(&spec).expect("a valid twin");
+    campaign.vehicle = vehicle(campaign.vehicle);
+    let trials = campaign.trials.iter().map(|log| log.trial(&campaign).expect("complete"));
     let trials: Vec<Trial> = trials.collect();
     let options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
-    identify(&vehicle, &trials, &options).results
+    identify(&campaign.vehicle, &trials, &options).results
 }
 
 /// Runs with the plant that the oscillation has, too.

@@ -11,6 +11,7 @@ __all__ = [
     "AccumulatedPlant",
     "Admission",
     "Assurance",
+    "AxisChange",
     "AxisResult",
     "AxisScore",
     "BollardPullResult",
@@ -420,6 +421,28 @@ class Assurance(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class AxisChange(Record):
+    """What trials that were not fitted would have of an axis: a step of their own likelihood
+    from the plant, with the disturbances that were found, and a current of each trial's own,
+    beside it."""
+
+    mass: Part
+    """The part by which they would have the mass greater; its interval is that of a
+    difference."""
+
+    drag: Part
+    """The same of the drag at the usual speed."""
+
+    whiteness: float
+    """Whether what the filter fails to predict of them is white: Box and Pierce's statistic
+    over 40 lags, divided by 40; 1 if it is."""
+
+    surprise: float
+    """Mean square of that in parts of what the filter expects of it: 1 if noise and
+    disturbances are as in the fitted trials."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class AxisResult(Record):
     """One degree of freedom of a trial."""
 
@@ -478,6 +501,9 @@ class AxisScore(Record):
 
     samples: int
     """Samples compared."""
+
+    change: AxisChange | None
+    """What held-out trials would have of mass and drag."""
 
     disturbance_error: float | None
     """Mean change of the model's velocity by a draw of the disturbance that was found, m/s or

@@ -55,10 +55,11 @@ pub struct Twin {
     pub force: bool,
 }
 
-/// Measure errors and coverage of the methods on a twin, over many seeds.
+/// Measure errors and coverage of the methods on a twin, over many seeds; of a whole vehicle those
+/// of every coefficient.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  seaplant monte-carlo --disturbances tether --runs 30\n  seaplant monte-carlo twin.toml --method filter-error --out table.json"
+    after_help = "Examples:\n  seaplant monte-carlo --disturbances tether --runs 30\n  seaplant monte-carlo twin.toml --method filter-error --out table.json\n  echo 'vehicle = \"published:rexrov\"' > whole.toml && seaplant monte-carlo whole.toml --disturbances tether"
 )]
 pub struct MonteCarlo {
     /// The specification of the twin, in TOML; the Jason 2 twin if not given.

@@ -8,8 +8,11 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use seaplant::IdentifyOptions;
 use seaplant::monte_carlo::{Admission, Assurance, ParameterName, Row};
 use seaplant::twin::{Disturbance, TwinSpec};
-use seaplant_campaign::{MonteCarloTable, monte_carlo, read_toml};
+use seaplant_campaign::{
+    MonteCarloTable, TwinFile, WholeMonteCarloTable, monte_carlo, monte_carlo_whole,
+};
 use seaplant_report::number::significant;
+use serde::Serialize;
 
 use crate::args::{MethodChoice, MonteCarlo};
 use crate::output::Output;
@@ -26,23 +29,45 @@ pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
     if let Some(path) = &arguments.out {
         check_single(path, permit, is_ours).with_context(|| path.display().to_string())?;
     }
-    let mut options = IdentifyOptions::default();
-    if !arguments.methods.is_empty() {
-        options.methods = MethodChoice::methods(&arguments.methods);
-    }
     let processors = thread::available_parallelism().map_or(1, NonZero::get);
     let threads = arguments.threads.map_or(processors, usize::from);
     let progress = progress(arguments.runs, output);
-    let table = monte_carlo(&spec, &options, arguments.runs, threads, |run| {
+    let go_on = |run| {
         progress.set_position(run);
         true
-    })?;
-    progress.finish_and_clear();
-    let table = table.context("the study was stopped")?;
-    if let Some(path) = &arguments.out {
-        write_file(path, serde_json::to_string_pretty(&table)?.as_bytes(), permit, is_ours)?;
+    };
+    match &spec {
+        TwinFile::OneAxis(spec) => {
+            let mut options = IdentifyOptions::default();
+            if !arguments.methods.is_empty() {
+                options.methods = MethodChoice::methods(&arguments.methods);
+            }
+            let table = monte_carlo(spec, &options, arguments.runs, threads, go_on)?;
+            progress.finish_and_clear();
+            give(arguments, &table.context(STOPPED)?, permit, output, words)
+        }
+        TwinFile::Whole(spec) => {
+            let table = monte_carlo_whole(spec, arguments.runs, threads, go_on)?;
+            progress.finish_and_clear();
+            give(arguments, &table.context(STOPPED)?, permit, output, words_of_whole)
+        }
     }
-    output.give(&table, || words(&table))?;
+}
+
+const STOPPED: &str = "the study was stopped";
+
+/// Writes a table where that is asked for, and prints it.
+fn give<T: Serialize>(
+    arguments: &MonteCarlo,
+    table: &T,
+    permit: Permit<'_>,
+    output: Output,
+    words: impl Fn(&T) -> String,
+) -> Result<ExitCode> {
+    if let Some(path) = &arguments.out {
+        write_file(path, serde_json::to_string_pretty(table)?.as_bytes(), permit, is_ours)?;
+    }
+    output.give(table, || words(table))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -53,19 +78,36 @@ fn is_ours(bytes: &[u8]) -> bool {
     text.starts_with("{\n  \"version\": ") && has("runs") && has("spec")
 }
 
-fn spec_of(arguments: &MonteCarlo) -> Result<TwinSpec> {
-    let mut spec = match &arguments.spec {
-        Some(path) => read_toml(path)?,
-        None => TwinSpec::jason2(),
+fn spec_of(arguments: &MonteCarlo) -> Result<TwinFile> {
+    let mut file = match &arguments.spec {
+        Some(path) => TwinFile::read(path)?,
+        None => TwinFile::OneAxis(Box::new(TwinSpec::jason2())),
     };
-    if let Some(list) = &arguments.disturbances {
-        spec.disturbances = Disturbance::parse_list(list)?;
+    let disturbances =
+        arguments.disturbances.as_deref().map(Disturbance::parse_list).transpose()?;
+    match &mut file {
+        TwinFile::OneAxis(spec) => {
+            spec.disturbances = disturbances.unwrap_or_else(|| spec.disturbances.clone());
+            if !arguments.dofs.is_empty() {
+                spec.dofs = arguments.dofs.iter().copied().collect();
+            }
+            spec.validate().context("the twin's settings")?;
+        }
+        TwinFile::Whole(spec) => {
+            if !arguments.dofs.is_empty() {
+                bail!(
+                    "--dof is of twins of single axes, and `vehicle` makes this one a whole vehicle: state `axes` in its file"
+                );
+            }
+            if !arguments.methods.is_empty() {
+                bail!(
+                    "--method is of twins of single axes, and `vehicle` makes this one a whole vehicle, which is fitted by filter error: leave it out"
+                );
+            }
+            spec.disturbances = disturbances.unwrap_or_else(|| spec.disturbances.clone());
+        }
     }
-    if !arguments.dofs.is_empty() {
-        spec.dofs = arguments.dofs.iter().copied().collect();
-    }
-    spec.validate().context("the twin's settings")?;
-    Ok(spec)
+    Ok(file)
 }
 
 fn progress(runs: u64, output: Output) -> ProgressBar {
@@ -99,6 +141,27 @@ fn words(table: &MonteCarloTable) -> String {
         all += &format!("\n{dof}, {method}: {name} in {admitted_percent:.0} % of {fits} fits");
     }
     table.assurance.iter().for_each(|of| all += &format!("\n{}", told(of)));
+    all
+}
+
+fn words_of_whole(table: &WholeMonteCarloTable) -> String {
+    let mut text = plain_table();
+    text.set_header(["coefficient", "truth", "median |error|", "", "covered", "plants"]);
+    for row in &table.coefficients {
+        let part = 100.0 * row.median_abs_error / row.truth.abs();
+        text.add_row([
+            row.name.clone(),
+            format!("{} {}", significant(row.truth, 4), row.unit),
+            significant(row.median_abs_error, 2),
+            if part.is_finite() { format!("{} %", significant(part, 2)) } else { String::new() },
+            format!("{:.0} %", row.coverage_percent),
+            row.answers.to_string(),
+        ]);
+    }
+    align(&mut text, 1..6);
+    let mut all = format!("{} twins, 95 % intervals\n{text}", table.runs);
+    table.assurance.iter().for_each(|of| all += &format!("\n{}", told(of)));
+    table.failures.iter().for_each(|(seed, why)| all += &format!("\nseed {seed}: {why}"));
     all
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use seaplant::Dof;
 use seaplant::results::{
-    AxisScore, Coefficient, CoupledPlant, MatrixResult, Parameter, PrimeCoefficient, ToldBy,
+    AxisScore, Coefficient, CoupledPlant, MatrixResult, Parameter, Part, PrimeCoefficient, ToldBy,
 };
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use super::Pictures;
 use super::axis_section::{Motions, motions};
 use super::table::{Row, Table};
 use crate::chart::Subject;
-use crate::number::{ABSENT, Rounded, or_absent, significant};
+use crate::number::{ABSENT, Decimals, Rounded, or_absent, significant};
 use crate::words;
 
 #[derive(Serialize)]
@@ -30,6 +30,7 @@ pub(crate) struct CoupledSection {
 
 pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> CoupledSection {
     let mut tables = vec![scores(plant)];
+    tables.extend(changes(plant));
     tables.push(matrix("Mass matrix M, rigid body plus added", plant, &plant.mass_matrix).noted(
         "Rows are forces and moments, columns accelerations; kg, kg m and kg m². The matrix is symmetric, and the Coriolis forces follow from it.",
     ));
@@ -124,6 +125,31 @@ fn scores(plant: &CoupledPlant) -> Table {
     )
     .left(2)
     .noted("All axes are simulated together and freely from the start of each trial; e is the mean |simulated − measured| velocity. “Disturbance” is what forces that are not logged, as strong as they were found, do to a simulation by themselves. “By itself” is an axis with a plant of its own, on held-out trials if there are any: the difference is what coupling explains.")
+}
+
+/// What the held-out trials would have of mass and drag, if they were asked.
+fn changes(plant: &CoupledPlant) -> Option<Table> {
+    let held = &plant.hold_out.as_ref()?.by_axis;
+    let row = |dof: &Dof| {
+        let change = held.get(dof)?.change?;
+        let part = |part: Part| {
+            let half = 50.0 * (part.high95 - part.low95);
+            let decimals = Decimals::of_std(half, half);
+            format!("{} ± {} %", decimals.write(100.0 * part.value), decimals.write(half))
+        };
+        Some(Row::new([
+            words::capitalised(dof.name()),
+            part(change.mass),
+            part(change.drag),
+            significant(change.whiteness, 3),
+            significant(change.surprise, 3),
+        ]))
+    };
+    let rows: Vec<Row> = plant.axes.iter().filter_map(row).collect();
+    let head = ["Axis", "mass", "drag", "correlation", "size"];
+    (!rows.is_empty()).then(|| {
+        Table::new("What held-out trials ask for", head, rows).left(1).noted("By how much mass and drag would be greater if it went by the held-out trials alone, allowing for forces that are not logged and for their own current, with 95 % intervals: a plant that holds for them has zero within. “Correlation” in time and “size” are those of what the filter fails to predict: 1 where the plant lacks nothing, and the trials are disturbed as those that were fitted.")
+    })
 }
 
 fn matrix(caption: &str, plant: &CoupledPlant, matrix: &MatrixResult) -> Table {

@@ -10,6 +10,7 @@ mod late;
 mod schedule;
 mod search;
 mod start;
+mod step;
 mod thrust;
 mod uncertainty;
 
@@ -28,6 +29,7 @@ use late::Lateness;
 pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 use start::begun;
+pub(crate) use step::LikelihoodStep;
 use uncertainty::{current_drift, disturbances, inflation, inverse, of_coefficients, whiteness};
 
 /// A coupled plant fitted to trials.

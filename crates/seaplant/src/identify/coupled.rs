@@ -1,5 +1,6 @@
 //! Plants of several axes: fitted, scored and doubted.
 
+mod change;
 mod doubts;
 mod known;
 mod online;
@@ -262,11 +263,16 @@ impl Scored {
         let own = |record: &CoupledRecord| fit.current_of(&record.trial);
         let beside = score::Standing::beside(&fit);
         let of_fit = score::score(&fit.plant, &beside, &records.fit, own)?;
-        let of_hold_out = match records.hold_out.as_slice() {
+        let mut of_hold_out = match records.hold_out.as_slice() {
             [] => None,
             // A trial that was not fitted has no current of its own.
             held => Some(score::score(&fit.plant, &beside, held, |_| fit.mean_current())?),
         };
+        if let Some(score) = &mut of_hold_out {
+            for (dof, change) in change::changes(&fit, &records.hold_out)? {
+                score.by_axis.entry(dof).and_modify(|score| score.change = Some(change));
+            }
+        }
         Ok(Self { fit, of_fit, of_hold_out })
     }
 

@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::linear::{Asked, Lacking, Window, windows_of};
-use crate::caveat::spoken;
 use crate::results::Score;
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Estimate, Fit, Model};
 
@@ -130,6 +129,27 @@ pub struct Part {
     pub high95: f64,
 }
 
+impl Part {
+    /// `+4.2 ± 1.5 %`: two digits of the interval.
+    pub(crate) fn spoken(self) -> String {
+        let half = 50.0 * (self.high95 - self.low95);
+        let decimals = (1.0 - half.log10().floor()).clamp(0.0, 3.0) as usize;
+        format!("{:+.decimals$} ± {half:.decimals$} %", 100.0 * self.value)
+    }
+
+    /// How far a change goes for sure, in parts of a limit: the nearer end of its interval, above 1
+    /// where it is beyond.
+    fn beyond(self, limit: f64) -> f64 {
+        self.low95.max(-self.high95) / limit
+    }
+}
+
+/// How far changes of mass and drag go for sure beyond what a user takes them for: above 1 where
+/// they do.
+pub(crate) fn beyond(mass: Part, drag: Part) -> f64 {
+    mass.beyond(MASS_PART).max(drag.beyond(DRAG_PART))
+}
+
 impl From<Estimate> for Part {
     fn from(Estimate { value, std, low95, high95 }: Estimate) -> Self {
         Self { value, std, low95, high95 }
@@ -140,8 +160,7 @@ impl PlantChange {
     /// Whether trials that a plant has not seen know it, and find it right: then it is, however
     /// much their noise hides of its prediction.
     pub(crate) fn vouches(&self) -> bool {
-        let within = |part: Part, limit: f64| part.low95 > -limit && part.high95 < limit;
-        within(self.mass, VOUCHED_MASS) && within(self.drag, VOUCHED_DRAG)
+        confirms(self.mass, self.drag)
     }
 
     /// Whether it explains errors that it was not found in: slow forces that happen to look like a
@@ -181,6 +200,12 @@ impl PlantChange {
     }
 }
 
+/// Whether changes of mass and drag are known to be small.
+pub(crate) fn confirms(mass: Part, drag: Part) -> bool {
+    let within = |part: Part, limit: f64| part.low95 > -limit && part.high95 < limit;
+    within(mass, VOUCHED_MASS) && within(drag, VOUCHED_DRAG)
+}
+
 /// A change that explains less than this part of the errors is not worth a word.
 const EXPLAINED: f64 = 0.1;
 
@@ -192,11 +217,6 @@ const VOUCHED_DRAG: f64 = 0.30;
 pub(super) const MASS_PART: f64 = 0.05;
 /// … and a drag by more than this.
 pub(super) const DRAG_PART: f64 = 0.10;
-
-/// By how much a change goes beyond a limit for sure: the nearer end of its interval.
-fn beyond(change: Part, limit: f64) -> bool {
-    change.low95 > limit || change.high95 < -limit
-}
 
 /// The fit with intervals that hold what its model lacks: beside chance, the change that fitted
 /// and unseen trials ask for, as far as that is not chance itself.
@@ -237,17 +257,11 @@ pub(crate) fn another_plant(
     let change = score.change.filter(PlantChange::is_confirmed)?;
     let is_white = whiteness.is_none_or(|whiteness| whiteness < NOT_WHITE);
     let part = if is_white { 1.0 } else { NOT_WHITE_PART };
-    let mass = beyond(change.mass, part * MASS_PART);
-    let drag = beyond(change.drag, part * DRAG_PART);
-    (mass || drag).then(|| {
-        let percent = |e: Part| {
-            let half = 0.5 * (e.high95 - e.low95);
-            format!("{:+.0} ± {} %", 100.0 * e.value, spoken(100.0 * half))
-        };
+    (beyond(change.mass, change.drag) > part).then(|| {
         let message = format!(
             "the errors of the simulated {which} {dof} trials would be smaller with another plant: mass {}, drag {} (95 %); the model lacks something, or the trials differ in vehicle, trim or thrust",
-            percent(change.mass),
-            percent(change.drag)
+            change.mass.spoken(),
+            change.drag.spoken()
         );
         Caveat::warning(CaveatCode::AnotherPlantFits, message)
     })
@@ -409,7 +423,7 @@ mod tests {
     fn another_plant_is_asked_for_beyond_chance_and_beyond_what_users_mind() {
         let of = |score: &Score, white| another_plant(Dof::Surge, score, "held-out", Some(white));
         let far = score(part(0.12, 0.02), part(0.0, 0.01));
-        assert!(of(&far, 1.0).expect("raised").message.contains("mass +12 ± 3.9"));
+        assert!(of(&far, 1.0).expect("raised").message.contains("mass +12.0 ± 3.9 %"));
         let by_chance = score(part(0.12, 0.05), part(-0.2, 0.08));
         assert_eq!(of(&by_chance, 1.0), None);
         let small = score(part(0.04, 0.004), part(0.0, 0.01));

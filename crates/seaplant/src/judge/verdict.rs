@@ -66,13 +66,13 @@ const BEATS_NULL: f64 = 0.85;
 const HIDDEN_BY_NOISE: f64 = 1.1;
 
 /// A mass interval whose ends are further apart than this factor says nothing of mass.
-const WIDEST_MASS: f64 = 2.0;
+pub(crate) const WIDEST_MASS: f64 = 2.0;
 /// Drag at working speed that is known no better than ± this part is not known.
-const WIDEST_DRAG: f64 = 0.5;
+pub(crate) const WIDEST_DRAG: f64 = 0.5;
 /// A user takes a usable mass for right within this part …
-const KNOWN_MASS: f64 = 0.10;
+pub(crate) const KNOWN_MASS: f64 = 0.10;
 /// … and a drag within this.
-const KNOWN_DRAG: f64 = 0.20;
+pub(crate) const KNOWN_DRAG: f64 = 0.20;
 
 /// Intervals that are too wide for what a user takes a usable plant for; `speed` is the usual one.
 pub(crate) fn intervals(fit: &Fit, speed: f64) -> Vec<Caveat> {

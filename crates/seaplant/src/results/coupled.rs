@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Parameter, Verdict};
+use super::{Parameter, Part, Verdict};
 use crate::exchange::Driven;
+use crate::judge::{beyond, confirms};
 use crate::plant::{Effect, Symmetry};
 use crate::{Caveat, Dof, Method};
 
@@ -211,10 +212,48 @@ pub struct AxisScore {
     pub restarted_error: Option<f64>,
     /// The same of a rate that stays as it is at each beginning.
     pub kept_error: Option<f64>,
+    /// What held-out trials would have of mass and drag.
+    pub change: Option<AxisChange>,
     /// 1 − Σ(model − measured)² / Σ(measured − mean)².
     pub r2: Option<f64>,
     /// Samples compared.
     pub samples: usize,
+}
+
+/// What trials that were not fitted would have of an axis: a step of their own likelihood from the
+/// plant, with the disturbances that were found, and a current of each trial's own, beside it.
+///
+/// Forces that nobody logs take a free simulation away from what is measured; they only make these
+/// intervals wider.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AxisChange {
+    /// The part by which they would have the mass greater; its interval is that of a difference.
+    pub mass: Part,
+    /// The same of the drag at the usual speed.
+    pub drag: Part,
+    /// Whether what the filter fails to predict of them is white: Box and Pierce's statistic over 40
+    /// lags, divided by 40; 1 if it is.
+    pub whiteness: f64,
+    /// Mean square of that in parts of what the filter expects of it: 1 if noise and disturbances
+    /// are as in the fitted trials.
+    pub surprise: f64,
+}
+
+/// Above this, Box and Pierce's statistic says that the plant lacks something.
+const WHITE: f64 = 1.8;
+/// Above this, something else moves the vehicle in unseen trials.
+const SURPRISED: f64 = 1.5;
+
+impl AxisChange {
+    /// Whether trials that the plant has not seen know it, and find it right.
+    pub(crate) fn vouches(&self) -> bool {
+        confirms(self.mass, self.drag) && self.whiteness < WHITE && self.surprise < SURPRISED
+    }
+
+    /// How far it goes for sure, in parts of what a user minds, if it goes beyond that.
+    pub(crate) fn beyond(&self) -> Option<f64> {
+        Some(beyond(self.mass, self.drag)).filter(|parts| *parts > 1.0)
+    }
 }
 
 /// What begins anew follows an axis if its error is less than this part of that of a rate that stays.
@@ -228,6 +267,12 @@ impl AxisScore {
     pub(crate) fn is_of_disturbance(&self) -> bool {
         let both = self.mean_abs_error.zip(self.disturbance_error);
         both.is_some_and(|(error, disturbance)| error < DISTURBED * disturbance)
+    }
+
+    /// Whether held-out trials find the plant right, however far forces that nobody logs take a free
+    /// simulation from them.
+    pub(crate) fn is_vouched(&self) -> bool {
+        self.change.is_some_and(|change| change.vouches())
     }
 
     /// Whether the plant follows a roll or pitch for some seconds, if not over a whole trial.

@@ -147,15 +147,20 @@ impl<const N: usize> Fitted<N> {
             records.iter().map(|record| record.with_translations_before(&late)).collect();
         let problem = self.problem.of(&records.iter().collect::<Vec<_>>());
         let optimum = problem.descent(from, Tolerance::COARSE).ok()?;
-        let reported = |record: &CoupledRecord| {
-            let axis = (0..3).find(|k| record.may_be_late(*k) && record.velocity[*k].is_some())?;
-            record.velocity[axis].as_ref().map(Timed::period_s)
-        };
-        let period_s = records.iter().find_map(reported);
-        let keep = period_s.map_or(0.0, |period_s| (-period_s / late.lag_s).exp());
+        let keep = left_of_report(&late, &records);
         let lateness = Lateness { late, std: [None; 2], keep };
         Some(Prompt { problem, optimum, records, lateness })
     }
+}
+
+/// What a lag of translations leaves of a report to the next.
+pub(super) fn left_of_report(late: &Late, records: &[CoupledRecord]) -> f64 {
+    let reported = |record: &CoupledRecord| {
+        let axis = (0..3).find(|k| record.may_be_late(*k) && record.velocity[*k].is_some())?;
+        record.velocity[axis].as_ref().map(Timed::period_s)
+    };
+    let period_s = records.iter().find_map(reported);
+    period_s.map_or(0.0, |period_s| (-period_s / late.lag_s).exp())
 }
 
 impl<const N: usize> Prompt<N> {

@@ -270,6 +270,35 @@ fn a_simulated_vehicle_comes_back_within_its_intervals() {
 /// Standard deviation, m/s, and correlation time, s, of how a current changes.
 const CHANGES: (f64, f64) = (0.03, 30.0);
 
+/// A step of likelihood on a trial that the fit has not seen goes to the vehicle that the trial is of.
+#[test]
+fn an_unseen_trial_asks_for_its_own_vehicle() {
+    let plant = planar();
+    let trials = [record(&plant, "a", 1, 200, 0.005), record(&plant, "b", 2, 200, 0.005)];
+    let fit = fit_coupled(plant.structure(), &trials.each_ref(), None, false).expect("fits");
+    let step = |vehicle: &Plant, seed| {
+        let unseen = record(vehicle, "c", seed, 200, 0.005);
+        fit.likelihood_step(&[&unseen]).expect("simulates").expect("of filter error")
+    };
+    let same = step(&plant, 3);
+    for (k, truth) in plant.coefficients().iter().enumerate() {
+        let variance = same.covariance[(k, k)] + fit.covariance[(k, k)];
+        let off = fit.plant.coefficients()[k] + same.change[k] - truth;
+        assert!(off.abs() < 4.0 * variance.sqrt(), "{k}: {off} of {truth}, {variance}");
+    }
+    assert!(same.whiteness.values().all(|x| *x < 1.8), "{:?}", same.whiteness);
+    assert!(same.surprise.values().all(|x| *x < 1.3), "{:?}", same.surprise);
+    let mut coefficients = plant.coefficients().to_vec();
+    coefficients[0] *= 1.1;
+    let heavier = Plant::new(plant.structure().clone(), coefficients).expect("possible");
+    let found = step(&heavier, 4);
+    // One step of ten percent, where motion is not linear in mass.
+    let added = found.change[0] / plant.coefficients()[0];
+    assert!((added - 0.1).abs() < 0.02, "{added}");
+    assert!(found.covariance[(0, 0)].sqrt() < 0.01 * plant.coefficients()[0]);
+    assert!(found.surprise[&Dof::Surge] > 1.5, "{:?}", found.surprise);
+}
+
 /// The same trial in a current that changes, as a velocity log sees it over ground.
 fn in_changing_current(mut record: CoupledRecord, seed: u64) -> CoupledRecord {
     let heading = record.attitude[2].clone().expect("is logged");

@@ -5,7 +5,7 @@ use crate::caveat::spoken;
 use crate::estimate::{Actuator, CoupledFit, NEGLIGIBLE_POWER, damping_power};
 use crate::judge::PREDICTS;
 use crate::plant::{Basis, EffectForce};
-use crate::results::{AxisScore, CoupledPlant, CoupledScore, ToldBy};
+use crate::results::{AxisChange, AxisScore, CoupledPlant, CoupledScore, ToldBy};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Method, Vehicle};
 
 /// Two coefficients that are correlated by more cannot be told apart.
@@ -301,7 +301,22 @@ pub(super) fn scores(fit: &CoupledScore, hold_out: Option<&CoupledScore>) -> Vec
             "the error is that on fitted trials; hold out one trial with role = \"hold-out\"";
         all.push(Caveat::note(CaveatCode::ScoredOnFit, message));
     }
+    all.extend(hold_out.and_then(another_plant));
     all
+}
+
+/// That held-out trials ask for another mass or drag, in the axis where they do most.
+fn another_plant(score: &CoupledScore) -> Option<Caveat> {
+    let beyond = |dof: &Dof| score.by_axis[dof].change.and_then(|change| change.beyond());
+    let axes = score.by_axis.keys().filter_map(|dof| Some((dof, beyond(dof)?)));
+    let (dof, _) = axes.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let change = score.by_axis[dof].change?;
+    let message = format!(
+        "allowing for forces that are not logged, the held-out trials ask for another plant in {dof}: mass {}, drag {}; the model lacks something, or the trials differ in vehicle, trim or thrust",
+        change.mass.spoken(),
+        change.drag.spoken()
+    );
+    Some(Caveat::warning(CaveatCode::AnotherPlantFits, message))
 }
 
 /// Whether the error is too near to that of a model that never moves.
@@ -343,6 +358,17 @@ fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
             let message = format!("simulated over {where_}, the plant diverges");
             return Some(Caveat::severe(CaveatCode::Unstable, message));
         }
+        let what = shortfall(*dof, score, where_)?;
+        if let Some(change) = score.change.filter(AxisChange::vouches) {
+            return Some(Caveat::note(
+                CaveatCode::NoBetterThanNull,
+                format!(
+                    "{what}, as forces that are not logged add up; allowing for these, the trials ask for the same plant: mass {}, drag {}",
+                    change.mass.spoken(),
+                    change.drag.spoken()
+                ),
+            ));
+        }
         let why = if !fails(score) {
             ""
         } else if score.is_of_disturbance() {
@@ -352,7 +378,6 @@ fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
         } else {
             ""
         };
-        let what = shortfall(*dof, score, where_)?;
         Some(Caveat::warning(CaveatCode::NoBetterThanNull, format!("{what}{why}")))
     };
     let mut found: Vec<Caveat> = score.by_axis.iter().filter_map(of).collect();

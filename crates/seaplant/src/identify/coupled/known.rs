@@ -6,16 +6,11 @@ use super::doubts::is_pushed;
 use crate::caveat::spoken;
 use crate::diagnose::impossible_mass;
 use crate::estimate::{CoupledFit, fit_coupled};
+use crate::judge::{KNOWN_DRAG, KNOWN_MASS, WIDEST_DRAG, WIDEST_MASS};
 use crate::plant::{Basis, Product, RigidBody, Structure};
 use crate::results::{Coefficient, Parameter};
 use crate::signal::rms;
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Estimate, Vehicle};
-
-/// A mass interval whose ends are further apart than this factor says nothing of mass.
-const WIDEST_MASS: f64 = 2.0;
-
-/// Drag at working speed that is known no better than ± this part is not known.
-const WIDEST_DRAG: f64 = 0.5;
 
 /// Doubts about the axes that are pushed; those of others follow from what these do.
 pub(super) fn doubts(
@@ -25,11 +20,15 @@ pub(super) fn doubts(
     vehicle: &Vehicle,
 ) -> Vec<(Dof, Caveat)> {
     let pushed = fit.plant.axes().iter().filter(|dof| is_pushed(fit, records, **dof));
+    // That thrust of another scale moves all alike is told by itself.
+    let sure = fit.of_sure_thrust();
     let of = |&dof: &Dof| {
         let mass = parameter(parameters.get(&Basis::Mass(dof, dof).to_string())?);
         let drag = unknown_drag(fit, dof, records);
         let impossible = impossible_mass(dof, &mass, vehicle);
-        Some([impossible, unknown_mass(dof, &mass), drag].map(|caveat| Some((dof, caveat?))))
+        let unknown = unknown_mass(dof, &mass).or_else(|| wide_mass(&sure, dof));
+        let drag = drag.or_else(|| wide_drag(&sure, dof, records));
+        Some([impossible, unknown, drag].map(|caveat| Some((dof, caveat?))))
     };
     pushed.filter_map(of).flatten().flatten().collect()
 }
@@ -144,13 +143,18 @@ fn unknown_mass(dof: Dof, mass: &Parameter) -> Option<Caveat> {
     })
 }
 
-/// `d_L v + d_Q v²` at a speed of an axis, N or N m; none of an axis without such terms.
-pub(super) fn drag_at(fit: &CoupledFit, dof: Dof, speed: f64) -> Option<Estimate> {
+/// The coefficients of `d_L v + d_Q v²` at a speed of an axis, each with its weight.
+pub(super) fn drag_terms(fit: &CoupledFit, dof: Dof, speed: f64) -> Vec<(usize, f64)> {
     let structure = fit.plant.structure();
     let weights = [(Product::linear(dof), speed), (Product::quadratic(dof), speed * speed)];
     let place =
         |(product, weight)| Some((structure.index_of(&Basis::Product(dof, product))?, weight));
-    let terms: Vec<(usize, f64)> = weights.into_iter().filter_map(place).collect();
+    weights.into_iter().filter_map(place).collect()
+}
+
+/// `d_L v + d_Q v²` at a speed of an axis, N or N m; none of an axis without such terms.
+pub(super) fn drag_at(fit: &CoupledFit, dof: Dof, speed: f64) -> Option<Estimate> {
+    let terms = drag_terms(fit, dof, speed);
     let drag: f64 = terms.iter().map(|(k, w)| w * fit.plant.coefficients()[*k]).sum();
     let pairs = terms.iter().flat_map(|a| terms.iter().map(move |b| (a, b)));
     let variance: f64 = pairs.map(|((i, a), (j, b))| a * b * fit.covariance[(*i, *j)]).sum();
@@ -175,6 +179,30 @@ fn unknown_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Optio
         );
         Caveat::warning(CaveatCode::NotDetermined, message)
     })
+}
+
+/// That a mass is known less well than a user takes a usable one for.
+fn wide_mass(fit: &CoupledFit, dof: Dof) -> Option<Caveat> {
+    let (term, name) = (Basis::Mass(dof, dof), if dof.is_rotation() { "inertia" } else { "mass" });
+    let part = 1.96 * fit.std(&term)? / fit.plant.coefficient(&term)?;
+    (part > KNOWN_MASS).then(|| wide(format!("the {dof} {name}"), part))
+}
+
+/// The same of drag.
+fn wide_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Option<Caveat> {
+    let speed = usual_speed(dof, records);
+    let drag = drag_at(fit, dof, speed)?;
+    let part = 1.96 * drag.std / drag.value;
+    let what = format!("drag in {dof} at {} {}", spoken(speed), dof.units().velocity);
+    (part > KNOWN_DRAG).then(|| wide(what, part))
+}
+
+fn wide(what: String, part: f64) -> Caveat {
+    let message = format!(
+        "{what} is known to ± {:.0} % only: drive longer, faster, and at more than one frequency",
+        100.0 * part
+    );
+    Caveat::warning(CaveatCode::WideInterval, message)
 }
 
 /// The root mean square of an axis's velocity over all trials.

@@ -74,6 +74,7 @@ impl Sums {
             disturbance_error: of(self.disturbed / n).filter(|x| x.is_finite()),
             restarted_error: Some(self.restarted / n).filter(|x| x.is_finite()),
             kept_error: Some(self.kept / n).filter(|x| x.is_finite()),
+            change: None,
             r2: of(1.0 - self.squares / spread).filter(|r2| r2.is_finite()),
             samples: self.n,
         }

@@ -38,6 +38,10 @@ pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
     }
     let r2 = seen.iter().filter_map(|(_, score)| score.r2);
     let least = r2.fold(f64::INFINITY, f64::min);
+    let allowed = match hidden.iter().all(|(_, score)| score.is_vouched()) {
+        true => ", which ask for the same plant there where these are allowed for",
+        false => "",
+    };
     let names = |of: &[(&Dof, &AxisScore)]| {
         of.iter().map(|(dof, _)| dof.to_string()).collect::<Vec<_>>().join(", ")
     };
@@ -46,10 +50,12 @@ pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
             format!("predicts every axis of held-out trials with R² of {least:.2} or more")
         }
         (true, _) => {
-            "forces that are not logged mask its prediction of whole held-out trials".to_owned()
+            format!(
+                "forces that are not logged mask its prediction of whole held-out trials{allowed}"
+            )
         }
         _ => format!(
-            "predicts {} of held-out trials with R² of {least:.2} or more; over whole trials, forces that are not logged mask {}",
+            "predicts {} of held-out trials with R² of {least:.2} or more; over whole trials, forces that are not logged mask {}{allowed}",
             names(&seen),
             names(&hidden)
         ),
@@ -91,7 +97,8 @@ pub(super) fn by_axis(
 /// The axes that held-out trials do not test, if that is half of them or more: few tests passed by
 /// the others are no test of the plant.
 fn untested(score: &CoupledScore) -> Vec<Dof> {
-    let is_untested = |score: &AxisScore| falls_short(score) && !score.is_followed();
+    let is_untested =
+        |score: &AxisScore| falls_short(score) && !score.is_followed() && !score.is_vouched();
     let axes = score.by_axis.iter().filter(|(_, score)| is_untested(score));
     let axes: Vec<Dof> = axes.map(|(dof, _)| *dof).collect();
     if 2 * axes.len() >= score.by_axis.len() { axes } else { Vec::new() }
@@ -139,8 +146,12 @@ fn lacks(fit: &CoupledFit, dof: Dof, score: Option<&AxisScore>) -> bool {
 
 /// What held-out trials refute an axis by.
 fn refuted(dof: Dof, score: &AxisScore) -> Option<String> {
-    let is_refuted = falls_short(score) && !score.is_of_disturbance() && !score.is_followed();
-    if is_refuted { shortfall(dof, score, "held-out trials") } else { None }
+    let is_explained = score.is_of_disturbance() || score.is_followed() || score.is_vouched();
+    if falls_short(score) && !is_explained {
+        shortfall(dof, score, "held-out trials")
+    } else {
+        None
+    }
 }
 
 /// An axis without a doubt of its own in a plant that is doubtful for others.
@@ -166,7 +177,10 @@ fn lacks_something(dof: Dof) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::doubts::scores;
     use super::*;
+    use crate::Estimate;
+    use crate::results::AxisChange;
 
     /// A model that never moves has an error of 0.1.
     fn axis(error: f64, disturbance: f64) -> AxisScore {
@@ -177,6 +191,41 @@ mod tests {
             r2: Some(1.0 - (error / 0.1).powi(2)),
             ..AxisScore::default()
         }
+    }
+
+    /// A trial that knows mass and drag within these parts, and would have so much more mass.
+    fn asks(mass: f64, drag_std: f64) -> Option<AxisChange> {
+        let part = |value, std| Estimate::new(value, std, 1e4).into();
+        let (mass, drag) = (part(mass, 0.01), part(0.0, drag_std));
+        Some(AxisChange { mass, drag, whiteness: 1.0, surprise: 1.0 })
+    }
+
+    #[test]
+    fn a_trial_that_asks_for_the_same_plant_vouches_for_it() {
+        // Free, it is off by more than is known to disturb it.
+        let axis = |change| AxisScore { change, ..axis(0.09, 0.01) };
+        assert!(refuted(Dof::Sway, &axis(asks(0.0, 0.3))).is_some(), "drag is not known");
+        assert!(refuted(Dof::Sway, &axis(asks(0.2, 0.05))).is_some(), "it asks for another mass");
+        let vouched = axis(asks(0.01, 0.05));
+        assert_eq!(refuted(Dof::Sway, &vouched), None);
+        assert_eq!(untested(&scored(&[vouched, vouched])), []);
+        let coloured = AxisChange { whiteness: 3.0, ..asks(0.0, 0.05).expect("some") };
+        assert!(refuted(Dof::Sway, &axis(Some(coloured))).is_some(), "the model lacks something");
+        let disturbed = AxisChange { surprise: 2.0, ..asks(0.0, 0.05).expect("some") };
+        assert!(refuted(Dof::Sway, &axis(Some(disturbed))).is_some(), "something else moves it");
+    }
+
+    #[test]
+    fn a_trial_that_asks_for_another_plant_is_a_warning() {
+        let of = |change| {
+            let score = AxisScore { change, ..axis(0.01, 0.01) };
+            let score = CoupledScore { by_axis: [(Dof::Sway, score)].into(), ..scored(&[]) };
+            scores(&scored(&[]), Some(&score))
+        };
+        let found = of(asks(0.2, 0.05));
+        assert_eq!(found[0].code, CaveatCode::AnotherPlantFits);
+        assert!(found[0].message.contains("sway: mass +20.0 ± 2.0 %"), "{}", found[0].message);
+        assert_eq!(of(asks(0.06, 0.05)), []);
     }
 
     fn scored(axes: &[AxisScore]) -> CoupledScore {
