@@ -23,7 +23,7 @@ fn twin(dof: Dof, disturbances: &str) -> TwinCampaign {
 }
 
 fn trials(campaign: &TwinCampaign) -> Vec<Trial> {
-    let trials = campaign.trials.iter().map(|log| log.trial(&campaign).expect("complete"));
+    let trials = campaign.trials.iter().map(|log| log.trial(campaign).expect("complete"));
     trials.collect()
 }
 
