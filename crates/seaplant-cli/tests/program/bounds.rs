@@ -120,6 +120,18 @@ fn no_more_threads_are_made_than_a_system_has() {
 }
 
 #[test]
+fn what_is_of_single_axes_is_refused_for_a_whole_vehicle() {
+    let workshop = Workshop::empty();
+    workshop.write("whole.toml", "vehicle = \"published:rexrov\"\n");
+    for option in [["--dof", "surge"], ["--method", "paper"]] {
+        let words = ["monte-carlo", "whole.toml", option[0], option[1]];
+        let refused = workshop.seaplant(&words).assert().code(1);
+        let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        assert!(said.contains("`vehicle` makes this one a whole vehicle"), "{said}");
+    }
+}
+
+#[test]
 fn a_gap_of_a_year_is_no_trial_but_either_side_of_it_is() {
     let workshop = Workshop::quick();
     let sound = workshop.json(&["identify", "campaign.toml", "--json"]);
