@@ -117,6 +117,8 @@ def main():
             drags = " ".join("." if m is None else f"{100 * m:+.0f}" for m in row["drag"])
             head += f"\n      M {parts} %   D {drags} %   {row['held']}/{row['intervals']}"
         print(f"{head}\n      {row['reason'][:150]}", flush=True)
+        if row.get("codes"):
+            print(f"      {' '.join(sorted(set(row['codes'])))}", flush=True)
     fitted = [r for r in rows if "mass" in r]
     for key, name in (("mass", "worst main mass"), ("drag", "worst main drag")):
         errors = [100 * abs(worst(r, key)) for r in fitted]

@@ -26,8 +26,8 @@ pub use score::score_plant;
 pub(crate) use score::{Scored, records, score};
 pub(crate) use thrust::{feedback, one_speed, reversed};
 pub(crate) use verdict::{
-    KNOWN_DRAG, KNOWN_MASS, PREDICTS, WIDEST_DRAG, WIDEST_MASS, free_error, intervals, verdict,
-    vouched,
+    KNOWN_DRAG, KNOWN_MASS, MORE, PREDICTS, WIDEST_DRAG, WIDEST_MASS, free_error, intervals,
+    verdict, vouched,
 };
 pub use verdict::{Trust, Verdict};
 pub(crate) use working::{drag_at, simulated_speed, working_speed};

@@ -6,7 +6,7 @@ use seaplant::results::{CoupledPlant, CoupledScore, Trust};
 use seaplant::twin::{Disturbance, Driving, TwinCampaign, WholeTwinSpec, make_whole};
 use seaplant::{
     Caveat, CaveatCode, Dof, IdentifyOptions, Method, Quantity, Role, Severity, ThrustUncertainty,
-    Trial, TrialSetup, identify, plant_of_result,
+    Trial, identify, plant_of_result,
 };
 use serde_json::{Value, json};
 
@@ -46,16 +46,7 @@ fn short(change: impl FnOnce(&mut WholeTwinSpec)) -> WholeTwinSpec {
 }
 
 fn trials(twin: &TwinCampaign) -> Vec<Trial> {
-    let of = |log: &seaplant::twin::TwinTrial| {
-        let setup = TrialSetup {
-            name: log.name.clone(),
-            role: log.role,
-            coupled: vec![twin.coupled[0].axes.clone()],
-            ..TrialSetup::default()
-        };
-        Trial::new(setup, &log.recording, &twin.vehicle).expect("complete")
-    };
-    twin.trials.iter().map(of).collect()
+    twin.trials.iter().map(|log| log.trial(twin).expect("complete")).collect()
 }
 
 /// Of a dozen 99.7 % intervals all hold the truth; what is known better than to this part of it
@@ -88,6 +79,34 @@ fn assert_recovered(spec: &WholeTwinSpec) -> CoupledPlant {
 #[test]
 fn a_freely_driven_twin_comes_back_as_it_is() {
     assert_recovered(&short(|_| ()));
+}
+
+/// Masses to ± 10 % and drag to ± 20 % are what a user takes those of a usable plant for.
+#[test]
+fn what_a_tether_leaves_unknown_is_one_warning() {
+    let wide = |plant: &CoupledPlant| {
+        let is_wide = |caveat: &&Caveat| caveat.code == CaveatCode::WideInterval;
+        plant.caveats.iter().filter(is_wide).cloned().collect::<Vec<Caveat>>()
+    };
+    let calm = short(|_| ());
+    assert_eq!(wide(&found(&calm, |_| ())), []);
+    let plant = found(
+        &short(|spec| {
+            spec.duration_s = 60.0;
+            spec.disturbances = Disturbance::parse_list("tether").expect("known");
+            spec.tether_part = 0.3;
+        }),
+        |_| (),
+    );
+    let told = wide(&plant);
+    assert_eq!((told.len(), told[0].severity), (1, Severity::Warning), "{told:?}");
+    for (name, axis) in [("mass.surge", "surge mass"), ("mass.sway", "sway mass")] {
+        let x = &plant.parameters[name];
+        let part = 0.5 * (x.high95 - x.low95) / x.value;
+        let is_told = told[0].message.contains(&format!("the {axis} to ±"));
+        assert_eq!(is_told, part > 0.1, "{name}: ± {part}: {}", told[0].message);
+    }
+    assert!(told[0].message.contains("drag in "), "{}", told[0].message);
 }
 
 #[test]

@@ -74,6 +74,9 @@ pub(crate) const KNOWN_MASS: f64 = 0.10;
 /// … and a drag within this.
 pub(crate) const KNOWN_DRAG: f64 = 0.20;
 
+/// What makes intervals narrower.
+pub(crate) const MORE: &str = "drive longer, faster, and at more than one frequency";
+
 /// Intervals that are too wide for what a user takes a usable plant for; `speed` is the usual one.
 pub(crate) fn intervals(fit: &Fit, speed: f64) -> Vec<Caveat> {
     let estimates = fit.estimates();
@@ -86,7 +89,6 @@ pub(crate) fn intervals(fit: &Fit, speed: f64) -> Vec<Caveat> {
     let mut push = |code, what: String, advice: &str| {
         caveats.push(Caveat::warning(code, format!("{what}: {advice}")));
     };
-    const MORE: &str = "drive longer, faster, and at more than one frequency";
     if mass.low95 <= 0.0 || mass.high95 > WIDEST_MASS * mass.low95 {
         let what =
             format!("the {} {name} is anything from {} {}", fit.dof, range(mass), units.mass);

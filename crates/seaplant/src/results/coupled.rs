@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Parameter, Part, Verdict};
 use crate::exchange::Driven;
-use crate::judge::{beyond, confirms};
+use crate::judge::{NOT_WHITE, beyond, confirms};
 use crate::plant::{Effect, Symmetry};
 use crate::{Caveat, Dof, Method};
 
@@ -239,15 +239,13 @@ pub struct AxisChange {
     pub surprise: f64,
 }
 
-/// Above this, Box and Pierce's statistic says that the plant lacks something.
-const WHITE: f64 = 1.8;
 /// Above this, something else moves the vehicle in unseen trials.
 const SURPRISED: f64 = 1.5;
 
 impl AxisChange {
     /// Whether trials that the plant has not seen know it, and find it right.
     pub(crate) fn vouches(&self) -> bool {
-        confirms(self.mass, self.drag) && self.whiteness < WHITE && self.surprise < SURPRISED
+        confirms(self.mass, self.drag) && self.whiteness < NOT_WHITE && self.surprise < SURPRISED
     }
 
     /// How far it goes for sure, in parts of what a user minds, if it goes beyond that.

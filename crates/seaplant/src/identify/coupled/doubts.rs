@@ -1,9 +1,9 @@
 //! Reasons to doubt a plant of several axes.
 
-use super::{Records, correlation, under_way};
+use super::{Records, correlation, known, under_way};
 use crate::caveat::spoken;
 use crate::estimate::{Actuator, CoupledFit, NEGLIGIBLE_POWER, damping_power};
-use crate::judge::PREDICTS;
+use crate::judge::{NOT_WHITE, PREDICTS};
 use crate::plant::{Basis, EffectForce};
 use crate::results::{AxisChange, AxisScore, CoupledPlant, CoupledScore, ToldBy};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Method, Vehicle};
@@ -36,6 +36,7 @@ pub(super) fn doubts(
     all.extend(records.iter().flat_map(|record| record.caveats.clone()));
     all.extend(untold(plant));
     all.extend(of_axes.iter().map(|(_, caveat)| caveat.clone()));
+    all.extend(known::wide(fit, records));
     all.extend(collinear(&fit.of_sure_thrust()));
     all.extend(not_driven(fit, plant, records));
     all.extend(turned_round(fit));
@@ -385,9 +386,6 @@ fn no_better(score: &CoupledScore, where_: &str) -> Vec<Caveat> {
     found
 }
 
-/// Above this the mean of Box and Pierce's statistic says that innovations are correlated.
-const WHITE: f64 = 1.8;
-
 /// Above this it says that the plant lacks so much that its numbers may be another vehicle's.
 const COLOURED: f64 = 4.0;
 
@@ -402,7 +400,7 @@ fn not_white(fit: &CoupledFit) -> Option<Caveat> {
         return None;
     }
     let far = |(dof, ratio): (&Dof, &f64)| {
-        (*ratio > WHITE).then(|| format!("{dof} ({})", spoken(*ratio)))
+        (*ratio > NOT_WHITE).then(|| format!("{dof} ({})", spoken(*ratio)))
     };
     let axes: Vec<String> = fit.whiteness.iter().filter_map(far).collect();
     (!axes.is_empty()).then(|| {

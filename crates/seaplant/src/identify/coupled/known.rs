@@ -6,7 +6,7 @@ use super::doubts::is_pushed;
 use crate::caveat::spoken;
 use crate::diagnose::impossible_mass;
 use crate::estimate::{CoupledFit, fit_coupled};
-use crate::judge::{KNOWN_DRAG, KNOWN_MASS, WIDEST_DRAG, WIDEST_MASS};
+use crate::judge::{KNOWN_DRAG, KNOWN_MASS, MORE, WIDEST_DRAG, WIDEST_MASS};
 use crate::plant::{Basis, Product, RigidBody, Structure};
 use crate::results::{Coefficient, Parameter};
 use crate::signal::rms;
@@ -20,15 +20,11 @@ pub(super) fn doubts(
     vehicle: &Vehicle,
 ) -> Vec<(Dof, Caveat)> {
     let pushed = fit.plant.axes().iter().filter(|dof| is_pushed(fit, records, **dof));
-    // That thrust of another scale moves all alike is told by itself.
-    let sure = fit.of_sure_thrust();
     let of = |&dof: &Dof| {
         let mass = parameter(parameters.get(&Basis::Mass(dof, dof).to_string())?);
         let drag = unknown_drag(fit, dof, records);
         let impossible = impossible_mass(dof, &mass, vehicle);
-        let unknown = unknown_mass(dof, &mass).or_else(|| wide_mass(&sure, dof));
-        let drag = drag.or_else(|| wide_drag(&sure, dof, records));
-        Some([impossible, unknown, drag].map(|caveat| Some((dof, caveat?))))
+        Some([impossible, unknown_mass(dof, &mass), drag].map(|caveat| Some((dof, caveat?))))
     };
     pushed.filter_map(of).flatten().flatten().collect()
 }
@@ -133,7 +129,7 @@ fn parameter(x: &Coefficient) -> Parameter {
 fn unknown_mass(dof: Dof, mass: &Parameter) -> Option<Caveat> {
     (mass.low95 <= 0.0 || mass.high95 > WIDEST_MASS * mass.low95).then(|| {
         let message = format!(
-            "the {dof} {} is anything from {} to {} {}: drive longer, faster, and at more than one frequency",
+            "the {dof} {} is anything from {} to {} {}: {MORE}",
             if dof.is_rotation() { "inertia" } else { "mass" },
             spoken(mass.low95),
             spoken(mass.high95),
@@ -181,28 +177,36 @@ fn unknown_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Optio
     })
 }
 
-/// That a mass is known less well than a user takes a usable one for.
-fn wide_mass(fit: &CoupledFit, dof: Dof) -> Option<Caveat> {
-    let (term, name) = (Basis::Mass(dof, dof), if dof.is_rotation() { "inertia" } else { "mass" });
-    let part = 1.96 * fit.std(&term)? / fit.plant.coefficient(&term)?;
-    (part > KNOWN_MASS).then(|| wide(format!("the {dof} {name}"), part))
+/// That masses and drag are known less well than a user takes those of a usable plant for; of what is
+/// not known at all [`doubts`] tells.
+pub(super) fn wide(fit: &CoupledFit, records: &[&CoupledRecord]) -> Option<Caveat> {
+    // Another caveat says how far thrust of another scale moves all of them.
+    let sure = fit.of_sure_thrust();
+    let mass = |dof: Dof| {
+        let term = Basis::Mass(dof, dof);
+        let mass =
+            Estimate::new(sure.plant.coefficient(&term)?, sure.std(&term)?, sure.samples as f64);
+        let is_known = mass.low95 > 0.0 && mass.high95 <= WIDEST_MASS * mass.low95;
+        let name = if dof.is_rotation() { "inertia" } else { "mass" };
+        let part = Some(half(&mass)).filter(|part| is_known && *part > KNOWN_MASS)?;
+        Some(format!("the {dof} {name} to ± {:.0} %", 100.0 * part))
+    };
+    let drag = |dof: Dof| {
+        let speed = usual_speed(dof, records);
+        let part = half(&drag_at(&sure, dof, speed)?);
+        let is_wide = part > KNOWN_DRAG && part <= WIDEST_DRAG;
+        let at = format!("{} {}", spoken(speed), dof.units().velocity);
+        is_wide.then(|| format!("drag in {dof} at {at} to ± {:.0} %", 100.0 * part))
+    };
+    let pushed = fit.plant.axes().iter().filter(|dof| is_pushed(fit, records, **dof));
+    let all: Vec<String> = pushed.flat_map(|dof| [mass(*dof), drag(*dof)]).flatten().collect();
+    let message = format!("less is known than of a usable plant: {}; {MORE}", all.join(", "));
+    (!all.is_empty()).then(|| Caveat::warning(CaveatCode::WideInterval, message))
 }
 
-/// The same of drag.
-fn wide_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Option<Caveat> {
-    let speed = usual_speed(dof, records);
-    let drag = drag_at(fit, dof, speed)?;
-    let part = 1.96 * drag.std / drag.value;
-    let what = format!("drag in {dof} at {} {}", spoken(speed), dof.units().velocity);
-    (part > KNOWN_DRAG).then(|| wide(what, part))
-}
-
-fn wide(what: String, part: f64) -> Caveat {
-    let message = format!(
-        "{what} is known to ± {:.0} % only: drive longer, faster, and at more than one frequency",
-        100.0 * part
-    );
-    Caveat::warning(CaveatCode::WideInterval, message)
+/// Half of an interval, as a part of the number.
+fn half(x: &Estimate) -> f64 {
+    0.5 * (x.high95 - x.low95) / x.value.abs()
 }
 
 /// The root mean square of an axis's velocity over all trials.
