@@ -2,33 +2,36 @@
 
 use std::path::Path;
 
-use seaplant::estimate::fit_coupled;
+use seaplant::estimate::{CoupledFit, fit_coupled};
 use seaplant::plant::{Basis, Structure, Symmetry};
-use seaplant::twin::{Disturbance, WholeTwinSpec, make_whole};
-use seaplant::{CoupledRecord, Dof, Role, Trial};
+use seaplant::twin::{Disturbance, TwinCampaign, WholeTwinSpec, make_whole};
+use seaplant::{CoupledRecord, Dof, Role, Timed, Trial};
 use seaplant_campaign::read_plant_file;
 
 /// Of two numbers whose errors are normal, chance puts one in two hundred further off.
 const DEVIATIONS: f64 = 3.0;
 
-/// A gyroscope of 50 Hz beside thrust of 10 Hz. With the sample that the autopilot acts on in a
-/// mean of three, inertias were 22 and 12 % too large, by 6 and 4 standard deviations.
-#[test]
-fn what_an_autopilot_answers_does_not_pass_for_inertia() {
+/// Trials of RexROV to fit a plant to, with its truth.
+fn rexrov(spec: WholeTwinSpec) -> (TwinCampaign, Vec<CoupledRecord>) {
     let vehicle = "published:rexrov";
     let table = read_plant_file(Path::new(vehicle)).expect("a table").expect("a plant");
-    let mut spec =
-        WholeTwinSpec { vehicle: vehicle.into(), duration_s: 150.0, ..WholeTwinSpec::default() };
-    spec.disturbances = Disturbance::parse_list("tether").expect("known");
-    spec.strength.tether_correlation_s = 3.0;
+    let spec = WholeTwinSpec { vehicle: vehicle.into(), duration_s: 150.0, ..spec };
     let twin = make_whole(&spec, &table.model().expect("possible")).expect("can be made");
     let fitted = twin.trials.iter().filter(|log| log.role == Role::Fit);
     let trials: Vec<Trial> = fitted.map(|log| log.trial(&twin).expect("complete")).collect();
-    let records: Vec<&CoupledRecord> =
-        trials.iter().map(|trial| trial.coupled(&Dof::ALL).expect("measured")).collect();
+    let measured = |trial: &Trial| trial.coupled(&Dof::ALL).expect("measured").clone();
+    let records = trials.iter().map(measured).collect();
+    (twin, records)
+}
+
+fn fitted(twin: &TwinCampaign, records: &[CoupledRecord]) -> CoupledFit {
     let structure = Structure::of(&Dof::ALL, Symmetry::PortStarboard).expect("six axes");
+    let records: Vec<&CoupledRecord> = records.iter().collect();
     let body = twin.vehicle.rigid_body.as_ref();
-    let fit = fit_coupled(&structure, &records, body, false).expect("an optimum");
+    fit_coupled(&structure, &records, body, false).expect("an optimum")
+}
+
+fn assert_inertias(twin: &TwinCampaign, fit: &CoupledFit) {
     let truth = &twin.truth.vehicle.as_ref().expect("a whole vehicle").coefficients;
     for (dof, name) in [(Dof::Roll, "mass.roll"), (Dof::Pitch, "mass.pitch")] {
         let found = fit.plant.mass_matrix()[(dof.index(), dof.index())];
@@ -36,4 +39,39 @@ fn what_an_autopilot_answers_does_not_pass_for_inertia() {
         let off = (found - truth[name]).abs();
         assert!(off < DEVIATIONS * std, "{name}: {found} ± {std}, {}", truth[name]);
     }
+}
+
+/// A gyroscope of 50 Hz beside thrust of 10 Hz. With the sample that the autopilot acts on in a
+/// mean of three, inertias were 22 and 12 % too large, by 6 and 4 standard deviations.
+#[test]
+fn what_an_autopilot_answers_does_not_pass_for_inertia() {
+    let disturbances = Disturbance::parse_list("tether").expect("known");
+    let mut spec = WholeTwinSpec { disturbances, ..WholeTwinSpec::default() };
+    spec.strength.tether_correlation_s = 3.0;
+    let (twin, records) = rexrov(spec);
+    let fit = fitted(&twin, &records);
+    assert_inertias(&twin, &fit);
+    let late = fit.actuator.delay_s;
+    assert!(late >= 0.0, "thrust is logged as it acts, not {late} s later");
+}
+
+/// Thrust that is logged at every other command.
+#[test]
+fn what_an_autopilot_does_between_samples_of_thrust_does_not_pass_for_inertia() {
+    const KEPT: usize = 2;
+    let (twin, mut records) = rexrov(WholeTwinSpec::default());
+    let thinned = |series: &Timed| {
+        let kept = |of: &[f64]| of.iter().copied().step_by(KEPT).collect::<Vec<f64>>();
+        Timed::new("thrust", kept(series.time_s()), kept(series.values())).expect("valid")
+    };
+    for record in &mut records {
+        for thruster in &mut record.thrusters {
+            thruster.track.speed = thinned(&thruster.track.speed);
+        }
+        record.force = record.force.each_ref().map(|force| force.as_ref().map(thinned));
+    }
+    let fit = fitted(&twin, &records);
+    let late = fit.actuator.delay_s;
+    assert!((-0.06..-0.04).contains(&late), "half of a command is 0.05 s, found {late} s");
+    assert_inertias(&twin, &fit);
 }

@@ -12,7 +12,7 @@ use nalgebra::{Vector3, Vector6};
 
 pub use attitude::down_body;
 pub(crate) use attitude::{body_from_world, interpolated as interpolated_attitude};
-pub(crate) use flow::{Decay, Flow, HeldForce, PUSHED_BY, Slice, advance};
+pub(crate) use flow::{Decay, Flow, HeldForce, PUSHED_BY, Slice, advance, with_down};
 pub(crate) use products::{apply, subtract_outer, subtract_outers, times, times_transposed};
 pub(crate) use rate::{Prepared, Whole};
 pub(crate) use simulate::Moving;
@@ -23,25 +23,34 @@ pub use state_space::{STATE_NAMES, State, StateSpace};
 use crate::Error;
 use crate::plant::Plant;
 
-/// Runs code with places for so many axes as a constant. Four sizes are enough; each costs time to
-/// compile.
+/// Runs code with places for so many axes, and for a motion that has the world's down behind them
+/// or not, as constants. Five pairs are enough; each costs time to compile.
 macro_rules! with_places {
-    ($n:expr, $N:ident => $body:expr) => {
-        match $n {
-            1 => {
+    ($n:expr, $has_down:expr, $N:ident, $M:ident => $body:expr) => {
+        match ($n, $has_down) {
+            (_, true) => {
+                const $N: usize = 6;
+                const $M: usize = 9;
+                $body
+            }
+            (1, _) => {
                 const $N: usize = 1;
+                const $M: usize = 1;
                 $body
             }
-            2 | 3 => {
+            (2 | 3, _) => {
                 const $N: usize = 3;
+                const $M: usize = 3;
                 $body
             }
-            4 => {
+            (4, _) => {
                 const $N: usize = 4;
+                const $M: usize = 4;
                 $body
             }
             _ => {
                 const $N: usize = 6;
+                const $M: usize = 6;
                 $body
             }
         }

@@ -26,11 +26,14 @@ use equation_error::Solved;
 use filter::{Drift, Noise};
 use fit::{Optimum, Problem, Tolerance};
 use late::Lateness;
+use schedule::Attitude;
 pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 use start::begun;
 pub(crate) use step::LikelihoodStep;
-use uncertainty::{current_drift, disturbances, inflation, inverse, of_coefficients, whiteness};
+use uncertainty::{
+    attitude_noise, current_drift, disturbances, inflation, inverse, of_coefficients, whiteness,
+};
 
 /// A coupled plant fitted to trials.
 #[derive(Clone, Debug)]
@@ -53,6 +56,9 @@ pub struct CoupledFit {
     pub has_thrusters: bool,
     /// Disturbance and noise of each axis.
     pub disturbances: BTreeMap<Dof, AxisNoise>,
+    /// Standard deviation of a sample of roll and of pitch, rad, and that of its estimate, where
+    /// attitude is a state.
+    pub attitude_noise: Option<(f64, f64)>,
     /// How the current changes about its mean of a trial, if the trials show that.
     pub current_drift: Option<CurrentDrift>,
     /// How late translations are measured beside thrust and rates, if the trials show that; they
@@ -149,10 +155,11 @@ fn fit_as(
     (search, method): (bool, Method),
 ) -> Result<CoupledFit, Error> {
     let is_free = method == Method::OutputError;
-    with_places!(structure.axes().len(), N => {
+    let attitude = if is_free { Attitude::Known } else { Attitude::of(records, structure) };
+    with_places!(structure.axes().len(), attitude == Attitude::State, N, M => {
         let rigid_body = rigid_body.map(RigidBody::mass_matrix);
-        let problem = Problem::new(structure, records, rigid_body, is_free);
-        let (first, least_squares, fitted) = begun::<N>(problem, records)?;
+        let problem = Problem::new(structure, records, rigid_body, is_free, attitude);
+        let (first, least_squares, fitted) = begun::<N, M>(problem, records)?;
         let (fitted, prompt) = fitted.with_lateness_that_shows(records)?;
         let prompt: Vec<&CoupledRecord> = prompt.iter().collect();
         let records = if prompt.is_empty() { records } else { &prompt };
@@ -171,16 +178,16 @@ fn fit_as(
 }
 
 /// An optimum and what it is one of.
-struct Fitted<const N: usize> {
+struct Fitted<const N: usize, const M: usize> {
     problem: Problem,
-    optimum: Optimum<N>,
+    optimum: Optimum<N, M>,
     tried: Vec<Tried>,
     /// How late translations are measured, with standard deviations; the problem's are as before.
     late: Lateness,
 }
 
-impl<const N: usize> Fitted<N> {
-    fn new(problem: Problem, optimum: Optimum<N>) -> Self {
+impl<const N: usize, const M: usize> Fitted<N, M> {
+    fn new(problem: Problem, optimum: Optimum<N, M>) -> Self {
         Self { problem, optimum, tried: Vec::new(), late: Lateness::default() }
     }
 
@@ -277,7 +284,7 @@ impl<const N: usize> Fitted<N> {
             point
         };
         let Some(slope) = problem.by_noise(&with(Drift::TRIED)) else { return Ok(self) };
-        let s = Noise::<N>::DRIFT;
+        let s = Noise::<N, M>::DRIFT;
         let rest = inverse(&slope.information.view((0, 0), (s, s)).into_owned());
         let cross = slope.information.view((0, s), (s, 1)).into_owned();
         let left = slope.information[(s, s)] - cross.dot(&(&rest * &cross));
@@ -394,6 +401,7 @@ impl<const N: usize> Fitted<N> {
             has_thrusters: problem.has_thrusters,
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
             disturbances: disturbances(&problem.structure, &optimum.point.noise, &noise_covariance),
+            attitude_noise: attitude_noise(&optimum.point.noise, &noise_covariance),
             late: late.late,
             late_std: late.std,
             current_drift: current_drift(&optimum.point.noise, &noise_covariance),
@@ -412,17 +420,17 @@ impl<const N: usize> Fitted<N> {
 const MOST_ROUNDS: usize = 4;
 
 /// A search for couplings in damping.
-struct Search<const N: usize> {
+struct Search<const N: usize, const M: usize> {
     /// The plant without them.
-    base: Fitted<N>,
+    base: Fitted<N, M>,
     /// The plant with those that are admitted.
-    found: Option<Fitted<N>>,
+    found: Option<Fitted<N, M>>,
     /// What each candidate would have gained when it was last outside.
     scores: BTreeMap<Basis, f64>,
 }
 
-impl<const N: usize> Search<N> {
-    fn now(&self) -> &Fitted<N> {
+impl<const N: usize, const M: usize> Search<N, M> {
+    fn now(&self) -> &Fitted<N, M> {
         self.found.as_ref().unwrap_or(&self.base)
     }
 

@@ -257,7 +257,8 @@ fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
     Actuation {
         lag: fitted("lag"),
         force_lag: fitted("force_lag"),
-        delay: fitted("delay"),
+        // What acts before its log says does not act before it is commanded.
+        delay: fitted("delay").filter(|delay| delay.value > 0.0),
         reverse_ratio: fitted("reverse_ratio"),
     }
 }

@@ -608,6 +608,9 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
         all.insert("current_drift".to_owned(), parameter(drift.std_m_s, "m/s"));
         all.insert("current_drift_correlation".to_owned(), parameter(drift.correlation_s, "s"));
     }
+    if let Some(noise) = fit.attitude_noise {
+        all.insert("attitude noise".to_owned(), parameter(noise, "rad"));
+    }
     for (dof, noise) in &fit.disturbances {
         let units = dof.units();
         if fit.method == Method::OutputError {

@@ -1,6 +1,6 @@
 //! The way from one measurement to the next, with its sensitivities.
 
-use nalgebra::{SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 use super::{Prepared, apply, times};
 
@@ -41,30 +41,33 @@ pub(crate) struct Decay<const N: usize> {
 }
 
 /// Where a state goes over some slices, and how that changes.
-pub(crate) struct Flow<const N: usize> {
-    /// ν_r at the end.
-    pub(crate) velocity: SVector<f64, N>,
-    /// Its columns: by ν_r at the beginning (N), by the disturbance there (N), by each
+///
+/// Its motion is ν_r, N numbers, and where M = N + 3 the world's down in body axes behind it; else
+/// that is known, and the slices have it.
+pub(crate) struct Flow<const N: usize, const M: usize> {
+    /// The motion at the end.
+    pub(crate) motion: SVector<f64, M>,
+    /// Its columns: by the motion at the beginning (M), by the disturbance there (N), by each
     /// coefficient and by the numbers of the actuators, if these were asked for.
-    pub(crate) columns: Vec<SVector<f64, N>>,
+    pub(crate) columns: Vec<SVector<f64, M>>,
     /// What drives each column in the middle of a slice.
     sources: Vec<SVector<f64, N>>,
 }
 
-impl<const N: usize> Flow<N> {
+impl<const N: usize, const M: usize> Flow<N, M> {
     /// A flow with columns for the state alone.
     pub(crate) fn of_state() -> Self {
-        Self::with_columns(2 * N)
+        Self::with_columns(M + N)
     }
 
     /// A flow with columns for so many coefficients, and for the actuators, too.
     pub(crate) fn of_plant(coefficients: usize) -> Self {
-        Self::with_columns(2 * N + coefficients + PUSHED_BY)
+        Self::with_columns(M + N + coefficients + PUSHED_BY)
     }
 
     /// A flow with columns for the state and for so many coefficients.
     pub(crate) fn of_coefficients(count: usize) -> Self {
-        Self::with_columns(2 * N + count)
+        Self::with_columns(M + N + count)
     }
 
     /// A flow without derivatives.
@@ -73,30 +76,33 @@ impl<const N: usize> Flow<N> {
     }
 
     fn with_columns(count: usize) -> Self {
-        let columns = vec![SVector::zeros(); count];
-        Self { velocity: SVector::zeros(), sources: columns.clone(), columns }
+        Self {
+            motion: SVector::zeros(),
+            columns: vec![SVector::zeros(); count],
+            sources: vec![SVector::zeros(); count.saturating_sub(M)],
+        }
     }
 
-    /// ∂ν(end)/∂ν(beginning), shape (N, N).
-    pub(crate) fn by_velocity(&self) -> SMatrix<f64, N, N> {
+    /// ∂x(end)/∂x(beginning) of the motion x, shape (M, M).
+    pub(crate) fn by_motion(&self) -> SMatrix<f64, M, M> {
         SMatrix::from_fn(|i, j| self.columns[j][i])
     }
 
-    /// ∂ν(end)/∂f(beginning), shape (N, N).
-    pub(crate) fn by_disturbance(&self) -> SMatrix<f64, N, N> {
-        SMatrix::from_fn(|i, j| self.columns[N + j][i])
+    /// ∂x(end)/∂f(beginning), shape (M, N).
+    pub(crate) fn by_disturbance(&self) -> SMatrix<f64, M, N> {
+        SMatrix::from_fn(|i, j| self.columns[M + j][i])
     }
 
-    /// ∂ν(end)/∂θ at a given beginning, of the coefficients and the actuators.
-    pub(crate) fn by_plant(&self) -> &[SVector<f64, N>] {
-        &self.columns[2 * N..]
+    /// ∂x(end)/∂θ at a given beginning, of the coefficients and the actuators.
+    pub(crate) fn by_plant(&self) -> &[SVector<f64, M>] {
+        &self.columns[M + N..]
     }
 
-    fn start(&mut self, velocity: &SVector<f64, N>) {
-        self.velocity = *velocity;
+    fn start(&mut self, motion: &SVector<f64, M>) {
+        self.motion = *motion;
         for (j, column) in self.columns.iter_mut().enumerate() {
             *column = SVector::zeros();
-            if j < N {
+            if j < M {
                 column[j] = 1.0;
             }
         }
@@ -108,15 +114,15 @@ impl<const N: usize> Flow<N> {
 /// The columns are those of the motion linearised in the middle of each slice, `ẋ = A x + s`:
 /// derivatives to the second order of h. That moves no estimate: the slope of a cost vanishes where its
 /// errors are noise, whatever they are weighted with.
-pub(crate) fn advance<const N: usize>(
+pub(crate) fn advance<const N: usize, const M: usize>(
     plant: &Prepared<N>,
     (slices, pushes): (&[Slice], &[HeldForce]),
-    velocity: &SVector<f64, N>,
+    motion: &SVector<f64, M>,
     disturbance: &SVector<f64, N>,
     decay: &Decay<N>,
-    flow: &mut Flow<N>,
+    flow: &mut Flow<N, M>,
 ) {
-    flow.start(velocity);
+    flow.start(motion);
     let mut left = SVector::<f64, N>::repeat(1.0);
     for (slice, push) in slices.iter().zip(pushes) {
         let half = decay.rate.map(|rate| (-0.5 * rate * slice.length_s).exp());
@@ -133,47 +139,117 @@ const STAGES: [(f64, usize); 4] = [(0.0, 0), (0.5, 1), (0.5, 1), (1.0, 2)];
 const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
 /// A slice; `lefts` is what is left of the disturbance at its three instants.
-fn step<const N: usize>(
+fn step<const N: usize, const M: usize>(
     plant: &Prepared<N>,
     (slice, push): (&Slice, &HeldForce),
     disturbance: &SVector<f64, N>,
     lefts: &[SVector<f64, N>; 3],
-    flow: &mut Flow<N>,
+    flow: &mut Flow<N, M>,
 ) {
     let h = slice.length_s;
     let force = plant.on_axes(&push.force);
-    let mut rates = [SVector::<f64, N>::zeros(); 4];
+    let at = |motion: &SVector<f64, M>, instant: usize| {
+        let velocity = plant.to_six(&SVector::from_fn(|i, _| motion[i]), &slice.others[instant]);
+        (velocity, down_of::<N, M>(motion).unwrap_or(slice.down_body[instant]))
+    };
+    let mut rates = [SVector::<f64, M>::zeros(); 4];
+    let mut acceleration = SVector::zeros();
     for (stage, (part, instant)) in STAGES.into_iter().enumerate() {
         let behind = if stage == 0 { SVector::zeros() } else { rates[stage - 1] * (part * h) };
-        let six = plant.to_six(&(flow.velocity + behind), &slice.others[instant]);
+        let (six, down) = at(&(flow.motion + behind), instant);
         let force = force + disturbance.component_mul(&lefts[instant]);
-        rates[stage] = plant.rate(&six, &slice.down_body[instant], &force, &slice.signals[instant]);
+        let own = plant.rate(&six, &down, &force, &slice.signals[instant]);
+        rates[stage] = with_down(&own, || down.cross(&turn(&six)));
+        if stage == 2 {
+            acceleration = own;
+        }
     }
     if !flow.columns.is_empty() {
         // The third stage is in the middle of the slice.
-        let six = plant.to_six(&(flow.velocity + rates[1] * (0.5 * h)), &slice.others[1]);
+        let (six, down) = at(&(flow.motion + rates[1] * (0.5 * h)), 1);
         let signals = &slice.signals[1];
-        let (transition, share) = linearised(&plant.slope(&six, signals), h);
-        let (of_state, of_plant) = flow.sources.split_at_mut(2 * N);
+        let (transition, share) = linearised(&slope::<N, M>(plant, &six, &down, signals), h);
+        let share = SMatrix::<f64, M, N>::from_fn(|i, j| share[(i, j)]);
+        let (of_motion, driven) = flow.columns.split_at_mut(M);
+        let (of_disturbance, of_plant) = flow.sources.split_at_mut(N);
         let mean_left = (lefts[0] + lefts[1] * 4.0 + lefts[2]) / 6.0;
-        for j in 0..N {
-            of_state[N + j] = plant.inverse().column(j) * mean_left[j];
+        for (j, source) in of_disturbance.iter_mut().enumerate() {
+            *source = plant.inverse().column(j) * mean_left[j];
         }
         if !of_plant.is_empty() {
             let (coefficients, actuators) = of_plant.split_at_mut(plant.count());
-            let down = &slice.down_body[1];
-            plant.by_coefficient(&six, down, &rates[2], signals, coefficients);
+            plant.by_coefficient(&six, &down, &acceleration, signals, coefficients);
             for (source, by) in actuators.iter_mut().zip(&push.by) {
                 *source = apply(plant.inverse(), &plant.on_axes(by));
             }
         }
-        for (column, source) in flow.columns.iter_mut().zip(&flow.sources) {
+        for column in of_motion {
+            *column = apply(&transition, column);
+        }
+        for (column, source) in driven.iter_mut().zip(&flow.sources) {
             *column = apply(&transition, column) + apply(&share, source);
         }
     }
     for (rate, weight) in rates.iter().zip(WEIGHTS) {
-        flow.velocity += rate * (weight * h);
+        flow.motion += rate * (weight * h);
     }
+}
+
+/// The world's down in body axes, where it is a part of the motion.
+fn down_of<const N: usize, const M: usize>(motion: &SVector<f64, M>) -> Option<Vector3<f64>> {
+    (M > N).then(|| Vector3::from_fn(|i, _| motion[N + i]))
+}
+
+/// Numbers of the velocity with those of the world's down behind them, where these are a part of
+/// the motion.
+pub(crate) fn with_down<const N: usize, const M: usize>(
+    velocity: &SVector<f64, N>,
+    down: impl FnOnce() -> Vector3<f64>,
+) -> SVector<f64, M> {
+    let down = if M > N { down() } else { Vector3::zeros() };
+    SVector::from_fn(|i, _| if i < N { velocity[i] } else { down[i - N] })
+}
+
+/// ω.
+fn turn(velocity: &Vector6<f64>) -> Vector3<f64> {
+    velocity.fixed_rows::<3>(3).into_owned()
+}
+
+/// ∂ẋ/∂x of the motion: of ν̇, and of `k̇ = k × ω`.
+fn slope<const N: usize, const M: usize>(
+    plant: &Prepared<N>,
+    velocity: &Vector6<f64>,
+    down: &Vector3<f64>,
+    signals: &[f64],
+) -> SMatrix<f64, M, M> {
+    let of_velocity = plant.slope(velocity, signals);
+    let mut slope = SMatrix::zeros();
+    for j in 0..N {
+        for i in 0..N {
+            slope[(i, j)] = of_velocity[(i, j)];
+        }
+    }
+    if M > N {
+        let by_down = plant.slope_by_down();
+        let (turned, by_turn): (Matrix3<f64>, Matrix3<f64>) =
+            (-turn(velocity).cross_matrix(), down.cross_matrix());
+        for j in 0..3 {
+            for i in 0..N {
+                slope[(i, N + j)] = by_down[(i, j)];
+            }
+            for i in 0..3 {
+                slope[(N + i, N + j)] = turned[(i, j)];
+            }
+        }
+        for (place, axis) in plant.axes().iter().enumerate() {
+            if let Some(axis @ 3..) = axis {
+                for i in 0..3 {
+                    slope[(N + i, place)] = by_turn[(i, axis - 3)];
+                }
+            }
+        }
+    }
+    slope
 }
 
 /// What `ẋ = A x + s` makes of x and of s over h: `e^(A h)` and `∫₀ʰ e^(A t) dt`, to the fourth power
@@ -231,40 +307,83 @@ mod tests {
         HeldForce { force, by: std::array::from_fn(|k| if k == 0 { by } else { Vector6::zeros() }) }
     }
 
+    /// Where a flow ends, from a motion, a disturbance and a lag.
+    fn pushed<const M: usize>(
+        plant: &Plant,
+        motion: SVector<f64, M>,
+        disturbance: SVector<f64, 2>,
+        lag: f64,
+    ) -> Flow<2, M> {
+        let decay = Decay { rate: SVector::from([0.3, 0.7]) };
+        let prepared = Prepared::<2>::new(plant).expect("two axes");
+        let mut flow = Flow::of_plant(prepared.count());
+        let pushes = vec![push(lag); SLICES];
+        advance(&prepared, (&slices(), &pushes), &motion, &disturbance, &decay, &mut flow);
+        flow
+    }
+
+    fn check<const M: usize>(motion: SVector<f64, M>) {
+        let (base, disturbance) = (plant(6.6), SVector::from([1.0, 0.1]));
+        let flow = pushed(&base, motion, disturbance, 0.0);
+        let near = |at: &dyn Fn(f64) -> SVector<f64, M>, column: &SVector<f64, M>, what: &str| {
+            let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
+            assert!((slope - column).amax() < DIFFERENCE, "{what}: {slope} {column}");
+        };
+        for j in 0..M {
+            let of = |step: f64| {
+                let mut moved = motion;
+                moved[j] += step;
+                pushed(&base, moved, disturbance, 0.0).motion
+            };
+            near(&of, &flow.by_motion().column(j).into(), &format!("motion {j}"));
+        }
+        for j in 0..2 {
+            let of = |step: f64| {
+                let mut moved = disturbance;
+                moved[j] += step;
+                pushed(&base, motion, moved, 0.0).motion
+            };
+            near(&of, &flow.by_disturbance().column(j).into(), &format!("disturbance {j}"));
+        }
+        let of_lever = |step: f64| pushed(&plant(6.6 + step), motion, disturbance, 0.0).motion;
+        near(&of_lever, &flow.by_plant()[7], "lever");
+        let of_lag = |step: f64| pushed(&base, motion, disturbance, step).motion;
+        near(&of_lag, &flow.by_plant()[8], "lag");
+    }
+
     #[test]
     fn columns_are_the_derivatives_of_the_flow() {
-        let decay = Decay { rate: SVector::from([0.3, 0.7]) };
-        let slices = slices();
-        let base = plant(6.6);
-        let pushed = |plant: &Plant, velocity: [f64; 2], disturbance: [f64; 2], lag: f64| {
-            let prepared = Prepared::<2>::new(plant).expect("two axes");
-            let mut flow = Flow::of_plant(prepared.count());
-            let (velocity, disturbance) = (velocity.into(), disturbance.into());
-            let pushes = vec![push(lag); SLICES];
-            advance(&prepared, (&slices, &pushes), &velocity, &disturbance, &decay, &mut flow);
-            flow
+        check(SVector::from([0.5, -0.3]));
+        let down = down_body(0.1, 0.2);
+        check(SVector::from([0.5, -0.3, down.x, down.y, down.z]));
+    }
+
+    #[test]
+    fn the_worlds_down_turns_as_the_vehicle_does_not() {
+        let (roll, pitch) = (0.4_f64, -0.3_f64);
+        let down = down_body(roll, pitch);
+        let motion = SVector::from([0.5, -0.3, down.x, down.y, down.z]);
+        let flow = pushed(&plant(6.6), motion, SVector::zeros(), 0.0);
+        // By Euler's angles, with p and r from the slices and q of the plant.
+        let mut angles = (roll, pitch);
+        let after = |k: usize| {
+            let part = &slices()[..k];
+            let decay = Decay { rate: SVector::from([0.3, 0.7]) };
+            let prepared = Prepared::<2>::new(&plant(6.6)).expect("two axes");
+            let (mut bare, pushes) = (Flow::bare(), vec![push(0.0); k]);
+            advance(&prepared, (part, &pushes), &motion, &SVector::zeros(), &decay, &mut bare);
+            bare.motion[1]
         };
-        let end = |plant: &Plant, velocity, disturbance| pushed(plant, velocity, disturbance, 0.0);
-        let (velocity, disturbance) = ([0.5, -0.3], [1.0, 0.1]);
-        let flow = end(&base, velocity, disturbance);
-        let moved = |x: [f64; 2], j: usize, step: f64| {
-            let mut moved = x;
-            moved[j] += step;
-            moved
-        };
-        for j in 0..2 {
-            let at = |step| end(&base, moved(velocity, j, step), disturbance).velocity;
-            let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
-            assert!((slope - flow.by_velocity().column(j)).amax() < DIFFERENCE);
-            let at = |step| end(&base, velocity, moved(disturbance, j, step)).velocity;
-            let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
-            assert!((slope - flow.by_disturbance().column(j)).amax() < DIFFERENCE);
+        let h = 0.1 / 20.0;
+        for k in 0..20 {
+            let (p, q, r) = (0.2, after(50 * k + 25), 0.3);
+            let across = q * angles.0.sin() + r * angles.0.cos();
+            let turned = q * angles.0.cos() - r * angles.0.sin();
+            angles = (angles.0 + h * (p + angles.1.tan() * across), angles.1 + h * turned);
         }
-        let at = |step: f64| end(&plant(6.6 + step), velocity, disturbance).velocity;
-        let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
-        assert!((slope - flow.by_plant()[7]).amax() < DIFFERENCE);
-        let at = |step: f64| pushed(&base, velocity, disturbance, step).velocity;
-        let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
-        assert!((slope - flow.by_plant()[8]).amax() < DIFFERENCE);
+        let expected = down_body(angles.0, angles.1);
+        // Euler's method in steps of 5 ms.
+        let off = (down_of::<2, 5>(&flow.motion).expect("a part of it") - expected).norm();
+        assert!(off < 2e-4, "{off}");
     }
 }

@@ -74,6 +74,12 @@ impl Forces {
         n
     }
 
+    /// What restoring pushes with more if the world's down in body axes is by so much another.
+    fn change_by_down(&self, change: &Vector3<f64>) -> Vector6<f64> {
+        let (force, moment) = (self.weight_excess * change, self.lever.cross(change));
+        Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+    }
+
     /// What each effect pushes with, and its slope by ν.
     fn effects<'a>(
         &'a self,
@@ -143,8 +149,7 @@ impl Whole {
 
     /// The change of ν̇ with a small change of the world's down in body axes, shape (6,).
     pub(crate) fn slope_by_down(&self, change: &Vector3<f64>) -> Vector6<f64> {
-        let (force, moment) = (self.forces.weight_excess * change, self.forces.lever.cross(change));
-        self.inverse * Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+        self.inverse * self.forces.change_by_down(change)
     }
 
     /// M, zero on axes that the plant does not have.
@@ -260,6 +265,13 @@ impl<const N: usize> Prepared<N> {
         times(&self.inverse, &of_axes)
     }
 
+    /// ∂ν̇/∂k of the plant's axes, k being the world's down in body axes; shape (N, 3).
+    pub(crate) fn slope_by_down(&self) -> SMatrix<f64, N, 3> {
+        SMatrix::from_columns(&[Vector3::x(), Vector3::y(), Vector3::z()].map(|change| {
+            apply(&self.inverse, &self.on_axes(&self.forces.change_by_down(&change)))
+        }))
+    }
+
     /// ∂ν̇/∂θ_k = −M⁻¹ Y_k(ν̇, ν, η) of every coefficient, put into `columns`.
     pub(crate) fn by_coefficient(
         &self,
@@ -364,6 +376,16 @@ pub(crate) mod tests {
             };
             let found = (at(1e-6) - at(-1e-6)) / 2e-6;
             assert!((found - slope.column(j)).amax() < DIFFERENCE, "{j}");
+        }
+        let slope = prepared.slope_by_down();
+        for j in 0..3 {
+            let at = |step: f64| {
+                let mut moved = down;
+                moved[j] += step;
+                prepared.rate(&velocity, &moved, &force, &SIGNALS)
+            };
+            let found = (at(1e-6) - at(-1e-6)) / 2e-6;
+            assert!((found - slope.column(j)).amax() < DIFFERENCE, "down, {j}");
         }
         let rate = prepared.rate(&velocity, &down, &force, &SIGNALS);
         let mut columns = vec![SVector::zeros(); prepared.count()];

@@ -50,6 +50,10 @@ pub struct CoupledRecord {
     pub swing: [Option<Timed>; 3],
     /// Roll, pitch and heading, unwrapped, smoothed by the rates where these were measured, rad.
     pub attitude: [Option<Timed>; 3],
+    /// Roll and pitch as they were measured, rad, where their rates were measured, too.
+    pub inclination: [Option<Timed>; 2],
+    /// The variance of each sample of them beside that of all.
+    pub inclination_spread: [Option<Timed>; 2],
     /// What effects read: angles, drives, air.
     pub signals: BTreeMap<Signal, Timed>,
     /// The time in which all of it is known, s.
@@ -149,6 +153,16 @@ impl CoupledRecord {
             Dof::Yaw => navigated.heading.clone(),
             _ => navigated.position.get(&dof).cloned(),
         });
+        let mut inclination_spread = [const { None }; 2];
+        let mut inclination = [0, 1].map(|which| {
+            let is_told = navigated.measured.contains_key(&turns[which]);
+            angles[which].clone().filter(|_| is_told)
+        });
+        for (series, spread) in inclination.iter_mut().zip(&mut inclination_spread) {
+            if let Some(series) = series {
+                (*series, *spread) = means(series, &changes);
+            }
+        }
         let attitude = smoothed_attitude(angles, turns.map(|dof| navigated.measured.get(&dof)));
         let mut record = Self {
             trial: setup.name.clone(),
@@ -160,6 +174,8 @@ impl CoupledRecord {
             by_slope,
             swing: [Dof::Surge, Dof::Sway, Dof::Heave].map(|dof| navigated.swing(dof)),
             attitude,
+            inclination,
+            inclination_spread,
             signals,
             window_s: (0.0, 0.0),
             caveats,

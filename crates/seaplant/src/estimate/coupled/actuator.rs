@@ -17,6 +17,10 @@
 //! Thrust may change beside what its log says, as with the voltage of a battery: by a factor e^a from
 //! the beginning to the end of each trial, and by e^b from the first trial to the last, 1 on average.
 //!
+//! D is negative where thrust acts before its log says. That of commands which are logged every h, while
+//! they are given m times as often, is −h/2 (1 − 1/m) on average: what is held until the next sample has
+//! long become something else. A pilot who works against the motion then looks like mass.
+//!
 //! Both are held between samples. A step of the filter takes the mean of what acts over each slice
 //! in closed form; of a wrench `∫τ dt = ∫u(t − D) dt − T [τ]`.
 
@@ -35,7 +39,7 @@ use crate::{CoupledRecord, CoupledThruster, Error, ThrusterTrack, Timed};
 pub struct Actuator {
     /// Time constant T of the lag, s.
     pub lag_s: f64,
-    /// Delay D, s.
+    /// Delay D, s; negative where thrust acts before its log says.
     pub delay_s: f64,
     /// Logarithm of the reverse-thrust ratio κ: what thrusters push in reverse, over what their
     /// curves say.
@@ -80,7 +84,7 @@ impl Actuator {
 
     /// Between what they stay.
     pub(super) const LIMITS: [(f64, f64); Self::COUNT] =
-        [(0.0, 3.0), (0.0, 3.0), (-1.5, 1.5), (-2.5, 2.5), (-1.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)];
+        [(0.0, 3.0), (-0.5, 3.0), (-1.5, 1.5), (-2.5, 2.5), (-1.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)];
 
     /// Their standard deviations before anything is measured.
     pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3, 1.0, 0.3, 0.3, 0.3];
@@ -519,6 +523,7 @@ mod tests {
                 ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0], 1e-3),
                 ([0.03, 0.01, 0.2, 0.0, 0.0, -0.2, 0.1], 1e-3),
                 ([0.2, 0.13, -0.4, 0.3, -0.2, 0.2, -0.1], 0.1),
+                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
             ];
             for (base, near) in some {
                 let pushes = |k: usize, step: f64| {
@@ -581,6 +586,8 @@ mod tests {
             spread: [const { None }; 6],
             by_slope: [false; 6],
             swing: [const { None }; 3],
+            inclination: [const { None }; 2],
+            inclination_spread: [const { None }; 2],
             attitude: [const { None }; 3],
             signals: std::collections::BTreeMap::new(),
             window_s: (0.0, 2.0),
@@ -591,6 +598,7 @@ mod tests {
             [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0],
             [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0],
             [0.2, 0.1, -0.3, 0.5, -0.2, -0.2, 0.0],
+            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0],
         ];
         for numbers in some {
             let actuator = of(numbers);

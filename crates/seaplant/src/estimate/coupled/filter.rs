@@ -17,14 +17,14 @@ mod follower;
 mod noise;
 mod state;
 
-use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::schedule::{Schedule, Stop};
-use crate::motion::{Flow, HeldForce, PUSHED_BY, Prepared, advance};
+use crate::motion::{Flow, HeldForce, PUSHED_BY, Prepared, advance, with_down};
 use crate::trial::may_be_late;
 use follower::{Process, Steps};
 pub(super) use noise::{Drift, Noise};
-use state::{Covariance, Seen, State, Transition};
+use state::{Covariance, Of, Seen, State, Transition};
 
 /// A cost with its slope and the Fisher information.
 #[derive(Clone, Debug)]
@@ -78,8 +78,8 @@ impl Slope {
 
 /// How a measurement moves the state: the gain of a filter, kept.
 #[derive(Clone, Copy)]
-pub(super) struct Gain<const N: usize> {
-    state: State<N>,
+pub(super) struct Gain<const N: usize, const M: usize> {
+    state: State<N, M>,
     variance: f64,
 }
 
@@ -102,19 +102,19 @@ impl Innovation {
 }
 
 /// How far a trial depends on what is wanted of it.
-pub(super) struct Pass<'a, const N: usize> {
+pub(super) struct Pass<'a, const N: usize, const M: usize> {
     pub(super) plant: &'a Prepared<N>,
     pub(super) schedule: &'a Schedule,
     /// The force over each of its slices.
     pub(super) pushes: &'a [HeldForce],
     /// North and east, m/s.
     pub(super) current: [f64; 2],
-    pub(super) noise: &'a Noise<N>,
+    pub(super) noise: &'a Noise<N, M>,
 }
 
-impl<const N: usize> Pass<'_, N> {
+impl<const N: usize, const M: usize> Pass<'_, N, M> {
     /// ln-likelihood with its slope by coefficients, actuators and current, and the gains.
-    pub(super) fn by_plant(&self) -> (Slope, Vec<Gain<N>>) {
+    pub(super) fn by_plant(&self) -> (Slope, Vec<Gain<N, M>>) {
         self.sweep(f64::INFINITY, |_| (), None)
     }
 
@@ -134,7 +134,7 @@ impl<const N: usize> Pass<'_, N> {
         spacing_s: f64,
         mut at_mark: impl FnMut(&DVector<f64>),
         lag_s: Option<f64>,
-    ) -> (Slope, Vec<Gain<N>>) {
+    ) -> (Slope, Vec<Gain<N, M>>) {
         let (coefficients, mut gains) =
             (self.plant.count(), Vec::with_capacity(self.schedule.samples()));
         let p = coefficients + PUSHED_BY;
@@ -143,31 +143,30 @@ impl<const N: usize> Pass<'_, N> {
         let mut slope = Slope::zeros(count);
         let mut flow = Flow::of_plant(coefficients);
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
-        let mut by = vec![State::<N>::zeros(); count];
+        let mut by = vec![State::<N, M>::zeros(); count];
         let mut row = vec![0.0; count];
         let (mut since_mark_s, mut steps) = (0.0, Steps::default());
-        let (lag_s, mut behind) = (lag_s.unwrap_or_default(), SVector::<f64, N>::zeros());
+        let (lag_s, mut behind) = (lag_s.unwrap_or_default(), SVector::<f64, M>::zeros());
         for direction in 0..2 {
-            by[p + direction].velocity = -self.water_column(&self.schedule.stops[0], direction);
+            by[p + direction].motion = -self.water_column(&self.schedule.stops[0], direction);
         }
         for stop in &self.schedule.stops[1..] {
-            let before = mean.velocity;
+            let before = mean.motion;
             let transition = self.predict(stop, &mut mean, &mut flow);
-            let acceleration = (mean.velocity - before) / stop.length_s;
+            let acceleration = (mean.motion - before) / stop.length_s;
             behind = acceleration + (behind - acceleration) * (-stop.length_s / lag_s).exp();
             by.iter_mut().for_each(|state| state.step(&transition));
-            by.iter_mut().zip(flow.by_plant()).for_each(|(state, own)| state.velocity += own);
+            by.iter_mut().zip(flow.by_plant()).for_each(|(state, own)| state.motion += own);
             covariance.predict(&transition, steps.of(stop.length_s, |h| self.process(h)));
-            for (axis, y) in self.measurements(stop) {
-                let (e, gain) = self.correct(axis, y, stop, &mut mean, &mut covariance);
-                let seen = self.seen(axis, stop);
+            for (seen, y) in self.measurements(stop) {
+                let (e, gain) = self.correct(&seen, y, &mut mean, &mut covariance);
                 for (x, state) in row.iter_mut().zip(&by) {
                     *x = -state.seen(&seen);
                 }
                 row[p] -= seen.water[0];
                 row[p + 1] -= seen.water[1];
-                if self.may_be_late(axis) {
-                    let late = [acceleration[axis], behind[axis]];
+                if let Some(place) = self.may_be_late(&seen) {
+                    let late = [acceleration[place], behind[place]];
                     row[p + 2..].iter_mut().zip(late).for_each(|(x, by)| *x += by);
                 }
                 row.iter().zip(&mut by).for_each(|(x, state)| state.add(&gain.state, *x));
@@ -188,14 +187,14 @@ impl<const N: usize> Pass<'_, N> {
     }
 
     /// ½ Σ e²/S with the gains of another pass: what the plant's slope is the slope of.
-    pub(super) fn at_gains(&self, gains: &[Gain<N>]) -> f64 {
+    pub(super) fn at_gains(&self, gains: &[Gain<N, M>]) -> f64 {
         let (mut mean, mut flow) = (self.first_mean(), Flow::bare());
         let (mut cost, mut gains) = (0.0, gains.iter());
         for stop in &self.schedule.stops[1..] {
             self.move_mean(stop, &mut mean, &mut flow);
-            for (axis, y) in self.measurements(stop) {
+            for (seen, y) in self.measurements(stop) {
                 let Some(gain) = gains.next() else { return f64::INFINITY };
-                let e = y - self.expected(&self.seen(axis, stop), &mean);
+                let e = y - self.expected(&seen, &mean);
                 mean.add(&gain.state, e);
                 cost += 0.5 * e * e / gain.variance;
             }
@@ -211,10 +210,12 @@ impl<const N: usize> Pass<'_, N> {
         for stop in &self.schedule.stops[1..] {
             let transition = self.predict(stop, &mut mean, &mut flow);
             covariance.predict(&transition, steps.of(stop.length_s, |h| self.process(h)));
-            for (axis, y) in self.measurements(stop) {
-                let (e, gain) = self.correct(axis, y, stop, &mut mean, &mut covariance);
+            for (seen, y) in self.measurements(stop) {
+                let (e, gain) = self.correct(&seen, y, &mut mean, &mut covariance);
                 cost += half_log(e, gain.variance);
-                innovations.push(Innovation { axis, error: e, variance: gain.variance });
+                if let Of::Velocity(axis) = seen.of {
+                    innovations.push(Innovation { axis, error: e, variance: gain.variance });
+                }
             }
         }
         (if cost.is_finite() { cost } else { f64::INFINITY }, innovations)
@@ -237,14 +238,14 @@ impl<const N: usize> Pass<'_, N> {
                 follower.predict(&transition, &covariance, &before, change);
             }
             covariance.predict(&transition, &process.whole);
-            for (axis, y) in self.measurements(stop) {
-                let seen = self.seen(axis, stop);
+            for (seen, y) in self.measurements(stop) {
                 let r = self.variance(&seen);
+                let own = Noise::<N, M>::place_of(&seen.of);
                 let column = covariance.seen(&seen);
                 let s = column.seen(&seen) + r;
                 let e = y - self.expected(&seen, &mean);
                 for (k, follower) in followers.iter_mut().enumerate() {
-                    let r_by = if k == 2 * N + axis { 2.0 * r } else { 0.0 };
+                    let r_by = if k == own { 2.0 * r } else { 0.0 };
                     let (e_by, s_by) = follower.correct(&seen, (e, s), r_by, &column);
                     row[k] = e_by;
                     variances[k] = s_by / s;
@@ -254,90 +255,120 @@ impl<const N: usize> Pass<'_, N> {
                 slope.add(0.0, 2.0, &variances);
                 slope.add(e, s, &row);
                 slope.cost += half_log(e, s);
-                self.correct(axis, y, stop, &mut mean, &mut covariance);
+                self.correct(&seen, y, &mut mean, &mut covariance);
             }
         }
         slope.mirror();
         finite(slope, &mean)
     }
 
-    fn first_mean(&self) -> State<N> {
+    fn first_mean(&self) -> State<N, M> {
         let stop = &self.schedule.stops[0];
         let [north, east] = self.current;
+        let velocity = self.plant.on_axes(&self.schedule.start);
+        let still = with_down(&velocity, || self.schedule.start_down);
         let water = self.water_column(stop, 0) * north + self.water_column(stop, 1) * east;
-        let velocity = self.plant.on_axes(&self.schedule.start) - water;
-        State { velocity, ..State::zeros() }
+        State { motion: still - water, ..State::zeros() }
     }
 
-    fn first_covariance(&self) -> Covariance<N> {
-        let square = |x: &SVector<f64, N>| SMatrix::from_diagonal(&x.map(|x| x * x));
+    fn first_covariance(&self) -> Covariance<N, M> {
+        let square = |x: &SVector<f64, N>| x.map(|x| x * x);
         let mut first = Covariance {
-            vv: square(&self.noise.velocity),
-            ff: square(&self.noise.disturbance),
+            xx: SMatrix::from_diagonal(&with_down(&square(&self.noise.velocity), Vector3::zeros)),
+            ff: SMatrix::from_diagonal(&square(&self.noise.disturbance)),
             ..Covariance::zeros()
         };
+        if M > N {
+            let of_down = self.first_of_down() * self.noise.attitude.powi(2);
+            add_of_down(&mut first.xx, &of_down);
+        }
         first.of_first_water(&self.first_water(), self.noise.of_water().std_m_s.powi(2));
         first
     }
 
-    /// The current's part of the first measurement, shape (N, 2).
-    fn first_water(&self) -> SMatrix<f64, N, 2> {
+    /// What noise of attitude makes of the world's down at first, beside its variance: `1 − k kᵀ`.
+    fn first_of_down(&self) -> Matrix3<f64> {
+        let down = &self.schedule.start_down;
+        Matrix3::identity() - down * down.transpose()
+    }
+
+    /// The current's part of the first measurement, shape (M, 2).
+    fn first_water(&self) -> SMatrix<f64, M, 2> {
         let stop = &self.schedule.stops[0];
         SMatrix::from_columns(&[self.water_column(stop, 0), self.water_column(stop, 1)])
     }
 
-    fn water_column(&self, stop: &Stop, direction: usize) -> SVector<f64, N> {
+    fn water_column(&self, stop: &Stop, direction: usize) -> SVector<f64, M> {
         let axes = self.plant.axes();
-        SVector::from_fn(|i, _| match axes[i] {
-            Some(axis @ 0..3) => stop.water[(axis, direction)],
+        SVector::from_fn(|i, _| match axes.get(i) {
+            Some(Some(axis @ 0..3)) => stop.water[(*axis, direction)],
             _ => 0.0,
         })
     }
 
-    fn may_be_late(&self, axis: usize) -> bool {
-        self.plant.axes()[axis].is_some_and(|of| may_be_late(of, &self.schedule.by_slope))
+    /// The place of a velocity that may be measured late.
+    fn may_be_late(&self, seen: &Seen) -> Option<usize> {
+        let Of::Velocity(place) = seen.of else { return None };
+        let axis = self.plant.axes()[place]?;
+        may_be_late(axis, &self.schedule.by_slope).then_some(place)
     }
 
-    /// What was measured at a stop, by place among the plant's axes.
-    fn measurements(&self, stop: &Stop) -> impl Iterator<Item = (usize, f64)> {
+    /// What was measured at a stop: velocities by their places among the plant's axes, and where it
+    /// is a state the world's down, whose component across the one that is measured is zero.
+    fn measurements(&self, stop: &Stop) -> impl Iterator<Item = (Seen, f64)> + use<N, M> {
         let axes = *self.plant.axes();
-        let measured = stop.measured;
-        (0..N).filter_map(move |place| Some((place, measured[axes[place]?]?)))
-    }
-
-    fn seen(&self, axis: usize, stop: &Stop) -> Seen {
-        let of_axis = self.plant.axes()[axis];
-        let water = match of_axis {
-            Some(of @ 0..3) => stop.water.row(of).transpose(),
-            _ => Vector2::zeros(),
+        let (measured, spread, water) = (stop.measured, stop.spread, stop.water);
+        let velocity = move |place: usize| {
+            let axis: usize = axes[place]?;
+            let water = match axis {
+                0..3 => water.row(axis).transpose(),
+                _ => Vector2::zeros(),
+            };
+            let seen = Seen { of: Of::Velocity(place), water, spread: spread[axis] };
+            Some((seen, measured[axis]?))
         };
-        Seen { axis, water, spread: of_axis.map_or(1.0, |of| stop.spread[of]) }
+        let (across, spread) = (stop.across, stop.spread_across);
+        let down = move |turn: usize| {
+            let of = Of::Down(across[turn]?);
+            Some((Seen { of, water: Vector2::zeros(), spread: spread[turn] }, 0.0))
+        };
+        let turns = if M > N { 2 } else { 0 };
+        (0..N).filter_map(velocity).chain((0..turns).filter_map(down))
     }
 
-    /// What noise makes of a sample, (m/s)² or (rad/s)².
+    /// What noise makes of a sample, (m/s)², (rad/s)² or rad².
     fn variance(&self, seen: &Seen) -> f64 {
-        self.noise.velocity[seen.axis].powi(2) * seen.spread
+        let std = match seen.of {
+            Of::Velocity(place) => self.noise.velocity[place],
+            Of::Down(_) => self.noise.attitude,
+        };
+        std * std * seen.spread
     }
 
-    fn expected(&self, seen: &Seen, mean: &State<N>) -> f64 {
+    fn expected(&self, seen: &Seen, mean: &State<N, M>) -> f64 {
         let [north, east] = self.current;
         mean.seen(seen) + (seen.water[0] * north + seen.water[1] * east)
     }
 
-    fn move_mean(&self, stop: &Stop, mean: &mut State<N>, flow: &mut Flow<N>) {
+    fn move_mean(&self, stop: &Stop, mean: &mut State<N, M>, flow: &mut Flow<N, M>) {
         let slices = &self.schedule.slices[stop.slices.clone()];
         let pushes = &self.pushes[stop.slices.clone()];
         let decay = self.noise.decay();
-        advance(self.plant, (slices, pushes), &mean.velocity, &mean.disturbance, &decay, flow);
-        mean.velocity = flow.velocity;
+        advance(self.plant, (slices, pushes), &mean.motion, &mean.disturbance, &decay, flow);
+        mean.motion = flow.motion;
         mean.disturbance.component_mul_assign(&self.fade(stop.length_s));
         mean.water *= self.noise.of_water().fade(stop.length_s);
     }
 
-    fn predict(&self, stop: &Stop, mean: &mut State<N>, flow: &mut Flow<N>) -> Transition<N> {
+    fn predict(
+        &self,
+        stop: &Stop,
+        mean: &mut State<N, M>,
+        flow: &mut Flow<N, M>,
+    ) -> Transition<N, M> {
         self.move_mean(stop, mean, flow);
         Transition {
-            by_velocity: flow.by_velocity(),
+            by_motion: flow.by_motion(),
             by_disturbance: flow.by_disturbance(),
             fade: self.fade(stop.length_s),
             fade_of_water: self.noise.of_water().fade(stop.length_s),
@@ -350,16 +381,14 @@ impl<const N: usize> Pass<'_, N> {
 
     fn correct(
         &self,
-        axis: usize,
+        seen: &Seen,
         y: f64,
-        stop: &Stop,
-        mean: &mut State<N>,
-        covariance: &mut Covariance<N>,
-    ) -> (f64, Gain<N>) {
-        let seen = self.seen(axis, stop);
-        let e = y - self.expected(&seen, mean);
-        let column = covariance.seen(&seen);
-        let variance = column.seen(&seen) + self.variance(&seen);
+        mean: &mut State<N, M>,
+        covariance: &mut Covariance<N, M>,
+    ) -> (f64, Gain<N, M>) {
+        let e = y - self.expected(seen, mean);
+        let column = covariance.seen(seen);
+        let variance = column.seen(seen) + self.variance(seen);
         let gain = Gain { state: column.scaled(1.0 / variance), variance };
         mean.add(&gain.state, e);
         covariance.subtract(&gain.state, &column);
@@ -367,12 +396,18 @@ impl<const N: usize> Pass<'_, N> {
     }
 }
 
+/// Adds a covariance of the world's down to that of the motion that it is a part of.
+fn add_of_down<const M: usize>(motion: &mut SMatrix<f64, M, M>, of_down: &Matrix3<f64>) {
+    let mut own = motion.view_mut((M - 3, M - 3), (3, 3));
+    own += of_down;
+}
+
 fn half_log(e: f64, variance: f64) -> f64 {
     0.5 * (variance.ln() + e * e / variance)
 }
 
-fn finite<const N: usize>(mut slope: Slope, mean: &State<N>) -> Slope {
-    if !(slope.cost.is_finite() && mean.velocity.iter().all(|v| v.is_finite())) {
+fn finite<const N: usize, const M: usize>(mut slope: Slope, mean: &State<N, M>) -> Slope {
+    if !(slope.cost.is_finite() && mean.motion.iter().all(|v| v.is_finite())) {
         slope.cost = f64::INFINITY;
     }
     slope

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Matrix6, SVector};
 
 use super::actuator::Actuator;
 use super::filter::{Gain, Innovation, Noise, Pass, Slope};
-use super::schedule::Schedule;
+use super::schedule::{Attitude, Schedule};
 use super::uncertainty::inverse;
 use crate::estimate::descend::Parabola;
 use crate::motion::{HeldForce, Prepared};
@@ -17,7 +17,7 @@ use crate::{CoupledRecord, Dof, Error, ThrustUncertainty, parallel};
 
 /// Everything that is fitted.
 #[derive(Clone, Debug)]
-pub(super) struct Point<const N: usize> {
+pub(super) struct Point<const N: usize, const M: usize> {
     /// Free numbers of the plant.
     pub(super) free: DVector<f64>,
     /// How thrust follows what is logged of it.
@@ -25,7 +25,7 @@ pub(super) struct Point<const N: usize> {
     /// The current of each trial, north and east, m/s.
     pub(super) currents: Vec<[f64; 2]>,
     /// Disturbance and noise of every trial.
-    pub(super) noise: Noise<N>,
+    pub(super) noise: Noise<N, M>,
 }
 
 /// A coupled fit of N axes to some trials.
@@ -52,6 +52,10 @@ pub(super) struct Problem {
     pub(super) by_slope: [bool; 6],
     /// Whether a current is fitted: there is a translation for it to show in.
     pub(super) has_current: bool,
+    /// Whether attitude is known or a state.
+    pub(super) attitude: Attitude,
+    /// What differences of the samples of roll and pitch show of their noise, rad.
+    attitude_noise: f64,
     /// Whether the motion is left to itself: no disturbance, all misfit is of the measurement.
     pub(super) is_free: bool,
 }
@@ -81,8 +85,8 @@ impl Pushed {
 
 /// The optimum.
 #[derive(Clone, Debug)]
-pub(super) struct Optimum<const N: usize> {
-    pub(super) point: Point<N>,
+pub(super) struct Optimum<const N: usize, const M: usize> {
+    pub(super) point: Point<N, M>,
     /// Negative log-likelihood.
     pub(super) cost: f64,
     /// Fisher information of coefficients and currents, priors included.
@@ -142,6 +146,9 @@ const SAMPLES_PER_TERM: usize = 50;
 /// The greatest step of a logarithm of the noise.
 const GREATEST_LOG_STEP: f64 = 1.0;
 
+/// The greatest step down of that of a disturbance.
+const GREATEST_FALL: f64 = 3.0;
+
 /// Correlation times of the disturbance, s: below, it could not be told from noise; above,
 /// it is a constant.
 const CORRELATION_S: [f64; 2] = [0.2, 300.0];
@@ -169,6 +176,7 @@ impl Problem {
         records: &[&CoupledRecord],
         rigid_body: Option<Matrix6<f64>>,
         is_free: bool,
+        attitude: Attitude,
     ) -> Self {
         let axes = structure.axes();
         let has_force = records.iter().any(|record| record.force.iter().any(Option::is_some));
@@ -179,14 +187,15 @@ impl Problem {
             let measured = records.iter().filter_map(|record| record.velocity[axis].as_ref());
             sample_noise(measured).unwrap_or(0.0).max(LEAST_NOISE)
         };
-        let pieces = Schedule::pieces(records, structure);
+        let inclinations = records.iter().flat_map(|record| record.inclination.iter().flatten());
+        let pieces = Schedule::pieces(records, structure, attitude);
         let samples: usize = pieces.iter().map(Schedule::samples).sum();
         let are_enough = samples >= SAMPLES_PER_TERM * structure.terms().len();
         Self {
             structure: structure.clone(),
             physical: Physical::new(structure, rigid_body),
             trials: records.iter().map(|record| record.trial.clone()).collect(),
-            schedules: Schedule::whole(records, structure),
+            schedules: Schedule::whole(records, structure, attitude),
             pieces: are_enough.then_some(pieces),
             pushed: Arc::default(),
             rigid_body,
@@ -196,14 +205,16 @@ impl Problem {
             sample_noise: axes.iter().map(|dof| noise(dof.index())).collect(),
             by_slope: std::array::from_fn(|k| records.iter().any(|record| record.by_slope[k])),
             has_current: axes.iter().any(|dof| !dof.is_rotation()),
+            attitude,
+            attitude_noise: sample_noise(inclinations).unwrap_or(0.0).max(LEAST_NOISE),
             is_free,
         }
     }
 
     /// The same for other records of the same trials.
     pub(super) fn of(&self, records: &[&CoupledRecord]) -> Self {
-        let Self { structure, rigid_body, is_free, fits, .. } = self;
-        Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free) }
+        let Self { structure, rigid_body, is_free, attitude, fits, .. } = self;
+        Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free, *attitude) }
     }
 
     /// As [`may_be_late`], of all trials.
@@ -232,6 +243,8 @@ impl Problem {
             sample_noise: self.sample_noise.clone(),
             by_slope: self.by_slope,
             has_current: self.has_current,
+            attitude: self.attitude,
+            attitude_noise: self.attitude_noise,
             is_free: self.is_free,
         }
     }
@@ -253,11 +266,11 @@ impl Problem {
     }
 
     /// Runs one pass over every schedule, each in its own thread; results come in their order.
-    pub(super) fn each<const N: usize, T: Send>(
+    pub(super) fn each<const N: usize, const M: usize, T: Send>(
         &self,
-        point: &Point<N>,
+        point: &Point<N, M>,
         plant: &Prepared<N>,
-        work: impl Fn(usize, Pass<'_, N>) -> T + Sync,
+        work: impl Fn(usize, Pass<'_, N, M>) -> T + Sync,
     ) -> Vec<T> {
         let pushes = self.pushed.by(&point.actuator, &self.schedules);
         parallel::of_each(self.schedules.len(), |k| {
@@ -268,10 +281,10 @@ impl Problem {
     }
 
     /// Slope and information by coefficients and currents, and the gains they belong to.
-    pub(super) fn by_plant<const N: usize>(
+    pub(super) fn by_plant<const N: usize, const M: usize>(
         &self,
-        point: &Point<N>,
-    ) -> Option<(Slope, Vec<Vec<Gain<N>>>)> {
+        point: &Point<N, M>,
+    ) -> Option<(Slope, Vec<Vec<Gain<N, M>>>)> {
         let plant = self.prepared(&point.free)?;
         let found = self.each(point, &plant, |_, pass| pass.by_plant());
         let (slopes, gains): (Vec<Slope>, Vec<_>) = found.into_iter().unzip();
@@ -280,9 +293,9 @@ impl Problem {
 
     /// The information by all coefficients, numbers of the actuator and currents, whether they are
     /// fitted or not, and without what was known of them before.
-    pub(super) fn information_of_all<const N: usize>(
+    pub(super) fn information_of_all<const N: usize, const M: usize>(
         &self,
-        point: &Point<N>,
+        point: &Point<N, M>,
     ) -> Option<DMatrix<f64>> {
         let plant = self.prepared(&point.free)?;
         let slopes = self.each(point, &plant, |_, pass| pass.by_plant().0);
@@ -292,9 +305,9 @@ impl Problem {
     /// By how much delay and lag of translations are greater than they are taken to be, s, and the
     /// covariance: a step of Gauss and Newton, all other numbers being free as well; the delay
     /// alone where no lag is.
-    pub(super) fn lateness<const N: usize>(
+    pub(super) fn lateness<const N: usize, const M: usize>(
         &self,
-        point: &Point<N>,
+        point: &Point<N, M>,
         lag_s: f64,
     ) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let plant = self.prepared(&point.free)?;
@@ -332,7 +345,11 @@ impl Problem {
     }
 
     /// The same of what is fitted, with what was known of it before.
-    fn summed<const N: usize>(&self, point: &Point<N>, slopes: &[Slope]) -> Option<Slope> {
+    fn summed<const N: usize, const M: usize>(
+        &self,
+        point: &Point<N, M>,
+        slopes: &[Slope],
+    ) -> Option<Slope> {
         let (terms, mut sum) = (self.structure.terms().len(), self.gathered(slopes)?);
         for k in (0..Actuator::COUNT).filter(|k| !self.fits[*k]) {
             let place = terms + k;
@@ -360,34 +377,41 @@ impl Problem {
         }
     }
 
-    fn prior<const N: usize>(&self, point: &Point<N>) -> f64 {
+    fn prior<const N: usize, const M: usize>(&self, point: &Point<N, M>) -> f64 {
         prior_numbers(point).map(|(x, std)| 0.5 * (x / std).powi(2)).sum()
     }
 
-    fn at_gains<const N: usize>(&self, point: &Point<N>, gains: &[Vec<Gain<N>>]) -> f64 {
+    fn at_gains<const N: usize, const M: usize>(
+        &self,
+        point: &Point<N, M>,
+        gains: &[Vec<Gain<N, M>>],
+    ) -> f64 {
         let Some(plant) = self.prepared(&point.free) else { return f64::INFINITY };
         let costs = self.each(point, &plant, |k, pass| pass.at_gains(&gains[k]));
         costs.iter().sum::<f64>() + self.prior(point)
     }
 
     /// The negative log-likelihood.
-    pub(super) fn cost<const N: usize>(&self, point: &Point<N>) -> f64 {
+    pub(super) fn cost<const N: usize, const M: usize>(&self, point: &Point<N, M>) -> f64 {
         let Some(plant) = self.prepared(&point.free) else { return f64::INFINITY };
         let costs = self.each(point, &plant, |_, pass| pass.innovations().0);
         costs.iter().sum::<f64>() + self.prior(point)
     }
 
     /// The innovations of each schedule.
-    pub(super) fn innovations<const N: usize>(
+    pub(super) fn innovations<const N: usize, const M: usize>(
         &self,
-        point: &Point<N>,
+        point: &Point<N, M>,
     ) -> Result<Vec<Vec<Innovation>>, Error> {
         let plant = Prepared::new(&self.plant(&point.free)?)?;
         Ok(self.each(point, &plant, |_, pass| pass.innovations().1))
     }
 
     /// Slope and information by the logarithms of the noise.
-    pub(super) fn by_noise<const N: usize>(&self, point: &Point<N>) -> Option<Slope> {
+    pub(super) fn by_noise<const N: usize, const M: usize>(
+        &self,
+        point: &Point<N, M>,
+    ) -> Option<Slope> {
         let plant = self.prepared(&point.free)?;
         let slopes = self.each(point, &plant, |_, pass| pass.by_noise());
         let sum = slopes.iter().fold(Slope::zeros(point.noise.count()), Slope::plus);
@@ -403,11 +427,11 @@ impl Problem {
     ///
     /// # Errors
     /// [`Error::Plant`] if no step leads to an optimum.
-    pub(super) fn optimum<const N: usize>(
+    pub(super) fn optimum<const N: usize, const M: usize>(
         &self,
-        start: Point<N>,
+        start: Point<N, M>,
         tolerance: Tolerance,
-    ) -> Result<Optimum<N>, Error> {
+    ) -> Result<Optimum<N, M>, Error> {
         let pieces = self.in_pieces();
         if let Some(pieces) = pieces.as_ref().filter(|_| self.has_rival()) {
             let nearer = pieces.descent(start, Tolerance::COARSE)?;
@@ -424,11 +448,11 @@ impl Problem {
     ///
     /// # Errors
     /// [`Error::Plant`] if no step leads to an optimum.
-    pub(super) fn descent<const N: usize>(
+    pub(super) fn descent<const N: usize, const M: usize>(
         &self,
-        start: Point<N>,
+        start: Point<N, M>,
         tolerance: Tolerance,
-    ) -> Result<Optimum<N>, Error> {
+    ) -> Result<Optimum<N, M>, Error> {
         self.descend(start, tolerance, WithNoise::Fitted)
     }
 
@@ -436,20 +460,20 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Self::descent`].
-    pub(super) fn descent_at_noise<const N: usize>(
+    pub(super) fn descent_at_noise<const N: usize, const M: usize>(
         &self,
-        start: Point<N>,
+        start: Point<N, M>,
         tolerance: Tolerance,
-    ) -> Result<Optimum<N>, Error> {
+    ) -> Result<Optimum<N, M>, Error> {
         self.descend(start, tolerance, WithNoise::Kept)
     }
 
-    fn descend<const N: usize>(
+    fn descend<const N: usize, const M: usize>(
         &self,
-        start: Point<N>,
+        start: Point<N, M>,
         tolerance: Tolerance,
         noise: WithNoise,
-    ) -> Result<Optimum<N>, Error> {
+    ) -> Result<Optimum<N, M>, Error> {
         let refuse =
             |reason: &str| Error::Plant { axes: self.structure.name(), reason: reason.to_owned() };
         let tolerance = if self.is_free { tolerance.of_free() } else { tolerance };
@@ -481,11 +505,11 @@ impl Problem {
     }
 
     /// A damped Gauss–Newton step of plant and currents; what it would gain without damping.
-    fn step_plant<const N: usize>(
+    fn step_plant<const N: usize, const M: usize>(
         &self,
-        point: &mut Point<N>,
+        point: &mut Point<N, M>,
         slope: &Slope,
-        gains: &[Vec<Gain<N>>],
+        gains: &[Vec<Gain<N, M>>],
         damping: &mut f64,
         tolerance: Tolerance,
     ) -> f64 {
@@ -521,7 +545,7 @@ impl Problem {
     }
 
     /// Between what each number of a point stays.
-    fn limits<const N: usize>(&self, point: &Point<N>) -> Vec<(f64, f64)> {
+    fn limits<const N: usize, const M: usize>(&self, point: &Point<N, M>) -> Vec<(f64, f64)> {
         let lowest = self.physical.lowest().into_iter();
         let of_plant = lowest.map(|low| (low.unwrap_or(f64::NEG_INFINITY), f64::INFINITY));
         let of_currents = point.currents.iter().flatten();
@@ -530,7 +554,7 @@ impl Problem {
     }
 
     /// Whether a number of a point is not fitted.
-    fn is_held<const N: usize>(&self, point: &Point<N>, k: usize) -> bool {
+    fn is_held<const N: usize, const M: usize>(&self, point: &Point<N, M>, k: usize) -> bool {
         let p = point.free.len();
         match k.checked_sub(p) {
             None => false,
@@ -549,9 +573,9 @@ impl Problem {
     }
 
     /// One step of the noise, whose information comes with it; whether it is settled.
-    fn step_noise<const N: usize>(
+    fn step_noise<const N: usize, const M: usize>(
         &self,
-        point: &mut Point<N>,
+        point: &mut Point<N, M>,
         tolerance: Tolerance,
         noise_information: &mut DMatrix<f64>,
     ) -> bool {
@@ -574,7 +598,12 @@ impl Problem {
                 return true;
             }
             // Each by itself: one that runs away must not hold the others back.
-            let step = step.map(|x| x.clamp(-GREATEST_LOG_STEP, GREATEST_LOG_STEP));
+            let reached = step.iter().enumerate().map(|(k, x)| {
+                // A disturbance that is not there has a long way to go.
+                let down = if k < N { GREATEST_FALL } else { GREATEST_LOG_STEP };
+                x.clamp(-down, GREATEST_LOG_STEP)
+            });
+            let step = DVector::from_iterator(step.len(), reached);
             let moved = clamped(&logarithms + step, &limits);
             let moved = Point { noise: Noise::of(&moved), ..point.clone() };
             let gained = slope.cost + self.prior(point) - self.cost(&moved);
@@ -589,12 +618,15 @@ impl Problem {
     }
 
     /// Between which logarithms the noise stays, shape as of these.
-    fn noise_limits<const N: usize>(&self, noise: &Noise<N>) -> Vec<(f64, f64)> {
+    fn noise_limits<const N: usize, const M: usize>(&self, noise: &Noise<N, M>) -> Vec<(f64, f64)> {
         let mut limits = vec![(f64::NEG_INFINITY, f64::INFINITY); noise.count()];
         if noise.drift.is_some() {
             let ln = |[low, high]: [f64; 2]| (low.ln(), high.ln());
-            limits[Noise::<N>::DRIFT] = ln(DRIFT_STD_M_S);
-            limits[Noise::<N>::DRIFT + 1] = ln(DRIFT_CORRELATION_S);
+            limits[Noise::<N, M>::DRIFT] = ln(DRIFT_STD_M_S);
+            limits[Noise::<N, M>::DRIFT + 1] = ln(DRIFT_CORRELATION_S);
+        }
+        if self.attitude == Attitude::State {
+            limits[Noise::<N, M>::ATTITUDE].0 = (LEAST_NOISE_PART * self.attitude_noise).ln();
         }
         for axis in 0..N {
             limits[N + axis] = (CORRELATION_S[0].ln(), CORRELATION_S[1].ln());
@@ -605,7 +637,7 @@ impl Problem {
     }
 }
 
-impl<const N: usize> Point<N> {
+impl<const N: usize, const M: usize> Point<N, M> {
     /// Free numbers of the plant, numbers of the actuator, currents.
     fn numbers(&self) -> DVector<f64> {
         let (free, actuator) = (self.free.iter().copied(), self.actuator.numbers());
@@ -636,7 +668,9 @@ fn clamped(mut numbers: DVector<f64>, limits: &[(f64, f64)]) -> DVector<f64> {
 
 /// The numbers of the actuator and the currents, with the standard deviation that each has before
 /// anything is measured.
-fn prior_numbers<const N: usize>(point: &Point<N>) -> impl Iterator<Item = (f64, f64)> {
+fn prior_numbers<const N: usize, const M: usize>(
+    point: &Point<N, M>,
+) -> impl Iterator<Item = (f64, f64)> {
     let currents = point.currents.as_flattened().iter().map(|x| (*x, CURRENT_STD));
     point.actuator.numbers().into_iter().zip(Actuator::PRIOR_STD).chain(currents)
 }
@@ -645,12 +679,16 @@ fn prior_numbers<const N: usize>(point: &Point<N>) -> impl Iterator<Item = (f64,
 const LEAST_NOISE: f64 = 1e-6;
 
 /// The first noise of a fit: what the equation of motion misses on each axis is disturbance.
-pub(super) fn first_noise<const N: usize>(problem: &Problem, residual: &[f64]) -> Noise<N> {
+pub(super) fn first_noise<const N: usize, const M: usize>(
+    problem: &Problem,
+    residual: &[f64],
+) -> Noise<N, M> {
     Noise {
         // What a place without an axis holds does not matter, as long as it is a number.
         disturbance: SVector::from_fn(|i, _| residual.get(i).map_or(1.0, |r| r.max(1e-9))),
         correlation_s: SVector::repeat(FIRST_CORRELATION_S),
         velocity: SVector::from_fn(|i, _| problem.sample_noise.get(i).copied().unwrap_or(1.0)),
+        attitude: problem.attitude_noise,
         drift: None,
     }
 }

@@ -23,10 +23,10 @@ const BLOCKS_PER_NUMBER: f64 = 2.0;
 const MOST_LAGS_PART: usize = 10;
 
 /// The first noise: all motion is misfit.
-pub(super) fn first_noise<const N: usize>(
+pub(super) fn first_noise<const N: usize, const M: usize>(
     problem: &Problem,
     records: &[&CoupledRecord],
-) -> Noise<N> {
+) -> Noise<N, M> {
     let axes = problem.structure.axes();
     let spread = |i: usize| {
         let Some(dof) = axes.get(i) else { return 1.0 };
@@ -39,6 +39,7 @@ pub(super) fn first_noise<const N: usize>(
         disturbance: SVector::zeros(),
         correlation_s: SVector::repeat(1.0),
         velocity: SVector::from_fn(|i, _| spread(i)),
+        attitude: 0.0,
         drift: None,
     }
 }
@@ -46,12 +47,12 @@ pub(super) fn first_noise<const N: usize>(
 impl Problem {
     /// Starts brought to where pieces of the trials lead each of them, the likeliest first: left to
     /// itself, motion far from the truth has optima of its own.
-    pub(super) fn nearer<const N: usize, T>(
+    pub(super) fn nearer<const N: usize, const M: usize, T>(
         &self,
-        starts: Vec<(Point<N>, T)>,
-    ) -> Vec<(Point<N>, T)> {
+        starts: Vec<(Point<N, M>, T)>,
+    ) -> Vec<(Point<N, M>, T)> {
         let Some(pieces) = self.in_pieces() else { return starts };
-        let mut found: Vec<(f64, Point<N>, T)> = starts
+        let mut found: Vec<(f64, Point<N, M>, T)> = starts
             .into_iter()
             .map(|(point, of)| match pieces.descent(point.clone(), Tolerance::COARSE) {
                 Ok(nearer) => (nearer.cost, nearer.point, of),
@@ -63,9 +64,9 @@ impl Problem {
     }
 
     /// Sets the noise of each axis to its misfit; whether that is settled.
-    pub(super) fn step_misfit<const N: usize>(
+    pub(super) fn step_misfit<const N: usize, const M: usize>(
         &self,
-        point: &mut Point<N>,
+        point: &mut Point<N, M>,
         tolerance: Tolerance,
     ) -> bool {
         let Ok(trials) = self.innovations(point) else { return true };
@@ -96,9 +97,9 @@ impl Problem {
     ///
     /// # Source
     /// [White1982].
-    pub(super) fn covariance_of_blocks<const N: usize>(
+    pub(super) fn covariance_of_blocks<const N: usize, const M: usize>(
         &self,
-        point: &Point<N>,
+        point: &Point<N, M>,
         information: &DMatrix<f64>,
     ) -> Option<DMatrix<f64>> {
         let plant = self.prepared(&point.free)?;
@@ -140,9 +141,9 @@ impl Problem {
 
     /// How many samples of each axis say as much as one would if their misfits did not follow
     /// from each other: `1 + 2 Σ r_k`, summed while the correlations r_k are above zero.
-    pub(super) fn samples_per_independent<const N: usize>(
+    pub(super) fn samples_per_independent<const N: usize, const M: usize>(
         &self,
-        point: &Point<N>,
+        point: &Point<N, M>,
     ) -> Result<BTreeMap<Dof, f64>, Error> {
         let trials = self.innovations(point)?;
         let of = |(axis, &dof): (usize, &Dof)| {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{Matrix3x2, Vector6};
+use nalgebra::{Matrix3x2, Vector3, Vector6};
 
 use super::actuator::LoggedThrust;
 use crate::motion::{Slice, body_from_world, down_body, interpolated_attitude};
@@ -24,6 +24,29 @@ fn place(trial: usize, trials: usize) -> f64 {
 const PIECES: usize = 4;
 const PIECES_PART: f64 = 0.25;
 
+/// Whether attitude is known as it was measured, or a state beside ν.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Attitude {
+    Known,
+    State,
+}
+
+impl Attitude {
+    /// A state where roll and pitch are axes of the plant and both they and their rates were measured
+    /// in every trial.
+    ///
+    /// Smoothed by the rates, attitude holds of their noise what a filter is asked to predict, and
+    /// the more the worse its own sensor is.
+    pub(super) fn of(records: &[&CoupledRecord], structure: &Structure) -> Self {
+        let has = |dof: &Dof| structure.axes().contains(dof);
+        let is_measured = |record: &&CoupledRecord| record.inclination.iter().all(Option::is_some);
+        match [Dof::Roll, Dof::Pitch].iter().all(has) && records.iter().all(is_measured) {
+            true => Self::State,
+            false => Self::Known,
+        }
+    }
+}
+
 /// An instant at which some axes were measured, and how it is reached.
 pub(super) struct Stop {
     /// The slices from the stop before.
@@ -34,6 +57,11 @@ pub(super) struct Stop {
     pub(super) measured: [Option<f64>; 6],
     /// The variance of each beside that of its axis.
     pub(super) spread: [f64; 6],
+    /// The directions across the world's down in body axes, as roll and pitch are measured, in
+    /// which more of either moves it.
+    pub(super) across: [Option<Vector3<f64>>; 2],
+    /// The variance of each beside that of all.
+    pub(super) spread_across: [f64; 2],
     /// The two columns of R(η)ᵀ that turn a horizontal current into body axes.
     pub(super) water: Matrix3x2<f64>,
 }
@@ -46,6 +74,8 @@ pub(super) struct Schedule {
     pub(super) by_slope: [bool; 6],
     /// Velocity over ground at the first stop, of all axes that are known.
     pub(super) start: Vector6<f64>,
+    /// The world's down in body axes there, as measured.
+    pub(super) start_down: Vector3<f64>,
     /// The stops; the first has no slices.
     pub(super) stops: Vec<Stop>,
     /// All slices.
@@ -56,17 +86,25 @@ pub(super) struct Schedule {
 
 impl Schedule {
     /// Cuts every record for a plant of some axes.
-    pub(super) fn whole(records: &[&CoupledRecord], structure: &Structure) -> Arc<[Self]> {
+    pub(super) fn whole(
+        records: &[&CoupledRecord],
+        structure: &Structure,
+        attitude: Attitude,
+    ) -> Arc<[Self]> {
         let of = |(trial, record): (usize, &&CoupledRecord)| {
             let thrust = LoggedThrust::of(record, place(trial, records.len()));
-            Self::of(trial, record, &thrust, record.window_s, structure)
+            Self::of(trial, record, &thrust, record.window_s, (structure, attitude))
         };
         records.iter().enumerate().filter_map(of).collect()
     }
 
     /// A quarter of every record in evenly spread pieces, each with a state of its own to begin
     /// with.
-    pub(super) fn pieces(records: &[&CoupledRecord], structure: &Structure) -> Arc<[Self]> {
+    pub(super) fn pieces(
+        records: &[&CoupledRecord],
+        structure: &Structure,
+        attitude: Attitude,
+    ) -> Arc<[Self]> {
         let of = |(trial, record): (usize, &&CoupledRecord)| {
             let (from, to) = record.window_s;
             let thrust = LoggedThrust::of(record, place(trial, records.len()));
@@ -74,7 +112,8 @@ impl Schedule {
             let piece = |k: usize| {
                 let middle = from + (k as f64 + 0.5) * spacing;
                 let half = 0.5 * PIECES_PART * spacing;
-                Self::of(trial, record, &thrust, (middle - half, middle + half), structure)
+                let window = (middle - half, middle + half);
+                Self::of(trial, record, &thrust, window, (structure, attitude))
             };
             (0..PIECES).filter_map(piece).collect::<Vec<_>>()
         };
@@ -87,13 +126,19 @@ impl Schedule {
         record: &CoupledRecord,
         thrust: &Arc<LoggedThrust>,
         (from, to): (f64, f64),
-        structure: &Structure,
+        (structure, attitude): (&Structure, Attitude),
     ) -> Option<Self> {
         let axes = structure.axes();
         let windowed = |dof: &Dof| record.velocity[dof.index()].as_ref()?.window(from, to);
         let measured: Vec<(Dof, Timed)> =
             axes.iter().filter_map(|dof| Some((*dof, windowed(dof)?))).collect();
-        let times = union(measured.iter().map(|(_, series)| series.time_s()));
+        let inclined = |which: usize| match attitude {
+            Attitude::Known => None,
+            Attitude::State => record.inclination[which].as_ref()?.window(from, to),
+        };
+        let inclined = [inclined(0), inclined(1)];
+        let all = measured.iter().map(|(_, series)| series).chain(inclined.iter().flatten());
+        let times = union(all.map(Timed::time_s));
         let drives = record.signals.iter().filter(|(signal, _)| signal.is_held());
         let drives = drives.filter(|(signal, _)| structure.signals().contains(signal));
         let held = record.force.iter().flatten().chain(drives.map(|(_, series)| series));
@@ -103,11 +148,12 @@ impl Schedule {
             trial,
             by_slope: record.by_slope,
             start: record.velocity_at(before),
+            start_down: start_down(record, before),
             stops: Vec::new(),
             slices: Vec::new(),
             thrust: Arc::clone(thrust),
         };
-        let mut readers = vec![0; measured.len()];
+        let (mut readers, mut of_inclined) = (vec![0; measured.len()], [0; 2]);
         for &time_s in &times {
             let first = schedule.slices.len();
             schedule.slice(record, structure, &changes, before, time_s);
@@ -116,6 +162,8 @@ impl Schedule {
                 length_s: time_s - before,
                 measured: [None; 6],
                 spread: [1.0; 6],
+                across: [None; 2],
+                spread_across: [1.0; 2],
                 water: water(record, time_s),
             };
             for ((dof, series), at) in measured.iter().zip(&mut readers) {
@@ -128,6 +176,17 @@ impl Schedule {
                     *at += 1;
                 }
             }
+            for (which, at) in of_inclined.iter_mut().enumerate() {
+                let Some(series) = &inclined[which] else { continue };
+                let is_now = series.time_s().get(*at).is_some_and(|t| *t <= time_s + ROUNDING_S);
+                if is_now {
+                    stop.across[which] = Some(across(record, which, series.values()[*at], time_s));
+                    if let Some(spread) = &record.inclination_spread[which] {
+                        stop.spread_across[which] = spread.held_at(time_s + ROUNDING_S);
+                    }
+                    *at += 1;
+                }
+            }
             schedule.stops.push(stop);
             before = time_s;
         }
@@ -136,7 +195,9 @@ impl Schedule {
 
     /// How many numbers were measured after the first stop.
     pub(super) fn samples(&self) -> usize {
-        let of = |stop: &Stop| stop.measured.iter().flatten().count();
+        let of = |stop: &Stop| {
+            stop.measured.iter().flatten().count() + stop.across.iter().flatten().count()
+        };
         self.stops.iter().skip(1).map(of).sum()
     }
 
@@ -191,6 +252,25 @@ fn slice(record: &CoupledRecord, structure: &Structure, from: f64, h: f64) -> Sl
         others: instants.map(others),
         signals: instants.map(signals),
     }
+}
+
+/// The direction across the world's down in which more of roll (0) or pitch (1) moves it: ∂k/∂φ or
+/// ∂k/∂θ, of length 1, at such an angle.
+fn across(record: &CoupledRecord, which: usize, angle: f64, t: f64) -> Vector3<f64> {
+    if which == 0 {
+        return Vector3::new(0.0, angle.cos(), -angle.sin());
+    }
+    let roll = interpolated_attitude(record.attitude[0].as_ref(), t);
+    Vector3::new(-angle.cos(), -angle.sin() * roll.sin(), -angle.sin() * roll.cos())
+}
+
+/// The world's down in body axes as it was measured.
+fn start_down(record: &CoupledRecord, t: f64) -> Vector3<f64> {
+    let [roll, pitch] = [0, 1].map(|which| {
+        let measured = record.inclination[which].as_ref().or(record.attitude[which].as_ref());
+        measured.map_or(0.0, |angle| angle.at(t))
+    });
+    down_body(roll, pitch)
 }
 
 fn water(record: &CoupledRecord, t: f64) -> Matrix3x2<f64> {

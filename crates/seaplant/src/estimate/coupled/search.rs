@@ -58,9 +58,9 @@ pub(super) fn candidates(structure: &Structure) -> Vec<Basis> {
 ///
 /// # Source
 /// \[Rao1948\].
-pub(super) fn scores<const N: usize>(
+pub(super) fn scores<const N: usize, const M: usize>(
     base: &Problem,
-    point: &Point<N>,
+    point: &Point<N, M>,
     candidates: &[Basis],
 ) -> Result<Vec<f64>, Error> {
     let wide = base.with_terms(with_all(&base.structure, candidates)?);
@@ -195,11 +195,11 @@ fn p_value(likelihood_ratio: f64) -> f64 {
 }
 
 /// A start for a wider structure: what is fitted, and no more than that.
-pub(super) fn widened<const N: usize>(
+pub(super) fn widened<const N: usize, const M: usize>(
     problem: &Problem,
     from: &Problem,
-    point: &Point<N>,
-) -> Point<N> {
+    point: &Point<N, M>,
+) -> Point<N, M> {
     let old = from.physical.coefficients(&point.free);
     let structure = &problem.structure;
     let coefficients = DVector::from_fn(structure.terms().len(), |k, _| {

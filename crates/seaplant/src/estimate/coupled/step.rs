@@ -8,6 +8,7 @@ use super::actuator::Actuator;
 use super::filter::{Drift, Noise};
 use super::fit::{Point, Problem};
 use super::late::left_of_report;
+use super::schedule::Attitude;
 use super::uncertainty::{inverse, whiteness};
 use super::{AxisNoise, CoupledFit};
 use crate::motion::with_places;
@@ -52,21 +53,23 @@ impl CoupledFit {
             Ok(CoupledRecord { signals, ..prompt })
         };
         let records: Vec<CoupledRecord> = records.iter().map(seen).collect::<Result<_, Error>>()?;
-        with_places!(self.plant.axes().len(), N => self.step_of::<N>(&records))
+        let has_down = self.attitude_noise.is_some();
+        with_places!(self.plant.axes().len(), has_down, N, M => self.step_of::<N, M>(&records))
     }
 
-    fn step_of<const N: usize>(
+    fn step_of<const N: usize, const M: usize>(
         &self,
         records: &[CoupledRecord],
     ) -> Result<Option<LikelihoodStep>, Error> {
         let seen: Vec<&CoupledRecord> = records.iter().collect();
-        let mut problem = Problem::new(self.plant.structure(), &seen, None, false);
+        let attitude = if M > N { Attitude::State } else { Attitude::Known };
+        let mut problem = Problem::new(self.plant.structure(), &seen, None, false, attitude);
         problem.fits = [false; Actuator::COUNT];
         let mut point = Point {
             free: problem.physical.free(&DVector::from_row_slice(self.plant.coefficients())),
             actuator: self.actuator,
             currents: vec![self.mean_current(); records.len()],
-            noise: self.noise::<N>(),
+            noise: self.noise::<N, M>(),
         };
         let Some((slope, _)) = problem.by_plant(&point) else { return Ok(None) };
         let (p, q) = (problem.structure.terms().len(), 2 * records.len());
@@ -90,7 +93,7 @@ impl CoupledFit {
     }
 
     /// Disturbance and noise as a filter takes them.
-    fn noise<const N: usize>(&self) -> Noise<N> {
+    fn noise<const N: usize, const M: usize>(&self) -> Noise<N, M> {
         let axes = self.plant.axes();
         let of = |number: fn(&AxisNoise) -> (f64, f64)| {
             // What a place without an axis holds does not matter, as long as it is a number.
@@ -101,6 +104,7 @@ impl CoupledFit {
             disturbance: of(|noise| noise.disturbance),
             correlation_s: of(|noise| noise.correlation_s),
             velocity: of(|noise| noise.velocity),
+            attitude: self.attitude_noise.map_or(0.0, |(std, _)| std),
             drift: self.current_drift.map(|drift| Drift {
                 std_m_s: drift.std_m_s.0,
                 correlation_s: drift.correlation_s.0,

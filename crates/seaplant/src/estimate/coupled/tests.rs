@@ -4,6 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::filter::Pass;
+use super::schedule::Schedule;
 use super::*;
 use crate::motion::{HeldForce, Inputs, Prepared, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
@@ -129,6 +130,8 @@ fn record_behind(
         spread: [const { None }; 6],
         by_slope: [false; 6],
         swing: [const { None }; 3],
+        inclination: [const { None }; 2],
+        inclination_spread: [const { None }; 2],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
         signals,
         window_s: (0.0, time_s[time_s.len() - 1]),
@@ -136,11 +139,12 @@ fn record_behind(
     }
 }
 
-fn noise() -> Noise<3> {
+fn noise() -> Noise<3, 3> {
     Noise {
         disturbance: [0.5, 0.4, 0.02].into(),
         correlation_s: [4.0, 6.0, 3.0].into(),
         velocity: [0.006, 0.005, 0.004].into(),
+        attitude: 0.0,
         drift: Some(filter::Drift { std_m_s: 0.03, correlation_s: 25.0 }),
     }
 }
@@ -163,7 +167,7 @@ fn logged_often(mut record: CoupledRecord) -> CoupledRecord {
 fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     let plant = planar();
     let record = of_thrusters(logged_often(record(&plant, "a", 1, 20, 0.005)));
-    let schedules = schedule::Schedule::whole(&[&record], plant.structure());
+    let schedules = Schedule::whole(&[&record], plant.structure(), Attitude::Known);
     let schedule = &schedules[0];
     let noise = noise();
     // Away from the optimum, where slopes are steep.
@@ -176,10 +180,10 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     let base = prepared(&off);
     fn pass<'a>(
         plant: &'a Prepared<3>,
-        (schedule, pushes): (&'a schedule::Schedule, &'a [HeldForce]),
+        (schedule, pushes): (&'a Schedule, &'a [HeldForce]),
         current: [f64; 2],
-        noise: &'a Noise<3>,
-    ) -> Pass<'a, 3> {
+        noise: &'a Noise<3, 3>,
+    ) -> Pass<'a, 3, 3> {
         Pass { plant, schedule, pushes, current, noise }
     }
     let actuator = Actuator { lag_s: 0.15, delay_s: 0.07, full_speed: 8.0, ..Actuator::default() };
@@ -219,6 +223,135 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     }
 }
 
+/// A vehicle that rolls and pitches, driven freely, as its sensors see it.
+fn rolling(seed: u64, seconds: usize, noise: f64) -> (Plant, CoupledRecord) {
+    let axes = [Dof::Surge, Dof::Roll, Dof::Pitch];
+    let structure = Structure::of(&axes, Symmetry::PortStarboard).expect("three axes");
+    let coefficient = |term: &Basis| match term {
+        Basis::Mass(Dof::Surge, Dof::Surge) => 20.0,
+        Basis::Mass(a, b) if a == b => 0.5,
+        Basis::Mass(..) => 0.2,
+        Basis::Product(Dof::Surge, _) => 20.0,
+        Basis::Product(..) => 0.4,
+        Basis::Lever(2) => 4.0,
+        _ => 0.0,
+    };
+    let coefficients = structure.terms().iter().map(coefficient).collect();
+    let plant = Plant::new(structure, coefficients).expect("possible");
+    let mut random = random(seed);
+    let time_s: Vec<f64> = (0..10 * seconds).map(|k| 0.1 * k as f64).collect();
+    let mut series = |amplitude: f64, dwell: usize| {
+        let mut level = 0.0;
+        let values = (0..time_s.len()).map(|k| {
+            level = if k % dwell == 0 { amplitude * random() } else { level };
+            level
+        });
+        Some(Timed::new("force", time_s.clone(), values.collect::<Vec<f64>>()).expect("valid"))
+    };
+    let force = [series(20.0, 37), None, None, series(1.0, 13), series(1.0, 17), None];
+    let inputs = Inputs { force: force.clone(), ..Inputs::default() };
+    let motion = simulate(&plant, &inputs, &Vector6::zeros(), &time_s).expect("bounded");
+    let mut measured = |of: &dyn Fn(usize) -> f64, std: f64| {
+        let values: Vec<f64> = (0..time_s.len()).map(|k| of(k) + std * random()).collect();
+        Some(Timed::new("motion", time_s.clone(), values).expect("valid"))
+    };
+    let mut velocity = [const { None }; 6];
+    for axis in [0, 3, 4] {
+        velocity[axis] = measured(&|k| motion.velocity[k][axis], noise);
+    }
+    let inclination = [0, 1].map(|which| measured(&|k| motion.attitude[k][which], noise));
+    let record = CoupledRecord {
+        trial: "a".to_owned(),
+        role: Role::Fit,
+        force,
+        thrusters: Vec::new(),
+        velocity,
+        spread: [const { None }; 6],
+        by_slope: [false; 6],
+        swing: [const { None }; 3],
+        attitude: [inclination[0].clone(), inclination[1].clone(), None],
+        inclination,
+        inclination_spread: [const { None }; 2],
+        signals: BTreeMap::new(),
+        window_s: (0.0, time_s[time_s.len() - 1]),
+        caveats: Vec::new(),
+    };
+    (plant, record)
+}
+
+#[test]
+fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
+    let (plant, record) = rolling(3, 60, 0.01);
+    let record = logged_often(record);
+    let schedules = Schedule::whole(&[&record], plant.structure(), Attitude::State);
+    let schedule = &schedules[0];
+    let noise = Noise::<6, 9> {
+        disturbance: [0.5, 0.02, 0.03, 1.0, 1.0, 1.0].into(),
+        correlation_s: [4.0, 6.0, 3.0, 1.0, 1.0, 1.0].into(),
+        velocity: [0.009, 0.011, 0.01, 1.0, 1.0, 1.0].into(),
+        attitude: 0.012,
+        drift: None,
+    };
+    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
+    let prepared = |coefficients: &[f64]| {
+        let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
+        Prepared::<6>::new(&plant).expect("three axes")
+    };
+    fn pass<'a>(
+        plant: &'a Prepared<6>,
+        (schedule, pushes): (&'a Schedule, &'a [HeldForce]),
+        noise: &'a Noise<6, 9>,
+    ) -> Pass<'a, 6, 9> {
+        Pass { plant, schedule, pushes, current: [0.0; 2], noise }
+    }
+    let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
+    let base = prepared(&off);
+    let here = pass(&base, (schedule, &pushes), &noise);
+    let (slope, gains) = here.by_plant();
+    for (k, term) in plant.structure().terms().iter().enumerate() {
+        let step = 1e-6 * off[k].abs().max(0.1);
+        let at = |sign: f64| {
+            let mut moved = off.clone();
+            moved[k] += sign * step;
+            pass(&prepared(&moved), (schedule, &pushes), &noise).at_gains(&gains)
+        };
+        let expected = (at(1.0) - at(-1.0)) / (2.0 * step);
+        let part = (slope.gradient[k] - expected).abs() / expected.abs().max(1.0);
+        assert!(part < DIFFERENCE, "{term}: {} and {expected}", slope.gradient[k]);
+    }
+    let truth = prepared(plant.coefficients());
+    let of_noise = |noise: &Noise<6, 9>| {
+        let pass = pass(&truth, (schedule, &pushes), noise);
+        (pass.by_noise(), pass.innovations().0)
+    };
+    let (slope, cost) = of_noise(&noise);
+    assert!((slope.cost - cost).abs() < 1e-9 * cost.abs());
+    let logarithms = noise.logarithms();
+    for k in 0..logarithms.len() {
+        let at = |step: f64| {
+            let mut moved = logarithms.clone();
+            moved[k] += step;
+            of_noise(&Noise::of(&moved)).1
+        };
+        let expected = (at(1e-5) - at(-1e-5)) / 2e-5;
+        let part = (slope.gradient[k] - expected).abs() / expected.abs().max(1.0);
+        assert!(part < LINEARISATION, "{k}: {} and {expected}", slope.gradient[k]);
+    }
+}
+
+#[test]
+fn noise_of_attitude_does_not_pass_for_drag_in_roll() {
+    let (truth, record) = rolling(4, 300, 0.02);
+    let fit = fit_coupled(truth.structure(), &[&record], None, false).expect("an optimum");
+    for (k, term) in truth.structure().terms().iter().enumerate() {
+        let (found, expected) = (fit.plant.coefficients()[k], truth.coefficients()[k]);
+        let std = fit.covariance[(k, k)].sqrt();
+        assert!((found - expected).abs() < 3.5 * std, "{term}: {found} ± {std}, {expected}");
+    }
+    let (noise, std) = fit.attitude_noise.expect("a state");
+    assert!((noise - 0.02).abs() < 4.0 * std, "{noise} ± {std}");
+}
+
 /// The noise's slope leaves out that the filter's linearisation changes with its state.
 const LINEARISATION: f64 = 0.02;
 
@@ -226,19 +359,19 @@ const LINEARISATION: f64 = 0.02;
 fn the_noises_slope_is_that_of_the_likelihood() {
     let plant = planar();
     let record = record(&plant, "a", 1, 60, 0.005);
-    let schedules = schedule::Schedule::whole(&[&record], plant.structure());
+    let schedules = Schedule::whole(&[&record], plant.structure(), Attitude::Known);
     let schedule = &schedules[0];
     let prepared = Prepared::<3>::new(&plant).expect("three axes");
     let logarithms = noise().logarithms();
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
-    let pass = |noise: &Noise<3>| {
+    let pass = |noise: &Noise<3, 3>| {
         let pass =
             Pass { plant: &prepared, schedule, pushes: &pushes, current: [0.1, -0.05], noise };
         (pass.by_noise(), pass.innovations().0)
     };
     let (slope, cost) = pass(&noise());
     assert!((slope.cost - cost).abs() < 1e-9 * cost.abs());
-    for k in 0..Noise::<3>::COUNT {
+    for k in 0..Noise::<3, 3>::COUNT {
         let at = |step: f64| {
             let mut moved = logarithms.clone();
             moved[k] += step;

@@ -30,9 +30,9 @@ pub(super) fn inflation(information: &DMatrix<f64>, p: usize) -> Vec<f64> {
     (0..p).map(|k| covariance[(k, k)] * information[(k, k)]).collect()
 }
 
-pub(super) fn disturbances<const N: usize>(
+pub(super) fn disturbances<const N: usize, const M: usize>(
     structure: &Structure,
-    noise: &Noise<N>,
+    noise: &Noise<N, M>,
     covariance: &DMatrix<f64>,
 ) -> BTreeMap<Dof, AxisNoise> {
     let with_std = |x: f64, k: usize| (x, x * covariance[(k, k)].sqrt());
@@ -47,15 +47,23 @@ pub(super) fn disturbances<const N: usize>(
     structure.axes().iter().enumerate().map(of).collect()
 }
 
-pub(super) fn current_drift<const N: usize>(
-    noise: &Noise<N>,
+pub(super) fn attitude_noise<const N: usize, const M: usize>(
+    noise: &Noise<N, M>,
+    covariance: &DMatrix<f64>,
+) -> Option<(f64, f64)> {
+    let k = Noise::<N, M>::ATTITUDE;
+    (M > N).then(|| (noise.attitude, noise.attitude * covariance[(k, k)].sqrt()))
+}
+
+pub(super) fn current_drift<const N: usize, const M: usize>(
+    noise: &Noise<N, M>,
     covariance: &DMatrix<f64>,
 ) -> Option<CurrentDrift> {
     let Drift { std_m_s, correlation_s } = noise.drift?;
     let with_std = |x: f64, k: usize| (x, x * covariance[(k, k)].sqrt());
     Some(CurrentDrift {
-        std_m_s: with_std(std_m_s, Noise::<N>::DRIFT),
-        correlation_s: with_std(correlation_s, Noise::<N>::DRIFT + 1),
+        std_m_s: with_std(std_m_s, Noise::<N, M>::DRIFT),
+        correlation_s: with_std(correlation_s, Noise::<N, M>::DRIFT + 1),
     })
 }
 
@@ -88,9 +96,9 @@ const LAGS: usize = 40;
 ///
 /// Where translations are behind a lag, noise may come before it or after: white are innovations
 /// then, or what they are behind it. `keep` is what the lag leaves of a report to the next.
-pub(super) fn whiteness<const N: usize>(
+pub(super) fn whiteness<const N: usize, const M: usize>(
     problem: &Problem,
-    point: &Point<N>,
+    point: &Point<N, M>,
     keep: f64,
 ) -> Result<BTreeMap<Dof, f64>, Error> {
     let trials = problem.innovations(point)?;

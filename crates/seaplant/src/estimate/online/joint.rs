@@ -28,7 +28,7 @@ const MOTION: usize = 12;
 /// [Jategaonkar2015, ch. 7].
 pub(super) struct Joint {
     plant: Prepared<6>,
-    flow: Flow<6>,
+    flow: Flow<6, 6>,
     slices: Vec<Slice>,
     pushes: Vec<HeldForce>,
     theta: Vec<f64>,
@@ -172,7 +172,7 @@ impl Joint {
         let decay = Decay { rate: self.noise.correlation_s.map(f64::recip) };
         let Self { plant, slices, pushes, velocity, disturbance, flow, .. } = self;
         advance(plant, (&slices[..count], pushes), velocity, disturbance, &decay, flow);
-        self.velocity = self.flow.velocity;
+        self.velocity = self.flow.motion;
         let fade = decay.rate.map(|rate| (-rate * step.length_s).exp());
         self.disturbance.component_mul_assign(&fade);
         self.spread(&fade);

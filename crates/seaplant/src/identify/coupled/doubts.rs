@@ -47,6 +47,7 @@ pub(super) fn doubts(
     all.extend(not_white(fit));
     all.extend(unsure_thrust(fit));
     all.extend(another_power(fit));
+    all.extend(early_thrust(fit));
     let [.., within_std, between_std] = fit.actuator_std;
     all.extend(changing_thrust(&fit.actuator, [within_std, between_std]));
     all.extend(late(fit));
@@ -103,8 +104,8 @@ const MOST_OF_VARIANCE: f64 = 0.5;
 /// That thrust is no square law, so that its scale depends on where its curve is right.
 fn another_power(fit: &CoupledFit) -> Option<Caveat> {
     let (actuator, [_, _, _, _, exponent_std, ..]) = (fit.actuator, fit.actuator_std);
-    exponent_std.map(|_| {
-        let at_half = 100.0 * (actuator.beyond_square.exp2() - 1.0).abs();
+    let at_half = 100.0 * (actuator.beyond_square.exp2() - 1.0).abs();
+    exponent_std.filter(|_| at_half > ANOTHER_POWER_PERCENT).map(|_| {
         let message = format!(
             "thrust grows with the power {:.2} of propeller speed, while its curve says 2: the curve is taken to be right at the greatest speed of the trials; if it is right at half of that, every mass, drag and lever is {at_half:.0} % off, which the intervals include; measure thrust at several speeds and give it as a table",
             2.0 + actuator.beyond_square
@@ -112,6 +113,32 @@ fn another_power(fit: &CoupledFit) -> Option<Caveat> {
         Caveat::warning(CaveatCode::ThrustScale, message)
     })
 }
+
+/// What another power of speed makes of thrust at half of full speed is told if it is more than this.
+const ANOTHER_POWER_PERCENT: f64 = 1.0;
+
+/// That thrust acts before its log says.
+fn early_thrust(fit: &CoupledFit) -> Option<Caveat> {
+    let [_, delay_std, ..] = fit.actuator_std;
+    let (early_s, std) = (-fit.actuator.delay_s, delay_std?);
+    (early_s > 0.0).then(|| {
+        let message = format!(
+            "thrust acts {} ± {} s before its log says, as it does where its log is late, or where it is logged less often than it changes and held until the next sample; mass and drag are those of thrust that much earlier, and what it did between samples nobody knows; log what thrusters are told at every change, on the clock of the sensors",
+            spoken(early_s),
+            spoken(1.96 * std)
+        );
+        Caveat::warning(CaveatCode::ThrustBetweenSamples, message)
+    })
+}
+
+/// Whether thrust acts so long before its log says that too little is known of it.
+pub(super) fn is_too_early(fit: &CoupledFit) -> bool {
+    -fit.actuator.delay_s > TOO_EARLY_S
+}
+
+/// Thrust that acts so long before its log says, s, is hardly known: a small vehicle rolls to and fro
+/// within a second or two.
+const TOO_EARLY_S: f64 = 0.25;
 
 /// That thrust changes from the beginning of a trial to its end, or from the first trial to the last,
 /// so that its scale depends on when its curve is right.

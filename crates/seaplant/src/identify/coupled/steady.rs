@@ -91,6 +91,8 @@ mod tests {
             spread: [const { None }; 6],
             by_slope: [false; 6],
             swing: [const { None }; 3],
+            inclination: [const { None }; 2],
+            inclination_spread: [const { None }; 2],
             attitude: [const { None }; 3],
             signals: BTreeMap::new(),
             window_s: (0.0, 199.0),

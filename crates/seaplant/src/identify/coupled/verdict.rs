@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::doubts::{falls_short, is_coloured, shortfall};
+use super::doubts::{falls_short, is_coloured, is_too_early, shortfall};
 use crate::estimate::CoupledFit;
 use crate::results::{AxisScore, CoupledPlant, CoupledScore, Trust, Verdict};
 use crate::{Caveat, CaveatCode, Dof, Severity};
@@ -25,6 +25,9 @@ pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
     let is_unknown = |caveat: &&Caveat| caveat.code == CaveatCode::NotDetermined;
     if let Some(doubt) = with(Severity::Warning).find(is_unknown) {
         return of(Trust::Doubtful, first_sentence(&doubt.message));
+    }
+    if is_too_early(fit) {
+        return of(Trust::Doubtful, TOO_EARLY.to_owned());
     }
     let lacking = fit.whiteness.iter().filter(|(dof, _)| lacks(fit, **dof, score.by_axis.get(dof)));
     if let Some((dof, _)) = lacking.max_by(|a, b| a.1.total_cmp(b.1)) {
@@ -81,7 +84,11 @@ pub(super) fn by_axis(
                 let score = held.by_axis.get(&dof);
                 let own = || doubt(dof, score, fit, of_axes);
                 let untested = untested(held);
-                let own = if untested.contains(&dof) { Some(masked(&untested)) } else { own() };
+                let own = match () {
+                    () if is_too_early(fit) => Some(TOO_EARLY.to_owned()),
+                    () if untested.contains(&dof) => Some(masked(&untested)),
+                    () => own(),
+                };
                 match own {
                     Some(reason) => Verdict { reason, ..whole.clone() },
                     None => beside_doubtful(score, whole),
@@ -103,6 +110,10 @@ fn untested(score: &CoupledScore) -> Vec<Dof> {
     let axes: Vec<Dof> = axes.map(|(dof, _)| *dof).collect();
     if 2 * axes.len() >= score.by_axis.len() { axes } else { Vec::new() }
 }
+
+/// Why no axis may be trusted where thrust is logged so slowly or so late.
+const TOO_EARLY: &str =
+    "thrust acts long before its log says: what it did between its samples is not known";
 
 fn masked(axes: &[Dof]) -> String {
     let names: Vec<String> = axes.iter().map(Dof::to_string).collect();

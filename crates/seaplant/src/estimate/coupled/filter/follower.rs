@@ -1,31 +1,32 @@
 //! How mean and covariance change with the numbers of the noise.
 
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, SVector, Vector3};
 
-use super::Pass;
 use super::noise::{Impulse, Noise, push_by};
 use super::state::{Covariance, Seen, State, Transition};
-use crate::motion::times;
+use super::{Pass, add_of_down};
+use crate::motion::{times, with_down};
 use crate::series::ROUNDING_S;
 
-impl<const N: usize> Pass<'_, N> {
+impl<const N: usize, const M: usize> Pass<'_, N, M> {
     /// What one axis's disturbance adds to the covariance over a step.
-    pub(super) fn process_of(&self, axis: usize, h: f64) -> Covariance<N> {
+    pub(super) fn process_of(&self, axis: usize, h: f64) -> Covariance<N, M> {
         let (sigma, t) = (self.noise.disturbance[axis], self.noise.correlation_s[axis]);
         self.spread(axis, &Impulse::over(h, sigma, t))
     }
 
-    pub(super) fn spread(&self, axis: usize, impulse: &Impulse) -> Covariance<N> {
-        let column = self.plant.inverse().column(axis).into_owned();
+    pub(super) fn spread(&self, axis: usize, impulse: &Impulse) -> Covariance<N, M> {
+        let of_velocity = self.plant.inverse().column(axis).into_owned();
+        let column: SVector<f64, M> = with_down(&of_velocity, Vector3::zeros);
         let mut added = Covariance::zeros();
-        added.vv = column * column.transpose() * impulse.variance;
-        added.vf.set_column(axis, &(column * impulse.with_force));
+        added.xx = column * column.transpose() * impulse.variance;
+        added.xf.set_column(axis, &(column * impulse.with_force));
         added.ff[(axis, axis)] = impulse.of_force;
         added
     }
 
     /// What all disturbances add to the covariance over a step.
-    pub(super) fn process(&self, h: f64) -> Covariance<N> {
+    pub(super) fn process(&self, h: f64) -> Covariance<N, M> {
         let mut sum = Covariance::zeros();
         (0..N).for_each(|axis| sum.add(&self.process_of(axis, h), 1.0));
         sum.ww = Matrix2::identity() * self.noise.of_water().process(h);
@@ -33,10 +34,10 @@ impl<const N: usize> Pass<'_, N> {
     }
 
     /// How the k-th logarithm of the noise changes a step.
-    pub(super) fn process_change(&self, k: usize, h: f64) -> Change<N> {
+    pub(super) fn process_change(&self, k: usize, h: f64) -> Change<N, M> {
         let axis = k % N;
         let mut change = Change { process: Covariance::zeros(), fade: None, fade_of_water: 0.0 };
-        if let Some(of_drift) = k.checked_sub(Noise::<N>::DRIFT) {
+        if let Some(of_drift) = k.checked_sub(Noise::<N, M>::DRIFT) {
             let drift = self.noise.of_water();
             let by = match of_drift {
                 0 => 2.0 * drift.process(h),
@@ -62,17 +63,21 @@ impl<const N: usize> Pass<'_, N> {
         change
     }
 
-    pub(super) fn noise_followers(&self) -> Vec<Follower<N>> {
+    pub(super) fn noise_followers(&self) -> Vec<Follower<N, M>> {
         let mut followers = vec![Follower::zeros(); self.noise.count()];
         if let Some(drift) = self.noise.drift {
             let by = 2.0 * drift.std_m_s.powi(2);
-            followers[Noise::<N>::DRIFT].covariance.of_first_water(&self.first_water(), by);
+            followers[Noise::<N, M>::DRIFT].covariance.of_first_water(&self.first_water(), by);
         }
         for axis in 0..N {
             followers[axis].covariance.ff[(axis, axis)] =
                 2.0 * self.noise.disturbance[axis].powi(2);
-            followers[2 * N + axis].covariance.vv[(axis, axis)] =
+            followers[2 * N + axis].covariance.xx[(axis, axis)] =
                 2.0 * self.noise.velocity[axis].powi(2);
+        }
+        if M > N {
+            let of_down = self.first_of_down() * (2.0 * self.noise.attitude.powi(2));
+            add_of_down(&mut followers[Noise::<N, M>::ATTITUDE].covariance.xx, &of_down);
         }
         followers
     }
@@ -106,13 +111,13 @@ impl<T> Steps<T> {
 }
 
 /// What a step of a length adds to the covariance, and how the noise changes that.
-pub(super) struct Process<const N: usize> {
-    pub(super) whole: Covariance<N>,
-    pub(super) changes: Vec<Change<N>>,
+pub(super) struct Process<const N: usize, const M: usize> {
+    pub(super) whole: Covariance<N, M>,
+    pub(super) changes: Vec<Change<N, M>>,
 }
 
-impl<const N: usize> Process<N> {
-    pub(super) fn new(pass: &Pass<'_, N>, length_s: f64) -> Self {
+impl<const N: usize, const M: usize> Process<N, M> {
+    pub(super) fn new(pass: &Pass<'_, N, M>, length_s: f64) -> Self {
         let change = |k| pass.process_change(k, length_s);
         let changes = (0..pass.noise.count()).map(change).collect();
         Self { whole: pass.process(length_s), changes }
@@ -120,8 +125,8 @@ impl<const N: usize> Process<N> {
 }
 
 /// How a step of the filter changes with one number of the noise.
-pub(super) struct Change<const N: usize> {
-    pub(super) process: Covariance<N>,
+pub(super) struct Change<const N: usize, const M: usize> {
+    pub(super) process: Covariance<N, M>,
     pub(super) fade: Option<Fade>,
     /// The change of what is left of the current's changes after a step.
     pub(super) fade_of_water: f64,
@@ -138,22 +143,22 @@ pub(super) struct Fade {
 
 /// How mean and covariance change with one number of the noise.
 #[derive(Clone)]
-pub(super) struct Follower<const N: usize> {
-    pub(super) mean: State<N>,
-    pub(super) covariance: Covariance<N>,
+pub(super) struct Follower<const N: usize, const M: usize> {
+    pub(super) mean: State<N, M>,
+    pub(super) covariance: Covariance<N, M>,
 }
 
-impl<const N: usize> Follower<N> {
+impl<const N: usize, const M: usize> Follower<N, M> {
     pub(super) fn zeros() -> Self {
         Self { mean: State::zeros(), covariance: Covariance::zeros() }
     }
 
     pub(super) fn predict(
         &mut self,
-        step: &Transition<N>,
-        covariance: &Covariance<N>,
-        mean: &State<N>,
-        change: &Change<N>,
+        step: &Transition<N, M>,
+        covariance: &Covariance<N, M>,
+        mean: &State<N, M>,
+        change: &Change<N, M>,
     ) {
         self.covariance.predict(step, &change.process);
         self.mean.step(step);
@@ -168,13 +173,13 @@ impl<const N: usize> Follower<N> {
     pub(super) fn fade_water(
         &mut self,
         by: f64,
-        step: &Transition<N>,
-        covariance: &Covariance<N>,
-        mean: &State<N>,
+        step: &Transition<N, M>,
+        covariance: &Covariance<N, M>,
+        mean: &State<N, M>,
     ) {
         self.mean.water += mean.water * by;
-        let own = step.by_velocity * covariance.vw + step.by_disturbance * covariance.fw;
-        self.covariance.vw += own * by;
+        let own = step.by_motion * covariance.xw + step.by_disturbance * covariance.fw;
+        self.covariance.xw += own * by;
         for j in 0..2 {
             let faded = covariance.fw.column(j).component_mul(&step.fade) * by;
             self.covariance.fw.set_column(j, &(self.covariance.fw.column(j) + faded));
@@ -185,27 +190,29 @@ impl<const N: usize> Follower<N> {
     pub(super) fn fade(
         &mut self,
         fade: &Fade,
-        step: &Transition<N>,
-        covariance: &Covariance<N>,
-        mean: &State<N>,
+        step: &Transition<N, M>,
+        covariance: &Covariance<N, M>,
+        mean: &State<N, M>,
     ) {
         let axis = fade.axis;
         let push = step.by_disturbance.column(axis) * fade.push;
-        self.mean.velocity += push * mean.disturbance[axis];
+        self.mean.motion += push * mean.disturbance[axis];
         self.mean.disturbance[axis] += fade.by * mean.disturbance[axis];
         let v =
-            times(&step.by_velocity, &covariance.vf) + times(&step.by_disturbance, &covariance.ff);
+            times(&step.by_motion, &covariance.xf) + times(&step.by_disturbance, &covariance.ff);
         let own = v.column(axis).into_owned();
-        self.covariance.vv += push * own.transpose() + own * push.transpose();
-        self.covariance.vf +=
+        self.covariance.xx += push * own.transpose() + own * push.transpose();
+        self.covariance.xf +=
             push * covariance.ff.row(axis).transpose().component_mul(&step.fade).transpose();
+        for i in 0..M {
+            self.covariance.xf[(i, axis)] += own[i] * fade.by;
+        }
         for i in 0..N {
-            self.covariance.vf[(i, axis)] += own[i] * fade.by;
             let cross = covariance.ff[(i, axis)] * step.fade[i] * fade.by;
             self.covariance.ff[(i, axis)] += cross;
             self.covariance.ff[(axis, i)] += cross;
         }
-        self.covariance.vw += push * covariance.fw.row(axis) * step.fade_of_water;
+        self.covariance.xw += push * covariance.fw.row(axis) * step.fade_of_water;
         let own = covariance.fw.row(axis) * (fade.by * step.fade_of_water);
         self.covariance.fw.set_row(axis, &(self.covariance.fw.row(axis) + own));
     }
@@ -216,7 +223,7 @@ impl<const N: usize> Follower<N> {
         seen: &Seen,
         (e, s): (f64, f64),
         r_by: f64,
-        column: &State<N>,
+        column: &State<N, M>,
     ) -> (f64, f64) {
         let column_by = self.covariance.seen(seen);
         let s_by = column_by.seen(seen) + r_by;

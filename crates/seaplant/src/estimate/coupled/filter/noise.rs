@@ -2,17 +2,20 @@
 
 use nalgebra::{DVector, SVector};
 
+use super::state::Of;
 use crate::motion::Decay;
 
 /// What stands beside the plant, by axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::estimate::coupled) struct Noise<const N: usize> {
+pub(in crate::estimate::coupled) struct Noise<const N: usize, const M: usize> {
     /// Standard deviation of the disturbance, N or N m.
     pub(in crate::estimate::coupled) disturbance: SVector<f64, N>,
     /// Its correlation time, s.
     pub(in crate::estimate::coupled) correlation_s: SVector<f64, N>,
     /// Standard deviation of a sample of velocity, m/s or rad/s.
     pub(in crate::estimate::coupled) velocity: SVector<f64, N>,
+    /// Standard deviation of a sample of roll and of pitch, rad, where attitude is a state: M > N.
+    pub(in crate::estimate::coupled) attitude: f64,
     /// How the current changes; none if it is constant.
     pub(in crate::estimate::coupled) drift: Option<Drift>,
 }
@@ -48,9 +51,13 @@ impl Drift {
     }
 }
 
-impl<const N: usize> Noise<N> {
+impl<const N: usize, const M: usize> Noise<N, M> {
+    /// Where the logarithm of the attitude's noise stands, if attitude is a state.
+    pub(in crate::estimate::coupled) const ATTITUDE: usize = 3 * N;
+
     /// Where the logarithms of the current's changes stand: standard deviation, correlation time.
-    pub(in crate::estimate::coupled) const DRIFT: usize = 3 * N;
+    pub(in crate::estimate::coupled) const DRIFT: usize =
+        Self::ATTITUDE + if M > N { 1 } else { 0 };
 
     /// How many numbers there are where the current changes.
     pub(in crate::estimate::coupled) const COUNT: usize = Self::DRIFT + 2;
@@ -60,13 +67,15 @@ impl<const N: usize> Noise<N> {
         if self.drift.is_some() { Self::COUNT } else { Self::DRIFT }
     }
 
-    /// Their logarithms, shape (3 N,) or (3 N + 2,).
+    /// Their logarithms, shape (3 N,), one more where attitude is a state, two where the current
+    /// changes.
     pub(in crate::estimate::coupled) fn logarithms(&self) -> DVector<f64> {
         let parts = [self.disturbance, self.correlation_s, self.velocity];
         let of_axes = parts.into_iter().flat_map(|part| part.map(f64::ln).data.0[0]);
+        let of_attitude = (M > N).then(|| self.attitude.ln());
         let of_water =
             self.drift.iter().flat_map(|drift| [drift.std_m_s.ln(), drift.correlation_s.ln()]);
-        DVector::from_vec(of_axes.chain(of_water).collect())
+        DVector::from_vec(of_axes.chain(of_attitude).chain(of_water).collect())
     }
 
     /// The numbers of such logarithms.
@@ -76,7 +85,16 @@ impl<const N: usize> Noise<N> {
             std_m_s: logarithms[Self::DRIFT].exp(),
             correlation_s: logarithms[Self::DRIFT + 1].exp(),
         });
-        Self { disturbance: part(0), correlation_s: part(1), velocity: part(2), drift }
+        let attitude = if M > N { logarithms[Self::ATTITUDE].exp() } else { 0.0 };
+        Self { disturbance: part(0), correlation_s: part(1), velocity: part(2), attitude, drift }
+    }
+
+    /// Where the logarithm of a measurement's noise stands.
+    pub(super) fn place_of(of: &Of) -> usize {
+        match of {
+            Of::Velocity(place) => 2 * N + place,
+            Of::Down(_) => Self::ATTITUDE,
+        }
     }
 
     pub(super) fn of_water(&self) -> Drift {
