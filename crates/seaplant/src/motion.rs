@@ -23,34 +23,25 @@ pub use state_space::{STATE_NAMES, State, StateSpace};
 use crate::Error;
 use crate::plant::Plant;
 
-/// Runs code with places for so many axes, and for a motion that has the world's down behind them
-/// or not, as constants. Five pairs are enough; each costs time to compile.
+/// Runs code with places for so many axes as a constant. Four sizes are enough; each costs time to
+/// compile.
 macro_rules! with_places {
-    ($n:expr, $has_down:expr, $N:ident, $M:ident => $body:expr) => {
-        match ($n, $has_down) {
-            (_, true) => {
-                const $N: usize = 6;
-                const $M: usize = 9;
-                $body
-            }
-            (1, _) => {
+    ($n:expr, $N:ident => $body:expr) => {
+        match $n {
+            1 => {
                 const $N: usize = 1;
-                const $M: usize = 1;
                 $body
             }
-            (2 | 3, _) => {
+            2 | 3 => {
                 const $N: usize = 3;
-                const $M: usize = 3;
                 $body
             }
-            (4, _) => {
+            4 => {
                 const $N: usize = 4;
-                const $M: usize = 4;
                 $body
             }
             _ => {
                 const $N: usize = 6;
-                const $M: usize = 6;
                 $body
             }
         }

@@ -155,11 +155,10 @@ fn fit_as(
     (search, method): (bool, Method),
 ) -> Result<CoupledFit, Error> {
     let is_free = method == Method::OutputError;
-    let attitude = if is_free { Attitude::Known } else { Attitude::of(records, structure) };
-    with_places!(structure.axes().len(), attitude == Attitude::State, N, M => {
+    with_places!(structure.axes().len(), N => {
         let rigid_body = rigid_body.map(RigidBody::mass_matrix);
-        let problem = Problem::new(structure, records, rigid_body, is_free, attitude);
-        let (first, least_squares, fitted) = begun::<N, M>(problem, records)?;
+        let problem = Problem::new(structure, records, rigid_body, is_free, Attitude::Known);
+        let (first, least_squares, fitted) = begun::<N>(problem, records)?;
         let (fitted, prompt) = fitted.with_lateness_that_shows(records)?;
         let prompt: Vec<&CoupledRecord> = prompt.iter().collect();
         let records = if prompt.is_empty() { records } else { &prompt };
@@ -173,7 +172,13 @@ fn fit_as(
             }
             false => fitted,
         };
-        fitted.refined()?.finished(first, &least_squares, method)
+        match Attitude::of(records, structure) {
+            Attitude::State if !is_free => {
+                let fitted = fitted.with_attitude(records)?.with_actuator_that_shows()?;
+                fitted.refined()?.finished(first, &least_squares, method)
+            }
+            _ => fitted.refined()?.finished(first, &least_squares, method),
+        }
     })
 }
 
@@ -194,19 +199,26 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
     /// The same where what reads the speed of propellers reads that which they have, behind the one
     /// that is logged. The optimum is that of speeds before: the next descent begins there.
     fn with_speeds_as_they_are(mut self, records: &[&CoupledRecord]) -> Result<Self, Error> {
-        let signals = self.problem.structure.signals();
-        if !signals.iter().any(|signal| matches!(signal, Signal::PropellerSpeed(_))) {
-            return Ok(self);
+        if self.reads_speeds() {
+            let records = self.speeds_as_they_are(records)?;
+            self.problem = self.problem.of(&records.iter().collect::<Vec<_>>());
         }
-        let actuator = &self.optimum.point.actuator;
+        Ok(self)
+    }
+
+    /// Whether the plant reads the speed of propellers.
+    fn reads_speeds(&self) -> bool {
+        let signals = self.problem.structure.signals();
+        signals.iter().any(|signal| matches!(signal, Signal::PropellerSpeed(_)))
+    }
+
+    /// Records with the speeds that propellers have.
+    fn speeds_as_they_are(&self, records: &[&CoupledRecord]) -> Result<Vec<CoupledRecord>, Error> {
         let with_speeds = |record: &&CoupledRecord| {
-            let signals = actuator.signals(record)?;
+            let signals = self.optimum.point.actuator.signals(record)?;
             Ok(CoupledRecord { signals, ..(*record).clone() })
         };
-        let records: Vec<CoupledRecord> =
-            records.iter().map(with_speeds).collect::<Result<_, Error>>()?;
-        self.problem = self.problem.of(&records.iter().collect::<Vec<_>>());
-        Ok(self)
+        records.iter().map(with_speeds).collect()
     }
 
     /// The same with the couplings in damping that the trials ask for.
@@ -413,6 +425,25 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             rank: least_squares.rank + (p - least_squares.terms),
             tried,
         })
+    }
+}
+
+impl<const N: usize> Fitted<N, N> {
+    /// The same with attitude as a state: from the optimum with smoothed attitude, which is near and
+    /// costs less than half to find.
+    fn with_attitude(self, records: &[&CoupledRecord]) -> Result<Fitted<6, 9>, Error> {
+        let as_they_are = match self.reads_speeds() {
+            true => self.speeds_as_they_are(records)?,
+            false => Vec::new(),
+        };
+        let as_they_are: Vec<&CoupledRecord> = as_they_are.iter().collect();
+        let records = if as_they_are.is_empty() { records } else { &as_they_are };
+        let problem = self.problem.with_attitude(records);
+        let start = self.optimum.point.with_attitude(&problem);
+        let optimum = problem.descent(start, Tolerance::COARSE)?;
+        let iterations = self.optimum.iterations + optimum.iterations;
+        let optimum = Optimum { iterations, ..optimum };
+        Ok(Fitted { problem, optimum, tried: self.tried, late: self.late })
     }
 }
 

@@ -217,6 +217,13 @@ impl Problem {
         Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free, *attitude) }
     }
 
+    /// The same with attitude as a state.
+    pub(super) fn with_attitude(&self, records: &[&CoupledRecord]) -> Self {
+        let Self { structure, rigid_body, is_free, fits, .. } = self;
+        let attitude = Attitude::State;
+        Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free, attitude) }
+    }
+
     /// As [`may_be_late`], of all trials.
     pub(super) fn may_be_late(&self, dof: Dof) -> bool {
         may_be_late(dof.index(), &self.by_slope)
@@ -634,6 +641,15 @@ impl Problem {
             limits[2 * N + axis].0 = (LEAST_NOISE_PART * sample).ln();
         }
         limits
+    }
+}
+
+impl<const N: usize> Point<N, N> {
+    /// The same where attitude is a state.
+    pub(super) fn with_attitude(self, problem: &Problem) -> Point<6, 9> {
+        let Self { free, actuator, currents, noise } = self;
+        let noise = noise.with_attitude(problem.attitude_noise);
+        Point { free, actuator, currents, noise }
     }
 }
 

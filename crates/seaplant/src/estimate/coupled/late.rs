@@ -33,14 +33,14 @@ pub(super) struct Lateness {
 }
 
 /// A fit to translations that are as they were before their instrument.
-struct Prompt<const N: usize, const M: usize> {
+struct Prompt<const N: usize> {
     problem: Problem,
-    optimum: Optimum<N, M>,
+    optimum: Optimum<N, N>,
     records: Vec<CoupledRecord>,
     lateness: Lateness,
 }
 
-impl<const N: usize, const M: usize> Fitted<N, M> {
+impl<const N: usize> Fitted<N, N> {
     /// The same with translations as they were before they are reported late beside thrust and
     /// rates, if the trials show that, and the records with these; none if they do not.
     ///
@@ -71,8 +71,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
     }
 
     /// With translations that are delayed, if that is worth more than the bar.
-    fn delayed(&self, records: &[&CoupledRecord], bar: f64) -> Option<Prompt<N, M>> {
-        let mut found: Option<Prompt<N, M>> = None;
+    fn delayed(&self, records: &[&CoupledRecord], bar: f64) -> Option<Prompt<N>> {
+        let mut found: Option<Prompt<N>> = None;
         for _ in 0..MOST_STEPS {
             let (problem, point) = match &found {
                 Some(found) => (&found.problem, &found.optimum.point),
@@ -101,7 +101,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
                 Some(there)
             });
             // Windows differ by less than the delays: costs are compared by sample.
-            let by_sample = |it: &Prompt<N, M>| it.optimum.cost / it.problem.samples() as f64;
+            let by_sample = |it: &Prompt<N>| it.optimum.cost / it.problem.samples() as f64;
             match there.min_by(|a, b| by_sample(a).total_cmp(&by_sample(b))) {
                 Some(there) => found = Some(there),
                 None => break,
@@ -115,9 +115,9 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
     fn lagging(
         &self,
         records: &[&CoupledRecord],
-        delayed: &Prompt<N, M>,
+        delayed: &Prompt<N>,
         bar: f64,
-    ) -> Option<Prompt<N, M>> {
+    ) -> Option<Prompt<N>> {
         let lag_s = delayed.lateness.late.delay_s.max(FIRST_LAG_S);
         let (mut late, mut from) = (Late { delay_s: 0.0, lag_s }, delayed.optimum.point.clone());
         let (mut is_delayed, mut last) = (false, None);
@@ -146,8 +146,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         &self,
         records: &[&CoupledRecord],
         late: Late,
-        from: Point<N, M>,
-    ) -> Option<Prompt<N, M>> {
+        from: Point<N, N>,
+    ) -> Option<Prompt<N>> {
         let records: Vec<CoupledRecord> =
             records.iter().map(|record| record.with_translations_before(&late)).collect();
         let problem = self.problem.of(&records.iter().collect::<Vec<_>>());
@@ -168,7 +168,7 @@ pub(super) fn left_of_report(late: &Late, records: &[CoupledRecord]) -> f64 {
     period_s.map_or(0.0, |period_s| (-period_s / late.lag_s).exp())
 }
 
-impl<const N: usize, const M: usize> Prompt<N, M> {
+impl<const N: usize> Prompt<N> {
     /// Σ ½ ln of the mean square by which the next report is off, over all samples, by the sample, as
     /// windows differ by less than what is late.
     ///

@@ -18,11 +18,11 @@ const FIRST_LAG_S: f64 = 0.1;
 ///
 /// # Errors
 /// That of the whole structure, if it has no such terms or leaving them out does not help.
-pub(super) fn begun<const N: usize, const M: usize>(
+pub(super) fn begun<const N: usize>(
     problem: Problem,
     records: &[&CoupledRecord],
-) -> Result<(Plant, Solved, Fitted<N, M>), Error> {
-    let refused = match first_optimum::<N, M>(&problem, records) {
+) -> Result<(Plant, Solved, Fitted<N, N>), Error> {
+    let refused = match first_optimum::<N>(&problem, records) {
         Ok((start, found, optimum)) => {
             return Ok((start, found, Fitted::new(problem, optimum)));
         }
@@ -34,7 +34,7 @@ pub(super) fn begun<const N: usize, const M: usize>(
     };
     for lower in [without(is_high), without(is_coupling)].into_iter().flatten() {
         let lower = problem.with_terms(lower);
-        let Ok((start, found, optimum)) = first_optimum::<N, M>(&lower, records) else { continue };
+        let Ok((start, found, optimum)) = first_optimum::<N>(&lower, records) else { continue };
         let start_of_whole = search::widened(&problem, &lower, &optimum.point);
         if let Ok(optimum) = problem.optimum(start_of_whole, Tolerance::COARSE) {
             return Ok((start, found, Fitted::new(problem, optimum)));
@@ -62,13 +62,13 @@ fn is_coupling(term: &Basis) -> bool {
 ///
 /// # Errors
 /// That of the likeliest start, if none settles.
-fn first_optimum<const N: usize, const M: usize>(
+fn first_optimum<const N: usize>(
     problem: &Problem,
     records: &[&CoupledRecord],
-) -> Result<(Plant, Solved, Optimum<N, M>), Error> {
+) -> Result<(Plant, Solved, Optimum<N, N>), Error> {
     let mut refused = None;
     let tries = if problem.has_rival() { 1 } else { usize::MAX };
-    let mut starts = starts::<N, M>(problem, records, &mut refused);
+    let mut starts = starts::<N>(problem, records, &mut refused);
     if problem.is_free {
         starts = problem.nearer(starts);
     }
@@ -85,11 +85,11 @@ fn first_optimum<const N: usize, const M: usize>(
 }
 
 /// Starts by equation error with test functions of several lengths, the likeliest first.
-fn starts<const N: usize, const M: usize>(
+fn starts<const N: usize>(
     problem: &Problem,
     records: &[&CoupledRecord],
     refused: &mut Option<Error>,
-) -> Vec<(Point<N, M>, Solved)> {
+) -> Vec<(Point<N, N>, Solved)> {
     let mut found = Vec::new();
     let pieces = problem.in_pieces();
     for window_s in WINDOWS_S {
@@ -110,11 +110,11 @@ fn starts<const N: usize, const M: usize>(
     found.into_iter().map(|(_, point, least_squares)| (point, least_squares)).collect()
 }
 
-fn first_point<const N: usize, const M: usize>(
+fn first_point<const N: usize>(
     problem: &Problem,
     records: &[&CoupledRecord],
     least_squares: &Solved,
-) -> Point<N, M> {
+) -> Point<N, N> {
     let mut point = Point {
         free: problem.physical.free(&least_squares.coefficients),
         actuator: Actuator {

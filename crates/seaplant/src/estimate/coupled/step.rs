@@ -53,8 +53,10 @@ impl CoupledFit {
             Ok(CoupledRecord { signals, ..prompt })
         };
         let records: Vec<CoupledRecord> = records.iter().map(seen).collect::<Result<_, Error>>()?;
-        let has_down = self.attitude_noise.is_some();
-        with_places!(self.plant.axes().len(), has_down, N, M => self.step_of::<N, M>(&records))
+        match self.attitude_noise {
+            Some(_) => self.step_of::<6, 9>(&records),
+            None => with_places!(self.plant.axes().len(), N => self.step_of::<N, N>(&records)),
+        }
     }
 
     fn step_of<const N: usize, const M: usize>(

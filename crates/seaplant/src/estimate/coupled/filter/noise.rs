@@ -51,6 +51,21 @@ impl Drift {
     }
 }
 
+impl<const N: usize> Noise<N, N> {
+    /// The same where attitude is a state that is measured with such noise, rad.
+    pub(in crate::estimate::coupled) fn with_attitude(self, attitude: f64) -> Noise<6, 9> {
+        // What a place without an axis holds does not matter, as long as it is a number.
+        let placed = |of: SVector<f64, N>| SVector::from_fn(|i, _| *of.get(i).unwrap_or(&1.0));
+        Noise {
+            disturbance: placed(self.disturbance),
+            correlation_s: placed(self.correlation_s),
+            velocity: placed(self.velocity),
+            attitude,
+            drift: self.drift,
+        }
+    }
+}
+
 impl<const N: usize, const M: usize> Noise<N, M> {
     /// Where the logarithm of the attitude's noise stands, if attitude is a state.
     pub(in crate::estimate::coupled) const ATTITUDE: usize = 3 * N;
