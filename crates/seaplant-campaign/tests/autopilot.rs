@@ -1,9 +1,9 @@
-//! A published vehicle whose autopilot answers what nobody logs.
+//! A published vehicle whose autopilot answers what nobody logs, or is not logged itself.
 
 use std::path::Path;
 
 use seaplant::estimate::{CoupledFit, fit_coupled};
-use seaplant::plant::{Basis, Structure, Symmetry};
+use seaplant::plant::{Structure, Symmetry};
 use seaplant::twin::{Disturbance, TwinCampaign, WholeTwinSpec, make_whole};
 use seaplant::{CoupledRecord, Dof, Role, Timed, Trial};
 use seaplant_campaign::read_plant_file;
@@ -31,13 +31,14 @@ fn fitted(twin: &TwinCampaign, records: &[CoupledRecord]) -> CoupledFit {
     fit_coupled(&structure, &records, body, false).expect("an optimum")
 }
 
-fn assert_inertias(twin: &TwinCampaign, fit: &CoupledFit) {
+fn assert_near(twin: &TwinCampaign, fit: &CoupledFit, names: &[&str]) {
     let truth = &twin.truth.vehicle.as_ref().expect("a whole vehicle").coefficients;
-    for (dof, name) in [(Dof::Roll, "mass.roll"), (Dof::Pitch, "mass.pitch")] {
-        let found = fit.plant.mass_matrix()[(dof.index(), dof.index())];
-        let std = fit.std(&Basis::Mass(dof, dof)).expect("fitted");
-        let off = (found - truth[name]).abs();
-        assert!(off < DEVIATIONS * std, "{name}: {found} ± {std}, {}", truth[name]);
+    for name in names {
+        let k = fit.plant.structure().names().iter().position(|own| own == name);
+        let k = k.expect("a term of the plant");
+        let (found, std) = (fit.plant.coefficients()[k], fit.covariance[(k, k)].sqrt());
+        let off = (found - truth[*name]).abs();
+        assert!(off < DEVIATIONS * std, "{name}: {found} ± {std}, {}", truth[*name]);
     }
 }
 
@@ -50,14 +51,15 @@ fn what_an_autopilot_answers_does_not_pass_for_inertia() {
     spec.strength.tether_correlation_s = 3.0;
     let (twin, records) = rexrov(spec);
     let fit = fitted(&twin, &records);
-    assert_inertias(&twin, &fit);
+    assert_near(&twin, &fit, &["mass.roll", "mass.pitch"]);
     let late = fit.actuator.delay_s;
     assert!(late >= 0.0, "thrust is logged as it acts, not {late} s later");
 }
 
-/// Thrust that is logged at every other command.
+/// Thrust that is logged at every other command. Held from sample to sample, linear drag in roll and
+/// pitch was a quarter of what it is, by 10 and 12 standard deviations.
 #[test]
-fn what_an_autopilot_does_between_samples_of_thrust_does_not_pass_for_inertia() {
+fn what_an_autopilot_does_between_samples_of_thrust_does_not_pass_for_drag() {
     const KEPT: usize = 2;
     let (twin, mut records) = rexrov(WholeTwinSpec::default());
     let thinned = |series: &Timed| {
@@ -71,7 +73,8 @@ fn what_an_autopilot_does_between_samples_of_thrust_does_not_pass_for_inertia() 
         record.force = record.force.each_ref().map(|force| force.as_ref().map(thinned));
     }
     let fit = fitted(&twin, &records);
-    let late = fit.actuator.delay_s;
+    // A lag draws commands out as what is between them does.
+    let late = fit.actuator.delay_s + fit.actuator.lag_s;
     assert!((-0.06..-0.04).contains(&late), "half of a command is 0.05 s, found {late} s");
-    assert_inertias(&twin, &fit);
+    assert_near(&twin, &fit, &["roll: p", "pitch: q", "mass.pitch", "lever.z"]);
 }
