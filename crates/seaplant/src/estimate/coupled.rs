@@ -323,7 +323,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let fitted = (0..Actuator::COUNT).filter(|k| self.problem.fits[*k]);
         let (mut left, mut unseen): (Vec<usize>, Vec<usize>) = (fitted.collect(), Vec::new());
         loop {
-            let worth = |k: usize| theta[k].powi(2) / c[(k, k)] / Actuator::SHOWS[k];
+            let worth = |k: usize| theta[k].powi(2) / c[(k, k)] / Actuator::shows(k, theta[k]);
             let least = left.iter().copied().min_by(|a, b| worth(*a).total_cmp(&worth(*b)));
             let Some(k) = least.filter(|k| worth(*k) < 1.0) else { return unseen };
             let column = c.column(k) / c[(k, k)];

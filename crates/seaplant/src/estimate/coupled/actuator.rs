@@ -66,6 +66,13 @@ const OVER: f64 = 8.0;
 /// A lag shorter than this is none, s.
 const NO_LAG_S: f64 = 1e-6;
 
+/// What a lag or a delay has to show.
+const LATE_SHOWS: f64 = 9.0;
+
+/// Thrust that acts less than this before its log says, s, acts as it says: no log tells instants
+/// better.
+const LEAST_EARLY_S: f64 = 0.005;
+
 /// What of [`Drive`]'s derivatives belongs to each number of an actuator.
 const SHAPED_BY: [Unknown; 5] = [
     Unknown::Lag,
@@ -79,6 +86,10 @@ impl Actuator {
     /// How many numbers that is.
     pub(super) const COUNT: usize = PUSHED_BY;
 
+    /// Where the lag stands among them, and the delay.
+    const LAG: usize = 0;
+    const DELAY: usize = 1;
+
     /// Where the reverse-thrust ratio stands among them.
     pub(super) const REVERSE: usize = 2;
 
@@ -90,10 +101,16 @@ impl Actuator {
     pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3, 1.0, 0.3, 0.3, 0.3];
 
     /// One is kept if its square is so many times its variance: chance makes as much of a lag or a
-    /// delay once in 500; what contradicts the curve of a thruster has to be seen as clearly as a
-    /// coupling.
-    pub(super) const SHOWS: [f64; Self::COUNT] =
-        [9.0, 9.0, ADMITTED, ADMITTED, ADMITTED, ADMITTED, ADMITTED];
+    /// delay once in 500; what contradicts the log or the curve of a thruster has to be seen as clearly
+    /// as a coupling.
+    pub(super) fn shows(k: usize, value: f64) -> f64 {
+        match k {
+            Self::DELAY if value < 0.0 && value > -LEAST_EARLY_S => f64::INFINITY,
+            Self::DELAY if value < 0.0 => ADMITTED,
+            Self::LAG | Self::DELAY => LATE_SHOWS,
+            _ => ADMITTED,
+        }
+    }
 
     /// Which of its numbers are fitted: of a wrench that nobody knows the thrusters of, not how these
     /// push, and of one trial, no change from trial to trial.
