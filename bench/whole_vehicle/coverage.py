@@ -49,6 +49,17 @@ def kind(name):
     return "damping" if ":" in name else "weight and lever"
 
 
+def made(program, folder, vehicle, seed, disturbances):
+    """Writes the specification of a twin to a folder, and its logs beside it."""
+    listed = ", ".join(f'"{one}"' for one in disturbances)
+    (folder / "spec.toml").write_text(
+        f'vehicle = "{vehicle}"\nseed = {seed}\ndisturbances = [{listed}]\n'
+    )
+    subprocess.run(
+        [program, "twin", folder / "spec.toml", "--out", folder / "twin", "--quiet"], check=True
+    )
+
+
 def judged(program, folder):
     """Of each coefficient that has an interval: kind, whether it holds the truth, relative error."""
     truth = json.loads((folder / "twin/truth.json").read_text())["vehicle"]["coefficients"]
@@ -83,18 +94,11 @@ def main():
     counts, errors = defaultdict(list), []
     for seed in range(first, first + number):
         folder = out / f"{seed:04}"
-        folder.mkdir(parents=True)
         name = PUBLISHED[seed % len(PUBLISHED)]
         table = drawn(name, np.random.default_rng(seed))
+        folder.mkdir(parents=True)
         (folder / "plant.json").write_text(json.dumps(table))
-        listed = ", ".join(f'"{one}"' for one in disturbances)
-        (folder / "spec.toml").write_text(
-            f'vehicle = "plant.json"\nseed = {seed}\ndisturbances = [{listed}]\n'
-        )
-        subprocess.run(
-            [program, "twin", folder / "spec.toml", "--out", folder / "twin", "--quiet"],
-            check=True,
-        )
+        made(program, folder, "plant.json", seed, disturbances)
         trust, rows = judged(program, folder)
         for of, holds, off in rows:
             counts[kind(of)].append(holds)
