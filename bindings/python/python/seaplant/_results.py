@@ -190,7 +190,6 @@ CaveatCode: TypeAlias = Literal[
     "thrust-scale",
     "preset-geometry",
     "clock-offset",
-    "instrument-elsewhere",
     "log",
 ]
 """What gives reason to doubt."""
