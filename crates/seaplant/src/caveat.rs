@@ -135,6 +135,8 @@ pub enum CaveatCode {
     PresetGeometry,
     /// The clock of a file was moved by what its data tell.
     ClockOffset,
+    /// An instrument sits elsewhere than is stated.
+    InstrumentElsewhere,
     /// The log reader dropped or corrected something.
     Log,
 }

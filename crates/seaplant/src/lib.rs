@@ -119,8 +119,8 @@ pub use simulate::{Response, State, simulate};
 pub use terms::{Term, Terms};
 pub use thrust::{QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
 pub use trial::{
-    AxisRecord, CoupledRecord, CoupledThruster, Late, Role, ThrusterTrack, Trial, TrialSetup,
-    UniformAxis, UniformStretch, VelocitySource, lever_axes,
+    AxisRecord, CoupledRecord, CoupledThruster, Role, ThrusterTrack, Trial, TrialSetup,
+    UniformAxis, UniformStretch, VelocityReport, VelocitySource, lever_axes,
 };
 pub use vehicle::{
     Fin, PropellerCurve, SEA_WATER_KG_M3, Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle,

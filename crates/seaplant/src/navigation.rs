@@ -82,12 +82,16 @@ impl Navigated {
     /// ω × r along a translation that an instrument beside the origin measures, which was taken from
     /// its readings, at the times of the rates; `None` where nothing was.
     pub(crate) fn swing(&self, dof: Dof) -> Option<Timed> {
-        let (lever, rates) = (self.levers.get(&dof)?, self.rates.as_ref()?);
-        let mut turning = Turning::of(Some(rates), *lever, dof.index());
-        let base = rates.iter().max_by_key(|rate| rate.len())?;
-        let values = base.time_s().iter().map(|t| turning.at(*t)).collect();
-        base.with_values("what turning adds", values).ok()
+        turning(self.rates.as_ref()?, *self.levers.get(&dof)?, dof.index())
     }
+}
+
+/// ω × r along a body axis, m/s, at the times of the rates that are logged most often.
+pub(crate) fn turning(rates: &[Timed; 3], lever: Vector3<f64>, axis: usize) -> Option<Timed> {
+    let mut turning = Turning::of(Some(rates), lever, axis);
+    let base = rates.iter().max_by_key(|rate| rate.len())?;
+    let values = base.time_s().iter().map(|t| turning.at(*t)).collect();
+    base.with_values("what turning adds", values).ok()
 }
 
 /// Finds how the vehicle's origin moved.

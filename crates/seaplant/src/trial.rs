@@ -4,10 +4,10 @@ mod agreement;
 mod axis;
 mod coupled;
 mod force;
-mod late;
 mod plausible;
 mod propeller;
 mod records;
+mod report;
 mod signals;
 mod slopes;
 
@@ -28,11 +28,11 @@ use axis::rate_hz;
 pub use force::ThrusterTrack;
 use force::{Saturation, Thrusts};
 pub(crate) use force::{ThrustError, force_along};
-pub use late::Late;
-pub(crate) use late::may_be_late;
 pub(crate) use plausible::without_outliers;
 use plausible::{coarse_thrust, mask, suspicious_units};
 use records::Records;
+pub use report::VelocityReport;
+pub(crate) use report::may_be_late;
 
 /// What a trial is for.
 #[derive(

@@ -340,3 +340,23 @@ fn velocities_behind_a_lag_do_not_pass_for_mass() {
     let message = &told.expect("a note").message;
     assert!(message.contains("behind a lag of"), "{message}");
 }
+
+/// A vehicle whose DVL sits further forward and down than its file states; of one that hardly rolls and
+/// pitches only the first shows.
+#[test]
+fn a_dvl_elsewhere_does_not_pass_for_mass() {
+    let spec = short(|spec| {
+        spec.disturbances = Disturbance::parse_list("lever").expect("known");
+    });
+    let twin = make_whole(&spec, &boat()).expect("can be made");
+    let off = twin.truth.nuisances.lever_m;
+    let found = assert_recovered(&spec);
+    let lever = &found.nuisances["lever_x"];
+    assert!((lever.value - off).abs() < 0.02, "{} ± {}, {off}", lever.value, lever.std);
+    let told = found.caveats.iter().find(|caveat| caveat.code == CaveatCode::InstrumentElsewhere);
+    let told = told.expect("a warning");
+    assert_eq!(told.severity, Severity::Warning);
+    assert!(told.message.contains(" m forward"), "{told:?}");
+    let calm = assert_recovered(&short(|_| ()));
+    assert!(!calm.nuisances.keys().any(|name| name.starts_with("lever")), "{:?}", calm.nuisances);
+}

@@ -190,6 +190,7 @@ CaveatCode: TypeAlias = Literal[
     "thrust-scale",
     "preset-geometry",
     "clock-offset",
+    "instrument-elsewhere",
     "log",
 ]
 """What gives reason to doubt."""

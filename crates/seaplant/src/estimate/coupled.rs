@@ -20,19 +20,20 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::motion::with_places;
 use crate::plant::{Basis, Plant, RigidBody, Signal, Structure};
-use crate::{CoupledRecord, Dof, Error, Late, Method};
+use crate::{CoupledRecord, Dof, Error, Method, VelocityReport};
 pub use actuator::Actuator;
 use equation_error::Solved;
 use filter::{Drift, Noise};
 use fit::{Optimum, Problem, Tolerance};
-use late::Lateness;
+use late::Reported;
 use schedule::Attitude;
 pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 use start::begun;
 pub(crate) use step::LikelihoodStep;
 use uncertainty::{
-    attitude_noise, current_drift, disturbances, inflation, inverse, of_coefficients, whiteness,
+    Asked, attitude_noise, current_drift, disturbances, inflation, inverse, of_coefficients,
+    whiteness,
 };
 
 /// A coupled plant fitted to trials.
@@ -61,11 +62,13 @@ pub struct CoupledFit {
     pub attitude_noise: Option<(f64, f64)>,
     /// How the current changes about its mean of a trial, if the trials show that.
     pub current_drift: Option<CurrentDrift>,
-    /// How late translations are measured beside thrust and rates, if the trials show that; they
-    /// were taken to be as they were before.
-    pub late: Late,
-    /// Standard deviations of its delay and its lag, s; none of what the trials do not show.
-    pub late_std: [Option<f64>; 2],
+    /// How translations are reported, late beside thrust and rates or from elsewhere than is stated, if
+    /// the trials show that; they were taken to be as they were before it.
+    pub report: VelocityReport,
+    /// Standard deviations of its delay and lag, s; none of what the trials do not show.
+    pub report_std: [Option<f64>; 2],
+    /// Those of its levers, m.
+    pub lever_std: [Option<f64>; 3],
     /// ln-likelihood.
     pub log_likelihood: f64,
     /// Numbers measured.
@@ -160,7 +163,7 @@ fn fit_as(
         let rigid_body = rigid_body.map(RigidBody::mass_matrix);
         let problem = Problem::new(structure, records, rigid_body, is_free, Attitude::Known);
         let (first, least_squares, fitted) = begun::<N>(problem, records)?;
-        let (fitted, prompt) = fitted.with_lateness_that_shows(records)?;
+        let (fitted, prompt) = fitted.with_report_that_shows(records)?;
         let prompt: Vec<&CoupledRecord> = prompt.iter().collect();
         let records = if prompt.is_empty() { records } else { &prompt };
         let fitted = fitted.with_actuator_that_shows()?.with_drift_that_shows()?;
@@ -188,13 +191,13 @@ struct Fitted<const N: usize, const M: usize> {
     problem: Problem,
     optimum: Optimum<N, M>,
     tried: Vec<Tried>,
-    /// How late translations are measured, with standard deviations; the problem's are as before.
-    late: Lateness,
+    /// How translations are reported; the problem's are as they were before that.
+    reported: Reported,
 }
 
 impl<const N: usize, const M: usize> Fitted<N, M> {
     fn new(problem: Problem, optimum: Optimum<N, M>) -> Self {
-        Self { problem, optimum, tried: Vec::new(), late: Lateness::default() }
+        Self { problem, optimum, tried: Vec::new(), reported: Reported::default() }
     }
 
     /// The same where what reads the speed of propellers reads that which they have, behind the one
@@ -259,7 +262,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         } else {
             problem.descent_at_noise(start, Tolerance::COARSE)?
         };
-        Ok(Self { optimum, problem, tried: Vec::new(), late: self.late })
+        Ok(Self { optimum, problem, tried: Vec::new(), reported: self.reported })
     }
 
     /// The same without what the trials do not show of the actuator.
@@ -319,20 +322,15 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
     fn unseen_of_actuator(&self) -> Vec<usize> {
         let p = self.problem.structure.terms().len();
         let covariance = inverse(&self.optimum.information);
-        let mut c = covariance.view((p, p), (Actuator::COUNT, Actuator::COUNT)).into_owned();
-        let mut theta = DVector::from_row_slice(&self.optimum.point.actuator.numbers());
-        let fitted = (0..Actuator::COUNT).filter(|k| self.problem.fits[*k]);
-        let (mut left, mut unseen): (Vec<usize>, Vec<usize>) = (fitted.collect(), Vec::new());
-        loop {
-            let worth = |k: usize| theta[k].powi(2) / c[(k, k)] / Actuator::shows(k, theta[k]);
-            let least = left.iter().copied().min_by(|a, b| worth(*a).total_cmp(&worth(*b)));
-            let Some(k) = least.filter(|k| worth(*k) < 1.0) else { return unseen };
-            let column = c.column(k) / c[(k, k)];
-            theta -= &column * theta[k];
-            c -= &column * c.row(k).into_owned();
-            left.retain(|other| *other != k);
-            unseen.push(k);
-        }
+        let fitted: Vec<usize> = (0..Actuator::COUNT).filter(|k| self.problem.fits[*k]).collect();
+        let places: Vec<usize> = fitted.iter().map(|k| p + k).collect();
+        let own = self.optimum.point.actuator.numbers();
+        let mut asked = Asked {
+            numbers: DVector::from_row_slice(&own).select_rows(&fitted),
+            covariance: covariance.select_rows(&places).select_columns(&places),
+        };
+        let unseen = asked.without_unseen(|k, value| Actuator::shows(fitted[k], value));
+        unseen.into_iter().map(|k| fitted[k]).collect()
     }
 
     /// The same at the optimum itself.
@@ -348,7 +346,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let white = if self.problem.is_free {
             self.problem.samples_per_independent(&self.optimum.point)?
         } else {
-            whiteness(&self.problem, &self.optimum.point, self.late.keep)?
+            whiteness(&self.problem, &self.optimum.point, self.reported.keep)?
         };
         Ok(move |dof: Dof| white.get(&dof).copied().unwrap_or(1.0).max(1.0))
     }
@@ -388,7 +386,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         method: Method,
     ) -> Result<CoupledFit, Error> {
         let thrust_covariance = self.thrust_covariance()?;
-        let Self { problem, optimum, tried, late } = self;
+        let Self { problem, optimum, tried, reported } = self;
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
         let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
@@ -415,14 +413,15 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
             disturbances: disturbances(&problem.structure, &optimum.point.noise, &noise_covariance),
             attitude_noise: attitude_noise(&optimum.point.noise, &noise_covariance),
-            late: late.late,
-            late_std: late.std,
+            report: reported.how,
+            report_std: reported.std,
+            lever_std: reported.lever_std,
             current_drift: current_drift(&optimum.point.noise, &noise_covariance),
             log_likelihood: -optimum.cost,
             samples: problem.samples(),
             iterations: optimum.iterations,
             start,
-            whiteness: whiteness(&problem, &optimum.point, late.keep)?,
+            whiteness: whiteness(&problem, &optimum.point, reported.keep)?,
             rank: least_squares.rank + (p - least_squares.terms),
             tried,
         })
@@ -444,7 +443,7 @@ impl<const N: usize> Fitted<N, N> {
         let optimum = problem.descent(start, Tolerance::COARSE)?;
         let iterations = self.optimum.iterations + optimum.iterations;
         let optimum = Optimum { iterations, ..optimum };
-        Ok(Fitted { problem, optimum, tried: self.tried, late: self.late })
+        Ok(Fitted { problem, optimum, tried: self.tried, reported: self.reported })
     }
 }
 

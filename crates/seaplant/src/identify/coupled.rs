@@ -450,6 +450,9 @@ fn check_scale_across(
     Err(Error::Plant { axes: structure.name(), reason: reason.to_owned() })
 }
 
+/// What results call the way from where a velocity sensor is stated to sit to where it does.
+const LEVERS: [&str; 3] = ["lever_x", "lever_y", "lever_z"];
+
 /// Slower than this an axis stands still, m/s or rad/s.
 const STILL: f64 = 1e-4;
 
@@ -598,10 +601,15 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
         all.insert(format!("current north: {trial}"), parameter(*north, "m/s"));
         all.insert(format!("current east: {trial}"), parameter(*east, "m/s"));
     }
-    let late = [("translation_delay", fit.late.delay_s), ("translation_lag", fit.late.lag_s)];
-    for ((name, value), std) in late.into_iter().zip(fit.late_std) {
+    let late = [("translation_delay", fit.report.delay_s), ("translation_lag", fit.report.lag_s)];
+    for ((name, value), std) in late.into_iter().zip(fit.report_std) {
         if let Some(std) = std {
             all.insert(name.to_owned(), parameter((value, std), "s"));
+        }
+    }
+    for ((name, value), std) in LEVERS.into_iter().zip(fit.report.lever_m).zip(fit.lever_std) {
+        if let Some(std) = std {
+            all.insert(name.to_owned(), parameter((value, std), "m"));
         }
     }
     if let Some(drift) = fit.current_drift {

@@ -48,6 +48,8 @@ pub struct CoupledRecord {
     /// `ω × r` that was taken from readings of surge, sway and heave, m/s, where their instrument
     /// sits beside the origin.
     pub swing: [Option<Timed>; 3],
+    /// Angular velocity `[p, q, r]` as it was logged, rad/s, where rates or attitude were.
+    pub rates: Option<[Timed; 3]>,
     /// Roll, pitch and heading, unwrapped, smoothed by the rates where these were measured, rad.
     pub attitude: [Option<Timed>; 3],
     /// Roll and pitch as they were measured, rad, where their rates were measured, too.
@@ -173,6 +175,7 @@ impl CoupledRecord {
             spread,
             by_slope,
             swing: [Dof::Surge, Dof::Sway, Dof::Heave].map(|dof| navigated.swing(dof)),
+            rates: navigated.rates.clone(),
             attitude,
             inclination,
             inclination_spread,

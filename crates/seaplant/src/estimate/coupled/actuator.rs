@@ -603,6 +603,7 @@ mod tests {
             spread: [const { None }; 6],
             by_slope: [false; 6],
             swing: [const { None }; 3],
+            rates: None,
             inclination: [const { None }; 2],
             inclination_spread: [const { None }; 2],
             attitude: [const { None }; 3],

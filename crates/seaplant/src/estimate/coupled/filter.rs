@@ -123,9 +123,10 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         self.sweep(spacing_s, at_mark, None);
     }
 
-    /// The same slope, and last that by a delay of translations, and by their lag if there is one,
-    /// that are already taken away: `∂e/∂d = ν̇` and `∂e/∂T` is that behind the lag.
-    pub(super) fn by_plant_and_lateness(&self, lag_s: f64) -> Slope {
+    /// The same slope, and last that by how translations are reported, of what is already taken away:
+    /// by their delay, `∂e/∂d = ν̇`, by their lag if there is one, for which that is behind the lag, and
+    /// by where they are measured, `∂e/∂r = −∂(ω × r)/∂r`.
+    pub(super) fn by_plant_and_report(&self, lag_s: f64) -> Slope {
         self.sweep(f64::INFINITY, |_| (), Some(lag_s)).0
     }
 
@@ -138,8 +139,13 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let (coefficients, mut gains) =
             (self.plant.count(), Vec::with_capacity(self.schedule.samples()));
         let p = coefficients + PUSHED_BY;
-        let of_lateness = lag_s.map_or(0, |lag_s| if lag_s > 0.0 { 2 } else { 1 });
-        let count = p + 2 + of_lateness;
+        let first = p + 2;
+        // Where the levers stand: behind delay and lag.
+        let levers = lag_s.map_or(first..first, |lag_s| {
+            let after = first + if lag_s > 0.0 { 2 } else { 1 };
+            after..after + 3
+        });
+        let count = levers.end;
         let mut slope = Slope::zeros(count);
         let mut flow = Flow::of_plant(coefficients);
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
@@ -149,6 +155,10 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let (lag_s, mut behind) = (lag_s.unwrap_or_default(), SVector::<f64, M>::zeros());
         for direction in 0..2 {
             by[p + direction].motion = -self.water_column(&self.schedule.stops[0], direction);
+        }
+        for (along, k) in levers.clone().enumerate() {
+            let first = &self.schedule.stops[0];
+            by[k].motion = SVector::from_fn(|place, _| -self.turning(first, place, along));
         }
         for stop in &self.schedule.stops[1..] {
             let before = mean.motion;
@@ -167,7 +177,10 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
                 row[p + 1] -= seen.water[1];
                 if let Some(place) = self.may_be_late(&seen) {
                     let late = [acceleration[place], behind[place]];
-                    row[p + 2..].iter_mut().zip(late).for_each(|(x, by)| *x += by);
+                    row[first..levers.start].iter_mut().zip(late).for_each(|(x, by)| *x += by);
+                    for (along, k) in levers.clone().enumerate() {
+                        row[k] -= self.turning(stop, place, along);
+                    }
                 }
                 row.iter().zip(&mut by).for_each(|(x, state)| state.add(&gain.state, *x));
                 slope.cost += half_log(e, gain.variance);
@@ -304,6 +317,17 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
             Some(Some(axis @ 0..3)) => stop.water[(*axis, direction)],
             _ => 0.0,
         })
+    }
+
+    /// What a metre along an axis between the origin and an instrument adds to the translation in a
+    /// place, `∂(ω × r)/∂r`, 1/s; zero of one that is the slope of positions, or no translation.
+    fn turning(&self, stop: &Stop, place: usize, along: usize) -> f64 {
+        let Some(axis @ 0..3) = self.plant.axes().get(place).copied().flatten() else { return 0.0 };
+        let metre = Vector3::from_fn(|k, _| if k == along { 1.0 } else { 0.0 });
+        match may_be_late(axis, &self.schedule.by_slope) {
+            true => stop.turning.cross(&metre)[axis],
+            false => 0.0,
+        }
     }
 
     /// The place of a velocity that may be measured late.

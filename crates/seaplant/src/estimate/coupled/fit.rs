@@ -97,6 +97,43 @@ pub(super) struct Optimum<const N: usize, const M: usize> {
     pub(super) iterations: usize,
 }
 
+/// The slope of the likelihood by all that is fitted and by how translations are reported.
+pub(super) struct ByReport {
+    slope: Slope,
+    /// Where delay and lag stand in it …
+    late: usize,
+    /// … and the three levers behind them.
+    levers: usize,
+}
+
+/// A step of Gauss and Newton by some numbers, others being free as well, and their covariance.
+pub(super) type Step = (DVector<f64>, DMatrix<f64>);
+
+impl ByReport {
+    /// By how much delay and lag are greater than they are taken to be, s: the delay alone where no
+    /// lag is. Levers are free or what they are taken to be.
+    pub(super) fn of_lateness(&self, are_free: [bool; 3]) -> Step {
+        let free = (0..3).filter(|along| are_free[*along]).map(|along| self.levers + along);
+        self.step(free.collect(), (self.late..self.levers).collect())
+    }
+
+    /// By how much each lever is longer than it is taken to be, m, delay and lag being free.
+    pub(super) fn of_levers(&self) -> Step {
+        let levers = self.levers..self.levers + 3;
+        self.step((self.late..self.levers).collect(), levers.collect())
+    }
+
+    fn step(&self, free: Vec<usize>, wanted: Vec<usize>) -> Step {
+        let all: Vec<usize> = (0..self.late).chain(free).chain(wanted.iter().copied()).collect();
+        let first = all.len() - wanted.len();
+        let information = self.slope.information.select_rows(&all).select_columns(&all);
+        let covariance = inverse(&information);
+        let step = -(covariance.rows(first, wanted.len()) * self.slope.gradient.select_rows(&all));
+        let own = (wanted.len(), wanted.len());
+        (step, covariance.view((first, first), own).into_owned())
+    }
+}
+
 /// What a descent does with the noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum WithNoise {
@@ -309,22 +346,19 @@ impl Problem {
         Some(self.gathered(&slopes)?.information)
     }
 
-    /// By how much delay and lag of translations are greater than they are taken to be, s, and the
-    /// covariance: a step of Gauss and Newton, all other numbers being free as well; the delay
-    /// alone where no lag is.
-    pub(super) fn lateness<const N: usize, const M: usize>(
+    /// What the trials ask for of how translations are reported, beside what they are taken to be: by
+    /// delay, lag and levers.
+    pub(super) fn by_report<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
         lag_s: f64,
-    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    ) -> Option<ByReport> {
         let plant = self.prepared(&point.free)?;
-        let slopes = self.each(point, &plant, |_, pass| pass.by_plant_and_lateness(lag_s));
+        let slopes = self.each(point, &plant, |_, pass| pass.by_plant_and_report(lag_s));
         let slope = self.summed(point, &slopes)?;
-        let count = if lag_s > 0.0 { 2 } else { 1 };
-        let first = slope.gradient.len() - count;
-        let covariance = inverse(&slope.information);
-        let step = -(covariance.rows(first, count) * &slope.gradient);
-        Some((step, covariance.view((first, first), (count, count)).into_owned()))
+        let levers = slope.gradient.len() - 3;
+        let late = levers - if lag_s > 0.0 { 2 } else { 1 };
+        Some(ByReport { slope, late, levers })
     }
 
     /// The slopes of all schedules, with a current for each trial; what comes after the current

@@ -1,13 +1,13 @@
-//! Whether translations are measured late beside thrust and rates of turn.
+//! Whether translations are measured late beside thrust and rates of turn, or elsewhere than is stated.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{Optimum, Point, Problem, Tolerance};
-use super::uncertainty::put_behind;
+use super::fit::{ByReport, Optimum, Point, Problem, Tolerance};
+use super::uncertainty::{Asked, put_behind};
 use super::{Fitted, search};
-use crate::{CoupledRecord, Dof, Error, Late, Timed};
+use crate::{CoupledRecord, Dof, Error, Timed, VelocityReport};
 
-/// Steps towards delay and lag: from the second on they are small.
+/// Steps towards delay, lag and levers: from the second on they are small.
 const MOST_STEPS: usize = 6;
 
 /// A delay or lag of less is none, s: a sample's own rounding …
@@ -16,18 +16,22 @@ const LEAST_S: f64 = 0.003;
 /// … and of more is another fault, s.
 const MOST_S: f64 = 1.5;
 
+/// Levers that are all shorter are none, m: nobody knows better where an instrument measures.
+const LEAST_LEVER_M: f64 = 0.02;
+
 /// At no lag its slope is the delay's: it begins at so much or more, s.
 const FIRST_LAG_S: f64 = 0.1;
 
 /// A step of less, in standard deviations, changes nothing.
 const SETTLED: f64 = 0.5;
 
-/// How late translations are measured, and the standard deviations of delay and lag, s; none of
-/// what the trials do not show.
+/// How translations are reported, and the standard deviations of delay and lag, s, and of levers, m;
+/// none of what the trials do not show.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Lateness {
-    pub(super) late: Late,
+pub(super) struct Reported {
+    pub(super) how: VelocityReport,
     pub(super) std: [Option<f64>; 2],
+    pub(super) lever_std: [Option<f64>; 3],
     /// What the lag leaves of a report to the next.
     pub(super) keep: f64,
 }
@@ -37,17 +41,19 @@ struct Prompt<const N: usize> {
     problem: Problem,
     optimum: Optimum<N, N>,
     records: Vec<CoupledRecord>,
-    lateness: Lateness,
+    reported: Reported,
 }
 
 impl<const N: usize> Fitted<N, N> {
-    /// The same with translations as they were before they are reported late beside thrust and
-    /// rates, if the trials show that, and the records with these; none if they do not.
+    /// The same with translations of the origin, as they were before they are reported late beside thrust
+    /// and rates, or from elsewhere than is stated, if the trials show that, and the records with
+    /// these; none if they do not.
     ///
     /// A DVL reports a mean of its pings when it has worked it out, a tenth to half a second
     /// after the middle of them, or behind a filter. What counts is beside rates: a delay of
-    /// everything that is measured is the thrusters'.
-    pub(super) fn with_lateness_that_shows(
+    /// everything that is measured is the thrusters'. Where it sits somewhere else than is stated it
+    /// reports what turning makes of that as well.
+    pub(super) fn with_report_that_shows(
         mut self,
         records: &[&CoupledRecord],
     ) -> Result<(Self, Vec<CoupledRecord>), Error> {
@@ -60,45 +66,52 @@ impl<const N: usize> Fitted<N, N> {
         }
         let bar = search::ADMITTED * self.colour_of_translations()?;
         let Some(delayed) = self.delayed(records, bar) else { return Ok((self, Vec::new())) };
-        let found = match self.lagging(records, &delayed, bar) {
+        let is_late = delayed.reported.std[0].is_some();
+        let found = match is_late.then(|| self.lagging(records, &delayed, bar)).flatten() {
             Some(lagging) => lagging,
             None => delayed,
         };
         let iterations = self.optimum.iterations + found.optimum.iterations;
         self.optimum = Optimum { iterations, ..found.optimum };
-        (self.problem, self.late) = (found.problem, found.lateness);
+        (self.problem, self.reported) = (found.problem, found.reported);
         Ok((self, found.records))
     }
 
-    /// With translations that are delayed, if that is worth more than the bar.
+    /// With translations that are delayed, or measured elsewhere, if that is worth more than the bar.
     fn delayed(&self, records: &[&CoupledRecord], bar: f64) -> Option<Prompt<N>> {
         let mut found: Option<Prompt<N>> = None;
         for _ in 0..MOST_STEPS {
-            let (problem, point) = match &found {
-                Some(found) => (&found.problem, &found.optimum.point),
-                None => (&self.problem, &self.optimum.point),
+            let (problem, point, mut now) = match &found {
+                Some(found) => (&found.problem, &found.optimum.point, found.reported),
+                None => (&self.problem, &self.optimum.point, Reported::default()),
             };
-            let Some((step, covariance)) = problem.lateness(point, 0.0) else { break };
+            let Some(by) = problem.by_report(point, 0.0) else { break };
+            let moves_levers = now.moves_levers(&by, bar);
+            let (step, covariance) = by.of_lateness(now.lever_std.map(|std| std.is_some()));
             let (step, variance) = (step[0], covariance[(0, 0)]);
-            if step.abs() < LEAST_S || step.powi(2) / variance < bar {
+            let is_late = step.abs() >= LEAST_S && step.powi(2) >= bar * variance;
+            if !is_late && !moves_levers {
                 break;
             }
-            let before = found.as_ref().map_or(0.0, |found| found.lateness.late.delay_s);
-            // What translations are late by may pass for a delay of the thrusters, from which no
-            // small step leads away: thrust changes at instants.
-            let of_thrust = point.actuator.delay_s;
-            let mut tries = vec![(before + step, point.clone())];
-            if of_thrust > LEAST_S {
-                let mut prompt = point.clone();
-                prompt.actuator.delay_s = 0.0;
-                tries.push((before + step.max(0.0) + of_thrust, prompt));
+            let before = now.how.delay_s;
+            let mut tries = Vec::new();
+            if is_late {
+                now.std[0] = Some(variance.sqrt());
+                tries.push((before + step, point.clone()));
+                // What translations are late by may pass for a delay of the thrusters, from which no
+                // small step leads away: thrust changes at instants.
+                let of_thrust = point.actuator.delay_s;
+                if of_thrust > LEAST_S {
+                    let mut prompt = point.clone();
+                    prompt.actuator.delay_s = 0.0;
+                    tries.push((before + step.max(0.0) + of_thrust, prompt));
+                }
+            } else {
+                tries.push((before, point.clone()));
             }
             let there = tries.into_iter().filter_map(|(delay_s, from)| {
-                let delay_s = delay_s.clamp(-MOST_S, MOST_S);
-                let late = Late { delay_s, lag_s: 0.0 };
-                let mut there = self.before(records, late, from)?;
-                there.lateness.std[0] = Some(variance.sqrt());
-                Some(there)
+                let how = VelocityReport { delay_s: delay_s.clamp(-MOST_S, MOST_S), ..now.how };
+                self.before(records, Reported { how, ..now }, from)
             });
             // Windows differ by less than the delays: costs are compared by sample.
             let by_sample = |it: &Prompt<N>| it.optimum.cost / it.problem.samples() as f64;
@@ -118,19 +131,21 @@ impl<const N: usize> Fitted<N, N> {
         delayed: &Prompt<N>,
         bar: f64,
     ) -> Option<Prompt<N>> {
-        let lag_s = delayed.lateness.late.delay_s.max(FIRST_LAG_S);
-        let (mut late, mut from) = (Late { delay_s: 0.0, lag_s }, delayed.optimum.point.clone());
-        let (mut is_delayed, mut last) = (false, None);
+        let lag_s = delayed.reported.how.delay_s.max(FIRST_LAG_S);
+        let mut how = VelocityReport { delay_s: 0.0, lag_s, ..delayed.reported.how };
+        let (mut from, mut is_delayed) = (delayed.optimum.point.clone(), false);
+        let mut last = None;
         for _ in 0..MOST_STEPS {
-            let mut there = self.before(records, late, from)?;
-            let (step, covariance) = there.problem.lateness(&there.optimum.point, late.lag_s)?;
-            let (next, std) = stepped(late, &step, &covariance, is_delayed);
-            let moved = (next.delay_s - late.delay_s).abs().max((next.lag_s - late.lag_s).abs());
+            let mut there = self.before(records, Reported { how, ..delayed.reported }, from)?;
+            let by = there.problem.by_report(&there.optimum.point, how.lag_s)?;
+            let (step, covariance) = by.of_lateness([false; 3]);
+            let (next, std) = stepped(how, &step, &covariance, is_delayed);
+            let moved = (next.delay_s - how.delay_s).abs().max((next.lag_s - how.lag_s).abs());
             let is_settled = moved < LEAST_S.max(SETTLED * std[1].unwrap_or_default());
             let asks_for_delay =
                 !is_delayed && step[0] > LEAST_S && step[0].powi(2) > bar * covariance[(0, 0)];
-            there.lateness.std = std;
-            (late, from) = (next, there.optimum.point.clone());
+            there.reported.std = std;
+            (how, from) = (next, there.optimum.point.clone());
             last = Some(there);
             if is_settled && !asks_for_delay {
                 break;
@@ -141,25 +156,48 @@ impl<const N: usize> Fitted<N, N> {
         (lagging.by_sample().ok()? < delayed.by_sample().ok()?).then_some(lagging)
     }
 
-    /// The optimum, from a point, of trials whose translations are so late.
+    /// The optimum, from a point, of trials whose translations are reported so.
     fn before(
         &self,
         records: &[&CoupledRecord],
-        late: Late,
+        reported: Reported,
         from: Point<N, N>,
     ) -> Option<Prompt<N>> {
+        let how = &reported.how;
         let records: Vec<CoupledRecord> =
-            records.iter().map(|record| record.with_translations_before(&late)).collect();
+            records.iter().map(|record| record.with_translations_before(how)).collect();
         let problem = self.problem.of(&records.iter().collect::<Vec<_>>());
         let optimum = problem.descent(from, Tolerance::COARSE).ok()?;
-        let keep = left_of_report(&late, &records);
-        let lateness = Lateness { late, std: [None; 2], keep };
-        Some(Prompt { problem, optimum, records, lateness })
+        let keep = left_of_report(how, &records);
+        Some(Prompt { problem, optimum, records, reported: Reported { keep, ..reported } })
+    }
+}
+
+impl Reported {
+    /// Takes levers to be as long as the trials ask for, of those that they show; whether that changes
+    /// any.
+    fn moves_levers(&mut self, by: &ByReport, bar: f64) -> bool {
+        let (step, covariance) = by.of_levers();
+        let numbers = step + DVector::from(self.how.lever_m.to_vec());
+        let mut asked = Asked { numbers, covariance };
+        asked.without_unseen(|_, _| bar);
+        if asked.numbers.amax() < LEAST_LEVER_M {
+            asked.numbers.fill(0.0);
+        }
+        let mut changes = false;
+        for (along, lever) in self.how.lever_m.iter_mut().enumerate() {
+            let now = asked.numbers[along];
+            let std = asked.covariance[(along, along)].max(0.0).sqrt();
+            changes |= (now - *lever).abs() > SETTLED * std;
+            *lever = now;
+            self.lever_std[along] = (now != 0.0).then_some(std);
+        }
+        changes
     }
 }
 
 /// What a lag of translations leaves of a report to the next.
-pub(super) fn left_of_report(late: &Late, records: &[CoupledRecord]) -> f64 {
+pub(super) fn left_of_report(late: &VelocityReport, records: &[CoupledRecord]) -> f64 {
     let reported = |record: &CoupledRecord| {
         let axis = (0..3).find(|k| record.may_be_late(*k) && record.velocity[*k].is_some())?;
         record.velocity[axis].as_ref().map(Timed::period_s)
@@ -178,7 +216,7 @@ impl<const N: usize> Prompt<N> {
         let trials = self.problem.innovations(&self.optimum.point)?;
         let (mut sum, mut count) = (0.0, 0.0);
         for (axis, dof) in self.problem.structure.axes().iter().enumerate() {
-            let keep = if self.problem.may_be_late(*dof) { self.lateness.keep } else { 0.0 };
+            let keep = if self.problem.may_be_late(*dof) { self.reported.keep } else { 0.0 };
             let (mut before, mut after, mut n) = (0.0, 0.0, 0.0);
             for trial in &trials {
                 let own = trial.iter().filter(|innovation| innovation.axis == axis);
@@ -200,11 +238,11 @@ impl<const N: usize> Prompt<N> {
 /// Delay and lag after a step, and their standard deviations: of the lag alone where there is no
 /// delay.
 fn stepped(
-    late: Late,
+    late: VelocityReport,
     step: &DVector<f64>,
     covariance: &DMatrix<f64>,
     is_delayed: bool,
-) -> (Late, [Option<f64>; 2]) {
+) -> (VelocityReport, [Option<f64>; 2]) {
     let [[of_delay, of_both], [_, of_lag]] = [0, 1].map(|i| [0, 1].map(|j| covariance[(i, j)]));
     let delay_s = if is_delayed { (late.delay_s + step[0]).clamp(0.0, MOST_S) } else { 0.0 };
     // What the delay cannot do the lag does.
@@ -217,5 +255,5 @@ fn stepped(
     } else {
         [None, Some(alone.sqrt())]
     };
-    (Late { delay_s, lag_s }, std)
+    (VelocityReport { delay_s, lag_s, ..late }, std)
 }

@@ -64,6 +64,8 @@ pub(super) struct Stop {
     pub(super) spread_across: [f64; 2],
     /// The two columns of R(η)ᵀ that turn a horizontal current into body axes.
     pub(super) water: Matrix3x2<f64>,
+    /// ω as it is measured, rad/s; zero about what is no axis, where it may be noise alone.
+    pub(super) turning: Vector3<f64>,
 }
 
 /// A trial as the filter goes through it.
@@ -165,6 +167,7 @@ impl Schedule {
                 across: [None; 2],
                 spread_across: [1.0; 2],
                 water: water(record, time_s),
+                turning: turning(record, axes, time_s),
             };
             for ((dof, series), at) in measured.iter().zip(&mut readers) {
                 let is_now = series.time_s().get(*at).is_some_and(|t| *t <= time_s + ROUNDING_S);
@@ -276,4 +279,10 @@ fn start_down(record: &CoupledRecord, t: f64) -> Vector3<f64> {
 fn water(record: &CoupledRecord, t: f64) -> Matrix3x2<f64> {
     let angles = record.attitude.each_ref().map(|angle| interpolated_attitude(angle.as_ref(), t));
     body_from_world(angles).fixed_columns::<2>(0).into_owned()
+}
+
+fn turning(record: &CoupledRecord, axes: &[Dof], t: f64) -> Vector3<f64> {
+    let Some(rates) = &record.rates else { return Vector3::zeros() };
+    let is_axis = |k: usize| axes.contains(&Dof::ALL[3 + k]);
+    Vector3::from_fn(|k, _| if is_axis(k) { rates[k].at(t) } else { 0.0 })
 }

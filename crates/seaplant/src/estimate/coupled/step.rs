@@ -13,7 +13,7 @@ use super::uncertainty::{inverse, whiteness};
 use super::{AxisNoise, CoupledFit};
 use crate::motion::with_places;
 use crate::plant::Parameterisation;
-use crate::{CoupledRecord, Dof, Error, Late, Method};
+use crate::{CoupledRecord, Dof, Error, Method, VelocityReport};
 
 /// By how much some trials would have the coefficients of a fit greater, and how well its noise
 /// explains what it does not predict of them.
@@ -46,9 +46,9 @@ impl CoupledFit {
         }
         let seen = |record: &&CoupledRecord| {
             let signals = self.actuator.signals(record)?;
-            let prompt = match self.late == Late::default() {
+            let prompt = match self.report == VelocityReport::default() {
                 true => (*record).clone(),
-                false => record.with_translations_before(&self.late),
+                false => record.with_translations_before(&self.report),
             };
             Ok(CoupledRecord { signals, ..prompt })
         };
@@ -90,7 +90,7 @@ impl CoupledFit {
             (dof, squares.iter().sum::<f64>() / squares.len() as f64)
         };
         let surprise = self.plant.axes().iter().enumerate().map(of).collect();
-        let whiteness = whiteness(&problem, &point, left_of_report(&self.late, records))?;
+        let whiteness = whiteness(&problem, &point, left_of_report(&self.report, records))?;
         Ok(Some(LikelihoodStep { change, covariance, whiteness, surprise }))
     }
 

@@ -130,6 +130,7 @@ fn record_behind(
         spread: [const { None }; 6],
         by_slope: [false; 6],
         swing: [const { None }; 3],
+        rates: None,
         inclination: [const { None }; 2],
         inclination_spread: [const { None }; 2],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
@@ -223,6 +224,49 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     }
 }
 
+/// What a DVL reports for sitting elsewhere is taken from its readings, so that a metre more of lever
+/// is another record.
+#[test]
+fn the_levers_slope_is_that_of_the_cost() {
+    let plant = planar();
+    let mut record = record(&plant, "a", 1, 20, 0.005);
+    let yaw = record.velocity[5].clone().expect("measured");
+    let tilting = yaw.time_s().iter().map(|t| 0.1 * t.sin()).collect();
+    let tilting = yaw.with_values("rate", tilting).expect("finite");
+    record.rates = Some([tilting.clone(), tilting, yaw]);
+    // Away from the optimum, where slopes are steep.
+    let off = VelocityReport { lever_m: [0.3, -0.2, 0.4], ..VelocityReport::default() };
+    let record = record.with_translations_before(&off);
+    let (slope, gains) =
+        over(&record, &plant, |pass| (pass.by_plant_and_report(0.0), pass.by_plant().1));
+    let first = slope.gradient.len() - 3;
+    for along in 0..3 {
+        let at = |step: f64| {
+            let mut how = VelocityReport::default();
+            how.lever_m[along] = step;
+            over(&record.with_translations_before(&how), &plant, |pass| pass.at_gains(&gains))
+        };
+        let (found, expected) = (slope.gradient[first + along], (at(1e-5) - at(-1e-5)) / 2e-5);
+        if along == 2 {
+            // Roll and pitch are no axes: what is logged of their rates may be noise alone.
+            assert_eq!(found, 0.0);
+            continue;
+        }
+        let off = (found - expected).abs() / expected.abs().max(1.0);
+        assert!(off < DIFFERENCE, "{along}: {found} and {expected}");
+    }
+}
+
+/// What is asked of a pass over a record.
+fn over<T>(record: &CoupledRecord, plant: &Plant, work: impl FnOnce(Pass<'_, 3, 3>) -> T) -> T {
+    let (prepared, noise) = (Prepared::<3>::new(plant).expect("three axes"), noise());
+    let schedules = Schedule::whole(&[record], plant.structure(), Attitude::Known);
+    let schedule = &schedules[0];
+    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
+    let (plant, pushes, current) = (&prepared, pushes.as_slice(), [0.07, 0.02]);
+    work(Pass { plant, schedule, pushes, current, noise: &noise })
+}
+
 /// A vehicle that rolls and pitches, driven freely, as its sensors see it.
 fn rolling(seed: u64, seconds: usize, noise: f64) -> (Plant, CoupledRecord) {
     let axes = [Dof::Surge, Dof::Roll, Dof::Pitch];
@@ -269,6 +313,7 @@ fn rolling(seed: u64, seconds: usize, noise: f64) -> (Plant, CoupledRecord) {
         spread: [const { None }; 6],
         by_slope: [false; 6],
         swing: [const { None }; 3],
+        rates: None,
         attitude: [inclination[0].clone(), inclination[1].clone(), None],
         inclination,
         inclination_spread: [const { None }; 2],

@@ -24,6 +24,33 @@ pub(super) fn of_coefficients(plant: &Plant, all: &DMatrix<f64>) -> DMatrix<f64>
     })
 }
 
+/// Numbers that trials ask for, with their covariance.
+pub(super) struct Asked {
+    pub(super) numbers: DVector<f64>,
+    pub(super) covariance: DMatrix<f64>,
+}
+
+impl Asked {
+    /// Sets to zero, one after the other, the number that is worth least beside the others, as one can
+    /// stand for another, while θ²/σ² of it is less than is needed; what is left follows. Which these
+    /// are.
+    pub(super) fn without_unseen(&mut self, needed: impl Fn(usize, f64) -> f64) -> Vec<usize> {
+        let Self { numbers, covariance } = self;
+        let (mut left, mut unseen): (Vec<usize>, Vec<usize>) =
+            ((0..numbers.len()).collect(), Vec::new());
+        loop {
+            let worth = |k: usize| numbers[k].powi(2) / covariance[(k, k)] / needed(k, numbers[k]);
+            let least = left.iter().copied().min_by(|a, b| worth(*a).total_cmp(&worth(*b)));
+            let Some(k) = least.filter(|k| worth(*k) < 1.0) else { return unseen };
+            let column = covariance.column(k) / covariance[(k, k)];
+            *numbers -= &column * numbers[k];
+            *covariance -= &column * covariance.row(k).into_owned();
+            left.retain(|other| *other != k);
+            unseen.push(k);
+        }
+    }
+}
+
 /// What each coefficient's variance is multiplied with because others look like it.
 pub(super) fn inflation(information: &DMatrix<f64>, p: usize) -> Vec<f64> {
     let covariance = inverse(information);

@@ -51,6 +51,7 @@ pub(super) fn doubts(
     let [.., within_std, between_std] = fit.actuator_std;
     all.extend(changing_thrust(&fit.actuator, [within_std, between_std]));
     all.extend(late(fit));
+    all.extend(measured_elsewhere(fit));
     all.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
     all
 }
@@ -60,11 +61,11 @@ fn late(fit: &CoupledFit) -> Option<Caveat> {
     let of = |value: f64, std: Option<f64>| {
         std.map(|std| format!("{} ± {} s", spoken(value.abs()), spoken(1.96 * std)))
     };
-    let way = if fit.late.delay_s > 0.0 { "later" } else { "earlier" };
-    let [delay_std, lag_std] = fit.late_std;
-    let delay = of(fit.late.delay_s, delay_std)
+    let way = if fit.report.delay_s > 0.0 { "later" } else { "earlier" };
+    let [delay_std, lag_std] = fit.report_std;
+    let delay = of(fit.report.delay_s, delay_std)
         .map(|delay| format!("{delay} {way} than thrust and rates of turn"));
-    let lag = of(fit.late.lag_s, lag_std).map(|lag| format!("behind a lag of {lag}"));
+    let lag = of(fit.report.lag_s, lag_std).map(|lag| format!("behind a lag of {lag}"));
     let advice = match &delay {
         Some(_) => "; `offset_s` of the trial corrects the clock of a file",
         None => "; log what the instrument measures before it is smoothed",
@@ -76,6 +77,27 @@ fn late(fit: &CoupledFit) -> Option<Caveat> {
             both.join(" and ")
         );
         Caveat::note(CaveatCode::ClockOffset, message)
+    })
+}
+
+/// That translations are measured elsewhere than is stated.
+fn measured_elsewhere(fit: &CoupledFit) -> Option<Caveat> {
+    let words = [("forward", "aft"), ("to starboard", "to port"), ("down", "up")];
+    let parts: Vec<String> = words
+        .into_iter()
+        .zip(fit.report.lever_m)
+        .zip(fit.lever_std)
+        .filter_map(|(((ahead, behind), metres), std)| {
+            let way = if metres < 0.0 { behind } else { ahead };
+            Some(format!("{} ± {} m {way}", spoken(metres.abs()), spoken(1.96 * std?)))
+        })
+        .collect();
+    (!parts.is_empty()).then(|| {
+        let message = format!(
+            "velocities are those of an instrument that sits {} of where it is stated to sit; this was allowed for; measure where it sits, and state it (`position_m` of `[sensor.dvl]`)",
+            parts.join(", ")
+        );
+        Caveat::warning(CaveatCode::InstrumentElsewhere, message)
     })
 }
 

@@ -88,7 +88,7 @@ fn beside_batch(
 
 /// A record with thrust as it acts and velocity through the water.
 fn acting(found: &CoupledFit, record: &CoupledRecord) -> Result<CoupledRecord, Error> {
-    let record = &record.with_translations_before(&found.late);
+    let record = &record.with_translations_before(&found.report);
     // As it acts it is a wrench: what the thrusters do to it is done.
     let (force, thrusters) = (found.actuator.acting(record)?, Vec::new());
     let velocity = through_water(record, found.current_of(&record.trial))?;

@@ -6,7 +6,7 @@ use nalgebra::Vector6;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::plant_of_result;
+use super::{LEVERS, plant_of_result};
 use crate::estimate::{Actuator, CoupledFit};
 use crate::motion::{Inputs, Simulated, body_from_world, interpolated_attitude, simulate};
 use crate::plant::Plant;
@@ -15,8 +15,8 @@ use crate::series::union;
 use crate::signal::sample_noise;
 use crate::twin::random::{gauss_markov, normal};
 use crate::{
-    Agreement, Comparison, CoupledRecord, Dof, Error, Late, Method, ScoredMotion, Timed, Trial,
-    parallel,
+    Agreement, Comparison, CoupledRecord, Dof, Error, Method, ScoredMotion, Timed, Trial,
+    VelocityReport, parallel,
 };
 
 /// Sums that make a score.
@@ -215,7 +215,7 @@ fn motions(
     record: &CoupledRecord,
     current: [f64; 2],
 ) -> Result<Vec<AxisMotion>, Error> {
-    let record = &record.with_translations_in_time(&stands.late);
+    let record = &record.with_translations_in_time(&stands.report);
     let (from, to) = record.window_s;
     let velocity = |dof: Dof| record.velocity[dof.index()].as_ref();
     let measured: Vec<(Dof, Timed)> = plant
@@ -253,8 +253,9 @@ fn motions(
     let motion = |(dof, measured): (Dof, Timed)| {
         let at = |t: &f64| times.partition_point(|known| known < t);
         let places: Vec<usize> = measured.time_s().iter().map(at).collect();
-        let late = if record.may_be_late(dof.index()) { stands.late } else { Late::default() };
-        let reported = |moved: Vec<f64>| late.behind_lag(measured.time_s(), moved);
+        let is_reported = record.may_be_late(dof.index());
+        let report = if is_reported { stands.report } else { VelocityReport::default() };
+        let reported = |moved: Vec<f64>| report.behind_lag(measured.time_s(), moved);
         let moved = |found: &Simulated| -> Vec<f64> {
             places.iter().map(|k| found.velocity[*k][dof.index()]).collect()
         };
@@ -343,7 +344,7 @@ const SPAN_OF_SLOPES_S: f64 = 1.0;
 pub(super) struct Standing<'a> {
     actuator: Actuator,
     /// How late translations are measured.
-    late: Late,
+    report: VelocityReport,
     /// The fit, where it knows what disturbs the axes.
     fit: Option<&'a CoupledFit>,
 }
@@ -379,7 +380,7 @@ impl<'a> Standing<'a> {
     /// What a fit found beside its plant; output error takes all misfit for the measurement's.
     pub(super) fn beside(fit: &'a CoupledFit) -> Self {
         let has_disturbances = fit.method != Method::OutputError;
-        Self { actuator: fit.actuator, late: fit.late, fit: has_disturbances.then_some(fit) }
+        Self { actuator: fit.actuator, report: fit.report, fit: has_disturbances.then_some(fit) }
     }
 
     /// Standard deviation of a sample of an axis's velocity, m/s or rad/s; zero if not known.
@@ -408,8 +409,12 @@ impl<'a> Standing<'a> {
             log_change_between: number("thrust_change_between").ln_1p(),
             full_speed: ratio("full_speed"),
         };
-        let late = Late { delay_s: number("translation_delay"), lag_s: number("translation_lag") };
-        Self { actuator, late, fit: None }
+        let report = VelocityReport {
+            delay_s: number("translation_delay"),
+            lag_s: number("translation_lag"),
+            lever_m: LEVERS.map(number),
+        };
+        Self { actuator, report, fit: None }
     }
 
     /// What drives a trial, with thrust as it acts.

@@ -1,22 +1,29 @@
-//! Translations that are reported late beside thrust and rates of turn.
+//! How an instrument reports translations: late beside thrust and rates of turn, smoothed, and from
+//! another place than is stated.
+
+use nalgebra::Vector3;
 
 use super::CoupledRecord;
 use crate::Timed;
+use crate::navigation::turning;
 
-/// How an instrument reports surge, sway and heave: behind a first-order lag, and late.
+/// How an instrument reports surge, sway and heave: from beside the place that is stated, behind a
+/// first-order lag, and late.
 ///
 /// ```text
-/// T ẏ = ν(t − d) − y
+/// T ẏ = (ν + ω × r)(t − d) − y
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Late {
+pub struct VelocityReport {
     /// d, s.
     pub delay_s: f64,
     /// T, s; zero if there is no lag.
     pub lag_s: f64,
+    /// r, from where the instrument is stated to sit to where it does, in body axes, m.
+    pub lever_m: [f64; 3],
 }
 
-impl Late {
+impl VelocityReport {
     /// What is reported at some times of a velocity that is `values` there, but for the delay.
     pub(crate) fn behind_lag(&self, time_s: &[f64], mut values: Vec<f64>) -> Vec<f64> {
         if self.lag_s == 0.0 {
@@ -42,16 +49,31 @@ impl Late {
 
     /// Readings at the times that they are of, but for the lag, of a vehicle's origin.
     ///
-    /// An instrument beside the origin reports `ω × r` as late as all else, while it was taken from
-    /// the reading as it was at that time: `y + ω × r` less `ω × r` behind the lag.
-    fn in_time(&self, series: &Timed, swing: Option<&Timed>) -> Timed {
+    /// An instrument beside the origin reports `ω × r` as late as all else. Where it is stated to sit
+    /// there, that was taken from the reading as it was at that time: `y + ω × r` less `ω × r` behind
+    /// the lag. What it reports for sitting elsewhere, `unstated`, was not.
+    fn in_time(
+        &self,
+        series: &Timed,
+        stated: Option<&Timed>,
+        unstated: Option<&Timed>,
+    ) -> Option<Timed> {
         let shifted = series.shifted(-self.delay_s);
-        let Some(swing) = swing else { return shifted };
-        let behind = self.behind_lag(swing.time_s(), swing.values().to_vec());
-        let Ok(behind) = swing.with_values("what turning adds", behind) else { return shifted };
-        let of = |(t, y): (&f64, &f64)| y + swing.at(t + self.delay_s) - behind.at(*t);
+        let behind = |swing: Option<&Timed>| {
+            swing.and_then(|swing| {
+                let behind = self.behind_lag(swing.time_s(), swing.values().to_vec());
+                swing.with_values("what turning adds", behind).ok()
+            })
+        };
+        let (stated_behind, unstated_behind) = (behind(stated), behind(unstated));
+        let at = |swing: Option<&Timed>, t: f64| swing.map_or(0.0, |swing| swing.at(t));
+        let of = |(&t, y): (&f64, &f64)| {
+            y + at(stated, t + self.delay_s)
+                - at(stated_behind.as_ref(), t)
+                - at(unstated_behind.as_ref(), t)
+        };
         let values = shifted.time_s().iter().zip(shifted.values()).map(of).collect();
-        shifted.with_values("velocity", values).unwrap_or(shifted)
+        shifted.with_values("velocity", values).ok()
     }
 
     /// The velocity that a series is of, before the lag.
@@ -75,15 +97,27 @@ impl Late {
 }
 
 impl CoupledRecord {
-    /// The same with measured translations at the times that they are of, behind their lag.
-    pub(crate) fn with_translations_in_time(&self, late: &Late) -> Self {
-        self.with_translations(|axis, series| late.in_time(series, self.swing[axis].as_ref()))
+    /// The same with measured translations of the origin at the times that they are of, behind their
+    /// lag.
+    pub(crate) fn with_translations_in_time(&self, report: &VelocityReport) -> Self {
+        self.with_translations(|axis, series| self.in_time(report, axis, series))
     }
 
-    /// The same with measured translations as they were before their instrument.
-    pub(crate) fn with_translations_before(&self, late: &Late) -> Self {
-        let in_time = |axis: usize, series: &Timed| late.in_time(series, self.swing[axis].as_ref());
-        self.with_translations(|axis, series| late.before_lag(in_time(axis, series)))
+    /// The same with measured translations of the origin as they were before their instrument.
+    pub(crate) fn with_translations_before(&self, report: &VelocityReport) -> Self {
+        self.with_translations(|axis, series| report.before_lag(self.in_time(report, axis, series)))
+    }
+
+    fn in_time(&self, report: &VelocityReport, axis: usize, series: &Timed) -> Timed {
+        let unstated = self.turning(&report.lever_m, axis);
+        let found = report.in_time(series, self.swing[axis].as_ref(), unstated.as_ref());
+        found.unwrap_or_else(|| series.clone())
+    }
+
+    /// ω × r along a translation; none if it is nothing, or nothing measures ω.
+    fn turning(&self, lever_m: &[f64; 3], axis: usize) -> Option<Timed> {
+        let rates = self.rates.as_ref().filter(|_| *lever_m != [0.0; 3])?;
+        turning(rates, Vector3::from(*lever_m), axis)
     }
 
     fn with_translations(&self, of: impl Fn(usize, &Timed) -> Timed) -> Self {
@@ -119,7 +153,7 @@ mod tests {
     /// A swing behind a lag, T ẏ = sin ωt − y, from its solution; sampled unevenly.
     #[test]
     fn what_a_lag_hides_comes_back() {
-        let late = Late { delay_s: 0.1, lag_s: 0.4 };
+        let late = VelocityReport { delay_s: 0.1, lag_s: 0.4, ..VelocityReport::default() };
         let omega = 0.9_f64;
         let (gain, phase) = {
             let x = omega * late.lag_s;
@@ -130,7 +164,7 @@ mod tests {
         let reported = |t: &f64| gain * (omega * (t - late.delay_s) + phase).sin();
         let values: Vec<f64> = time_s.iter().map(reported).collect();
         let series = Timed::new("velocity", time_s.clone(), values.clone()).expect("a series");
-        let found = late.before_lag(late.in_time(&series, None));
+        let found = late.before_lag(late.in_time(&series, None, None).expect("a series"));
         assert_eq!(found.len(), 199);
         for (t, v) in found.time_s().iter().zip(found.values()) {
             assert!((v - (omega * t).sin()).abs() < 2e-3, "{t}: {v}");
@@ -148,7 +182,8 @@ mod tests {
         let grid = Grid { start_s: 0.0, period_s: 0.1, len: 40 };
         let time_s: Vec<f64> = grid.times().map(|t| if t > 2.0 { t + 5.0 } else { t }).collect();
         let series = Timed::new("velocity", time_s, vec![1.0; 40]).expect("a series");
-        let found = Late { delay_s: 0.0, lag_s: 0.3 }.before_lag(series);
+        let report = VelocityReport { lag_s: 0.3, ..VelocityReport::default() };
+        let found = report.before_lag(series);
         assert_eq!(found.len(), 38);
         assert!(found.values().iter().all(|v| (v - 1.0).abs() < 1e-12));
     }
@@ -157,20 +192,26 @@ mod tests {
     /// and behind a lag, and navigation took away what it was at the time.
     #[test]
     fn an_instrument_beside_the_origin_swings_as_late_as_it_reports() {
-        let late = Late { delay_s: 0.15, lag_s: 0.3 };
+        let late = VelocityReport { delay_s: 0.15, lag_s: 0.3, ..VelocityReport::default() };
         let time_s: Vec<f64> = (0..600).map(|k| 0.02 * f64::from(k)).collect();
         let swing: Vec<f64> = time_s.iter().map(|t| 0.1 * (2.0 * t).sin()).collect();
         let swing = Timed::new("swing", time_s.clone(), swing).expect("a series");
         let behind = late.behind_lag(&time_s, swing.values().to_vec());
         let behind = swing.with_values("behind", behind).expect("finite");
         let sampled: Vec<f64> = time_s.iter().copied().step_by(5).collect();
-        let read = |t: &f64| behind.at(t - late.delay_s) - swing.at(*t);
-        let series =
-            Timed::new("dvl", sampled.clone(), sampled.iter().map(read).collect::<Vec<_>>())
-                .expect("a series");
-        assert!(series.values().iter().any(|v| v.abs() > 0.05), "it is read as motion");
-        let of_origin = late.before_lag(late.in_time(&series, Some(&swing)));
-        let inside = of_origin.values().iter().skip(3);
-        assert!(inside.clone().all(|v| v.abs() < 1e-3), "{inside:?}");
+        let read = |taken: &dyn Fn(f64) -> f64| {
+            let at = |t: &f64| behind.at(t - late.delay_s) - taken(*t);
+            Timed::new("dvl", sampled.clone(), sampled.iter().map(at).collect::<Vec<_>>())
+                .expect("a series")
+        };
+        let assert_still = |series: &Timed, [stated, unstated]: [Option<&Timed>; 2]| {
+            assert!(series.values().iter().any(|v| v.abs() > 0.05), "it is read as motion");
+            let found = late.in_time(series, stated, unstated).expect("a series");
+            let of_origin = late.before_lag(found);
+            let inside = of_origin.values().iter().skip(3);
+            assert!(inside.clone().all(|v| v.abs() < 1e-3), "{inside:?}");
+        };
+        assert_still(&read(&|t| swing.at(t)), [Some(&swing), None]);
+        assert_still(&read(&|_| 0.0), [None, Some(&swing)]);
     }
 }
