@@ -79,10 +79,18 @@ pub struct Navigated {
 }
 
 impl Navigated {
-    /// ω × r along a translation that an instrument beside the origin measures, which was taken from
-    /// its readings, at the times of the rates; `None` where nothing was.
-    pub(crate) fn swing(&self, dof: Dof) -> Option<Timed> {
-        turning(self.rates.as_ref()?, *self.levers.get(&dof)?, dof.index())
+    /// Where the instrument sits that measures a translation, from the origin, m; none if it sits there,
+    /// or nothing was taken from its readings as nothing measures ω.
+    pub(crate) fn lever(&self, dof: Dof) -> Option<Vector3<f64>> {
+        self.levers.get(&dof).copied().filter(|_| self.rates.is_some())
+    }
+
+    /// What such an instrument reads where a series is its translation of the origin.
+    pub(crate) fn readings(&self, dof: Dof, origin: &Timed) -> Option<Timed> {
+        let mut turning = Turning::of(self.rates.as_ref(), self.lever(dof)?, dof.index());
+        let read = |(t, v): (&f64, &f64)| v + turning.at(*t);
+        let read = origin.time_s().iter().zip(origin.values()).map(read).collect();
+        origin.with_values("velocity", read).ok()
     }
 }
 

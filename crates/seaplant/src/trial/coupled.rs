@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 
 use super::force::{CoupledThrust, ThrusterTrack, coupled_thrust};
 use super::signals::signals;
@@ -45,9 +45,11 @@ pub struct CoupledRecord {
     /// Whether velocity is the slope of measured positions, likewise: what one is too large by, its
     /// neighbour is too small by.
     pub by_slope: [bool; 6],
-    /// `ω × r` that was taken from readings of surge, sway and heave, m/s, where their instrument
-    /// sits beside the origin.
-    pub swing: [Option<Timed>; 3],
+    /// Surge, sway and heave as they were read where their instrument sits, `ν + ω × r`, m/s, at the
+    /// times of `velocity`; none where that is the origin.
+    pub readings: [Option<Timed>; 3],
+    /// r of each, from the origin in body axes, m.
+    pub levers_m: [Vector3<f64>; 3],
     /// Angular velocity `[p, q, r]` as it was logged, rad/s, where rates or attitude were.
     pub rates: Option<[Timed; 3]>,
     /// Roll, pitch and heading, unwrapped, smoothed by the rates where these were measured, rad.
@@ -144,6 +146,10 @@ impl CoupledRecord {
                     .to_owned(),
             });
         }
+        let readings = [0, 1, 2].map(|axis| {
+            let read = navigated.readings(Dof::ALL[axis], velocity[axis].as_ref()?)?;
+            Some(means(&read, &changes).0)
+        });
         let mut spread = [const { None }; 6];
         for (series, spread) in velocity.iter_mut().zip(&mut spread) {
             if let Some(series) = series {
@@ -174,7 +180,8 @@ impl CoupledRecord {
             velocity,
             spread,
             by_slope,
-            swing: [Dof::Surge, Dof::Sway, Dof::Heave].map(|dof| navigated.swing(dof)),
+            readings,
+            levers_m: [0, 1, 2].map(|axis| navigated.lever(Dof::ALL[axis]).unwrap_or_default()),
             rates: navigated.rates.clone(),
             attitude,
             inclination,

@@ -47,35 +47,6 @@ impl VelocityReport {
         (keep, self.lag_s - h * keep / (1.0 - keep), h)
     }
 
-    /// Readings at the times that they are of, but for the lag, of a vehicle's origin.
-    ///
-    /// An instrument beside the origin reports `ω × r` as late as all else. Where it is stated to sit
-    /// there, that was taken from the reading as it was at that time: `y + ω × r` less `ω × r` behind
-    /// the lag. What it reports for sitting elsewhere, `unstated`, was not.
-    fn in_time(
-        &self,
-        series: &Timed,
-        stated: Option<&Timed>,
-        unstated: Option<&Timed>,
-    ) -> Option<Timed> {
-        let shifted = series.shifted(-self.delay_s);
-        let behind = |swing: Option<&Timed>| {
-            swing.and_then(|swing| {
-                let behind = self.behind_lag(swing.time_s(), swing.values().to_vec());
-                swing.with_values("what turning adds", behind).ok()
-            })
-        };
-        let (stated_behind, unstated_behind) = (behind(stated), behind(unstated));
-        let at = |swing: Option<&Timed>, t: f64| swing.map_or(0.0, |swing| swing.at(t));
-        let of = |(&t, y): (&f64, &f64)| {
-            y + at(stated, t + self.delay_s)
-                - at(stated_behind.as_ref(), t)
-                - at(unstated_behind.as_ref(), t)
-        };
-        let values = shifted.time_s().iter().zip(shifted.values()).map(of).collect();
-        shifted.with_values("velocity", values).ok()
-    }
-
     /// The velocity that a series is of, before the lag.
     ///
     /// `ν = (yₖ − a yₖ₋₁) / (1 − a)` with `a = exp(−h/T)` is its mean over the step, with the lag's
@@ -97,40 +68,57 @@ impl VelocityReport {
 }
 
 impl CoupledRecord {
-    /// The same with measured translations of the origin at the times that they are of, behind their
-    /// lag.
+    /// The same with measured translations at the times that they are of, behind their lag.
+    ///
+    /// An instrument beside the origin reports `ω × r` as late as all else, so that what it makes of the
+    /// origin is less that behind the lag.
     pub(crate) fn with_translations_in_time(&self, report: &VelocityReport) -> Self {
-        self.with_translations(|axis, series| self.in_time(report, axis, series))
+        let in_time = |read: Timed| read;
+        self.with_translations(report, in_time, |swing| {
+            let behind = report.behind_lag(swing.time_s(), swing.values().to_vec());
+            swing.with_values("what turning adds", behind).unwrap_or(swing)
+        })
     }
 
-    /// The same with measured translations of the origin as they were before their instrument.
+    /// The same with measured translations as they were before their instrument.
     pub(crate) fn with_translations_before(&self, report: &VelocityReport) -> Self {
-        self.with_translations(|axis, series| report.before_lag(self.in_time(report, axis, series)))
+        self.with_translations(report, |read| report.before_lag(read), |swing| swing)
     }
 
-    fn in_time(&self, report: &VelocityReport, axis: usize, series: &Timed) -> Timed {
-        let unstated = self.turning(&report.lever_m, axis);
-        let found = report.in_time(series, self.swing[axis].as_ref(), unstated.as_ref());
-        found.unwrap_or_else(|| series.clone())
-    }
-
-    /// ω × r along a translation; none if it is nothing, or nothing measures ω.
-    fn turning(&self, lever_m: &[f64; 3], axis: usize) -> Option<Timed> {
-        let rates = self.rates.as_ref().filter(|_| *lever_m != [0.0; 3])?;
-        turning(rates, Vector3::from(*lever_m), axis)
-    }
-
-    fn with_translations(&self, of: impl Fn(usize, &Timed) -> Timed) -> Self {
+    /// The same with readings made from those that are shifted in time, of an instrument where it is
+    /// found to sit, and translations of the origin that are less what is made of `ω × r`.
+    fn with_translations(
+        &self,
+        report: &VelocityReport,
+        readings: impl Fn(Timed) -> Timed,
+        swing: impl Fn(Timed) -> Timed,
+    ) -> Self {
         let mut changed = self.clone();
         let (mut from, mut to) = self.window_s;
-        for (axis, series) in changed.velocity.iter_mut().enumerate() {
-            if let Some(series) = series.as_mut().filter(|_| self.may_be_late(axis)) {
-                *series = of(axis, series);
-                (from, to) = (from.max(series.first_s()), to.min(series.last_s()));
-            }
+        for axis in (0..3).filter(|axis| self.may_be_late(*axis)) {
+            let read = self.readings[axis].as_ref().or(self.velocity[axis].as_ref());
+            let Some(read) = read.map(|read| readings(read.shifted(-report.delay_s))) else {
+                continue;
+            };
+            let lever = self.levers_m[axis] + Vector3::from(report.lever_m);
+            let of_origin = self.turning(lever, axis).and_then(|turning| {
+                let (times, swing) = (read.time_s().iter(), swing(turning));
+                let of = times.zip(read.values()).map(|(t, y)| y - swing.at(*t)).collect();
+                read.with_values("velocity", of).ok()
+            });
+            (from, to) = (from.max(read.first_s()), to.min(read.last_s()));
+            changed.levers_m[axis] = of_origin.as_ref().map_or(Vector3::zeros(), |_| lever);
+            changed.readings[axis] = of_origin.as_ref().map(|_| read.clone());
+            changed.velocity[axis] = Some(of_origin.unwrap_or(read));
         }
         changed.window_s = (from, to);
         changed
+    }
+
+    /// ω × r along a translation; none if r is nothing, or nothing measures ω.
+    fn turning(&self, lever: Vector3<f64>, axis: usize) -> Option<Timed> {
+        let rates = self.rates.as_ref().filter(|_| lever != Vector3::zeros())?;
+        turning(rates, lever, axis)
     }
 
     /// As [`may_be_late`].
@@ -164,7 +152,7 @@ mod tests {
         let reported = |t: &f64| gain * (omega * (t - late.delay_s) + phase).sin();
         let values: Vec<f64> = time_s.iter().map(reported).collect();
         let series = Timed::new("velocity", time_s.clone(), values.clone()).expect("a series");
-        let found = late.before_lag(late.in_time(&series, None, None).expect("a series"));
+        let found = late.before_lag(series.shifted(-late.delay_s));
         assert_eq!(found.len(), 199);
         for (t, v) in found.time_s().iter().zip(found.values()) {
             assert!((v - (omega * t).sin()).abs() < 2e-3, "{t}: {v}");
@@ -189,29 +177,49 @@ mod tests {
     }
 
     /// A DVL ahead of the origin of a vehicle that pitches and does not move: it reports `ω × r` late
-    /// and behind a lag, and navigation took away what it was at the time.
+    /// and behind a lag, whether it is stated to sit there or not.
     #[test]
     fn an_instrument_beside_the_origin_swings_as_late_as_it_reports() {
+        const AHEAD_M: f64 = 0.1;
         let late = VelocityReport { delay_s: 0.15, lag_s: 0.3, ..VelocityReport::default() };
         let time_s: Vec<f64> = (0..600).map(|k| 0.02 * f64::from(k)).collect();
-        let swing: Vec<f64> = time_s.iter().map(|t| 0.1 * (2.0 * t).sin()).collect();
-        let swing = Timed::new("swing", time_s.clone(), swing).expect("a series");
-        let behind = late.behind_lag(&time_s, swing.values().to_vec());
-        let behind = swing.with_values("behind", behind).expect("finite");
+        let rate: Vec<f64> = time_s.iter().map(|t| (2.0 * t).sin()).collect();
+        let rate = Timed::new("rate", time_s.clone(), rate).expect("a series");
+        let behind: Vec<f64> = rate.values().iter().map(|q| -AHEAD_M * q).collect();
+        let behind = late.behind_lag(&time_s, behind);
+        let behind = rate.with_values("behind", behind).expect("finite");
         let sampled: Vec<f64> = time_s.iter().copied().step_by(5).collect();
-        let read = |taken: &dyn Fn(f64) -> f64| {
-            let at = |t: &f64| behind.at(t - late.delay_s) - taken(*t);
-            Timed::new("dvl", sampled.clone(), sampled.iter().map(at).collect::<Vec<_>>())
-                .expect("a series")
-        };
-        let assert_still = |series: &Timed, [stated, unstated]: [Option<&Timed>; 2]| {
-            assert!(series.values().iter().any(|v| v.abs() > 0.05), "it is read as motion");
-            let found = late.in_time(series, stated, unstated).expect("a series");
-            let of_origin = late.before_lag(found);
+        let read = sampled.iter().map(|t| behind.at(t - late.delay_s)).collect();
+        let read = Timed::new("dvl", sampled, read).expect("a series");
+        for stated_m in [0.0, AHEAD_M] {
+            let still = rate.map(|_| 0.0);
+            let mut velocity = [const { None }; 6];
+            velocity[2] = Some(read.map(|_| 0.0));
+            let record = CoupledRecord {
+                trial: "a".to_owned(),
+                role: crate::Role::Fit,
+                force: [const { None }; 6],
+                thrusters: Vec::new(),
+                velocity,
+                spread: [const { None }; 6],
+                by_slope: [false; 6],
+                readings: [None, None, Some(read.clone())],
+                levers_m: [0.0, 0.0, stated_m].map(|x| Vector3::new(x, 0.0, 0.0)),
+                rates: Some([still.clone(), rate.clone(), still]),
+                attitude: [const { None }; 3],
+                inclination: [const { None }; 2],
+                inclination_spread: [const { None }; 2],
+                signals: std::collections::BTreeMap::default(),
+                window_s: (0.0, 12.0),
+                caveats: Vec::new(),
+            };
+            let lever_m = [AHEAD_M - stated_m, 0.0, 0.0];
+            let found = record.with_translations_before(&VelocityReport { lever_m, ..late });
+            let of_origin = found.velocity[2].as_ref().expect("measured");
+            assert!(read.values().iter().any(|v| v.abs() > 0.05), "it is read as motion");
             let inside = of_origin.values().iter().skip(3);
             assert!(inside.clone().all(|v| v.abs() < 1e-3), "{inside:?}");
-        };
-        assert_still(&read(&|t| swing.at(t)), [Some(&swing), None]);
-        assert_still(&read(&|_| 0.0), [None, Some(&swing)]);
+            assert_eq!(found.levers_m[2].x, AHEAD_M);
+        }
     }
 }

@@ -3,9 +3,12 @@
 //!
 //! ```text
 //! ν̇_r = M⁻¹ (τ + f − n(ν_r, η)),   ḟ = −f/T + w,   ċ = −c/T_c + w_c,
-//! y = ν_r + R(η)ᵀ (u_c + c) + noise
+//! y = ν_r + R(η)ᵀ (u_c + c) + ω × r + noise
 //! ```
 //!
+//! with r where the instrument of a translation sits. It sees ω as it is, not as a gyroscope reads it:
+//! taken from readings of both, the gyroscope's noise would be in two of them, and in what an autopilot
+//! makes of it.
 //! A current is no part of the dynamics of ν_r: it shows in the measurement only. So it is of one
 //! that changes, if the vehicle weighs what it displaces: water that accelerates takes it along.
 //! Two things are found of a trial: how the innovations change with the plant's coefficients
@@ -157,8 +160,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
             by[p + direction].motion = -self.water_column(&self.schedule.stops[0], direction);
         }
         for (along, k) in levers.clone().enumerate() {
-            let first = &self.schedule.stops[0];
-            by[k].motion = SVector::from_fn(|place, _| -self.turning(first, place, along));
+            by[k].motion = SVector::from_fn(|place, _| -self.turning(&mean.motion, place, along));
         }
         for stop in &self.schedule.stops[1..] {
             let before = mean.motion;
@@ -169,6 +171,10 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
             by.iter_mut().zip(flow.by_plant()).for_each(|(state, own)| state.motion += own);
             covariance.predict(&transition, steps.of(stop.length_s, |h| self.process(h)));
             for (seen, y) in self.measurements(stop) {
+                let turning = self.may_be_late(&seen).filter(|_| !levers.is_empty());
+                let turning = turning.map_or([0.0; 3], |place| {
+                    [0, 1, 2].map(|along| self.turning(&mean.motion, place, along))
+                });
                 let (e, gain) = self.correct(&seen, y, &mut mean, &mut covariance);
                 for (x, state) in row.iter_mut().zip(&by) {
                     *x = -state.seen(&seen);
@@ -176,11 +182,9 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
                 row[p] -= seen.water[0];
                 row[p + 1] -= seen.water[1];
                 if let Some(place) = self.may_be_late(&seen) {
-                    let late = [acceleration[place], behind[place]];
+                    let late = [&acceleration, &behind].map(|of| seen.along(place, of));
                     row[first..levers.start].iter_mut().zip(late).for_each(|(x, by)| *x += by);
-                    for (along, k) in levers.clone().enumerate() {
-                        row[k] -= self.turning(stop, place, along);
-                    }
+                    row[levers.clone()].iter_mut().zip(turning).for_each(|(x, by)| *x -= by);
                 }
                 row.iter().zip(&mut by).for_each(|(x, state)| state.add(&gain.state, *x));
                 slope.cost += half_log(e, gain.variance);
@@ -285,10 +289,9 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     }
 
     fn first_covariance(&self) -> Covariance<N, M> {
-        let square = |x: &SVector<f64, N>| x.map(|x| x * x);
         let mut first = Covariance {
-            xx: SMatrix::from_diagonal(&with_down(&square(&self.noise.velocity), Vector3::zeros)),
-            ff: SMatrix::from_diagonal(&square(&self.noise.disturbance)),
+            xx: (0..N).map(|place| self.first_of_velocity(place)).sum(),
+            ff: SMatrix::from_diagonal(&self.noise.disturbance.map(|x| x * x)),
             ..Covariance::zeros()
         };
         if M > N {
@@ -297,6 +300,19 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         }
         first.of_first_water(&self.first_water(), self.noise.of_water().std_m_s.powi(2));
         first
+    }
+
+    /// What noise of the first sample in a place makes of the motion's covariance: of a rate it is in
+    /// translations of the origin as well, as they are readings less `ω × r`.
+    fn first_of_velocity(&self, place: usize) -> SMatrix<f64, M, M> {
+        let mut by = SVector::<f64, M>::zeros();
+        by[place] = self.noise.velocity[place];
+        for other in 0..N {
+            let turns = self.turns(other).into_iter().flatten();
+            let own = turns.filter(|(rate, _)| *rate == place);
+            own.for_each(|(_, arm)| by[other] -= arm * self.noise.velocity[place]);
+        }
+        by * by.transpose()
     }
 
     /// What noise of attitude makes of the world's down at first, beside its variance: `1 − k kᵀ`.
@@ -320,14 +336,33 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     }
 
     /// What a metre along an axis between the origin and an instrument adds to the translation in a
-    /// place, `∂(ω × r)/∂r`, 1/s; zero of one that is the slope of positions, or no translation.
-    fn turning(&self, stop: &Stop, place: usize, along: usize) -> f64 {
+    /// place, `∂(ω × r)/∂r`, 1/s, of the rates that are axes: of others what is measured may be noise
+    /// alone. Zero of one that is the slope of positions, or no translation.
+    fn turning(&self, motion: &SVector<f64, M>, place: usize, along: usize) -> f64 {
         let Some(axis @ 0..3) = self.plant.axes().get(place).copied().flatten() else { return 0.0 };
         let metre = Vector3::from_fn(|k, _| if k == along { 1.0 } else { 0.0 });
+        let omega = Vector3::from_fn(|k, _| self.place_of(3 + k).map_or(0.0, |at| motion[at]));
         match may_be_late(axis, &self.schedule.by_slope) {
-            true => stop.turning.cross(&metre)[axis],
+            true => omega.cross(&metre)[axis],
             false => 0.0,
         }
+    }
+
+    /// The rates that the instrument of a place sees, and how far from their axes it sits.
+    fn turns(&self, place: usize) -> Option<[(usize, f64); 2]> {
+        let axis: usize = self.plant.axes()[place]?;
+        let r = self.schedule.levers_m.get(axis).filter(|r| **r != Vector3::zeros())?;
+        // (ω × r)ᵢ = ωⱼ rₖ − ωₖ rⱼ
+        let [j, k] = [(axis + 1) % 3, (axis + 2) % 3];
+        let arm = |rate: usize, arm: f64| {
+            self.place_of(3 + rate).map_or((place, 0.0), |rate| (rate, arm))
+        };
+        Some([arm(j, r[k]), arm(k, -r[j])])
+    }
+
+    /// Where an axis stands, in SNAME order.
+    fn place_of(&self, axis: usize) -> Option<usize> {
+        self.plant.axes().iter().position(|own| *own == Some(axis))
     }
 
     /// The place of a velocity that may be measured late.
@@ -342,19 +377,22 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     fn measurements(&self, stop: &Stop) -> impl Iterator<Item = (Seen, f64)> + use<N, M> {
         let axes = *self.plant.axes();
         let (measured, spread, water) = (stop.measured, stop.spread, stop.water);
+        let turns: [_; N] = std::array::from_fn(|place| self.turns(place));
         let velocity = move |place: usize| {
             let axis: usize = axes[place]?;
             let water = match axis {
                 0..3 => water.row(axis).transpose(),
                 _ => Vector2::zeros(),
             };
-            let seen = Seen { of: Of::Velocity(place), water, spread: spread[axis] };
+            let (of, turns) = (Of::Velocity(place), turns[place]);
+            let seen = Seen { of, water, turns, spread: spread[axis] };
             Some((seen, measured[axis]?))
         };
         let (across, spread) = (stop.across, stop.spread_across);
         let down = move |turn: usize| {
             let of = Of::Down(across[turn]?);
-            Some((Seen { of, water: Vector2::zeros(), spread: spread[turn] }, 0.0))
+            let water = Vector2::zeros();
+            Some((Seen { of, water, turns: None, spread: spread[turn] }, 0.0))
         };
         let turns = if M > N { 2 } else { 0 };
         (0..N).filter_map(velocity).chain((0..turns).filter_map(down))

@@ -53,7 +53,8 @@ pub(super) struct Stop {
     pub(super) slices: Range<usize>,
     /// How long these last, s.
     pub(super) length_s: f64,
-    /// Velocity over ground by axis in SNAME order, where it was measured.
+    /// Velocity over ground by axis in SNAME order, where it was measured: of the origin, and what
+    /// turning about axes of the plant makes of that where an instrument sits.
     pub(super) measured: [Option<f64>; 6],
     /// The variance of each beside that of its axis.
     pub(super) spread: [f64; 6],
@@ -64,8 +65,6 @@ pub(super) struct Stop {
     pub(super) spread_across: [f64; 2],
     /// The two columns of R(η)ᵀ that turn a horizontal current into body axes.
     pub(super) water: Matrix3x2<f64>,
-    /// ω as it is measured, rad/s; zero about what is no axis, where it may be noise alone.
-    pub(super) turning: Vector3<f64>,
 }
 
 /// A trial as the filter goes through it.
@@ -74,6 +73,8 @@ pub(super) struct Schedule {
     pub(super) trial: usize,
     /// Whether velocity is the slope of positions, by axis in SNAME order.
     pub(super) by_slope: [bool; 6],
+    /// Where the instruments of surge, sway and heave sit, m.
+    pub(super) levers_m: [Vector3<f64>; 3],
     /// Velocity over ground at the first stop, of all axes that are known.
     pub(super) start: Vector6<f64>,
     /// The world's down in body axes there, as measured.
@@ -131,7 +132,11 @@ impl Schedule {
         (structure, attitude): (&Structure, Attitude),
     ) -> Option<Self> {
         let axes = structure.axes();
-        let windowed = |dof: &Dof| record.velocity[dof.index()].as_ref()?.window(from, to);
+        let windowed = |dof: &Dof| {
+            let axis = dof.index();
+            let read = record.readings.get(axis).and_then(Option::as_ref);
+            read.or(record.velocity[axis].as_ref())?.window(from, to)
+        };
         let measured: Vec<(Dof, Timed)> =
             axes.iter().filter_map(|dof| Some((*dof, windowed(dof)?))).collect();
         let inclined = |which: usize| match attitude {
@@ -149,6 +154,7 @@ impl Schedule {
         let mut schedule = Self {
             trial,
             by_slope: record.by_slope,
+            levers_m: record.levers_m,
             start: record.velocity_at(before),
             start_down: start_down(record, before),
             stops: Vec::new(),
@@ -167,12 +173,12 @@ impl Schedule {
                 across: [None; 2],
                 spread_across: [1.0; 2],
                 water: water(record, time_s),
-                turning: turning(record, axes, time_s),
             };
             for ((dof, series), at) in measured.iter().zip(&mut readers) {
                 let is_now = series.time_s().get(*at).is_some_and(|t| *t <= time_s + ROUNDING_S);
                 if is_now {
-                    stop.measured[dof.index()] = Some(series.values()[*at]);
+                    let others = turned_by_others(record, axes, dof.index(), time_s);
+                    stop.measured[dof.index()] = Some(series.values()[*at] - others);
                     if let Some(spread) = &record.spread[dof.index()] {
                         stop.spread[dof.index()] = spread.held_at(time_s + ROUNDING_S);
                     }
@@ -281,8 +287,12 @@ fn water(record: &CoupledRecord, t: f64) -> Matrix3x2<f64> {
     body_from_world(angles).fixed_columns::<2>(0).into_owned()
 }
 
-fn turning(record: &CoupledRecord, axes: &[Dof], t: f64) -> Vector3<f64> {
-    let Some(rates) = &record.rates else { return Vector3::zeros() };
+/// What turning about that which is no axis of the plant makes of a translation where its instrument
+/// sits, (ω × r) with such ω as it was measured.
+fn turned_by_others(record: &CoupledRecord, axes: &[Dof], axis: usize, t: f64) -> f64 {
+    let lever = record.levers_m.get(axis).filter(|lever| **lever != Vector3::zeros());
+    let (Some(lever), Some(rates)) = (lever, &record.rates) else { return 0.0 };
     let is_axis = |k: usize| axes.contains(&Dof::ALL[3 + k]);
-    Vector3::from_fn(|k, _| if is_axis(k) { rates[k].at(t) } else { 0.0 })
+    let others = Vector3::from_fn(|k, _| if is_axis(k) { 0.0 } else { rates[k].at(t) });
+    others.cross(lever)[axis]
 }

@@ -72,8 +72,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         for axis in 0..N {
             followers[axis].covariance.ff[(axis, axis)] =
                 2.0 * self.noise.disturbance[axis].powi(2);
-            followers[2 * N + axis].covariance.xx[(axis, axis)] =
-                2.0 * self.noise.velocity[axis].powi(2);
+            followers[2 * N + axis].covariance.xx = self.first_of_velocity(axis) * 2.0;
         }
         if M > N {
             let of_down = self.first_of_down() * (2.0 * self.noise.attitude.powi(2));

@@ -35,7 +35,7 @@ impl<const N: usize, const M: usize> State<N, M> {
     /// What a measurement sees of it.
     pub(super) fn seen(&self, seen: &Seen) -> f64 {
         match seen.of {
-            Of::Velocity(place) => self.motion[place] + seen.water.dot(&self.water),
+            Of::Velocity(place) => seen.along(place, &self.motion) + seen.water.dot(&self.water),
             Of::Down(across) => (0..3).map(|i| self.motion[N + i] * across[i]).sum(),
         }
     }
@@ -55,8 +55,21 @@ pub(super) struct Seen {
     pub(super) of: Of,
     /// How much of the current.
     pub(super) water: Vector2<f64>,
+    /// Places of two rates of turn, and how far from their axes a translation is measured, m; none if it
+    /// is measured at the origin.
+    pub(super) turns: Option<[(usize, f64); 2]>,
     /// Its variance beside the usual one.
     pub(super) spread: f64,
+}
+
+impl Seen {
+    /// What an instrument sees along a place of motion: that, and what turning makes of it.
+    pub(super) fn along<const M: usize>(&self, place: usize, motion: &SVector<f64, M>) -> f64 {
+        let turning = |turns: [(usize, f64); 2]| -> f64 {
+            turns.iter().map(|(rate, arm)| motion[*rate] * arm).sum()
+        };
+        motion[place] + self.turns.map_or(0.0, turning)
+    }
 }
 
 /// What a measurement is of.
@@ -103,21 +116,29 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
     /// The covariance of the state with what a measurement sees of it.
     pub(super) fn seen(&self, seen: &Seen) -> State<N, M> {
         match seen.of {
-            Of::Velocity(place) => State {
-                motion: self.xx.column(place) + self.xw * seen.water,
-                disturbance: self.xf.row(place).transpose() + self.fw * seen.water,
-                water: self.xw.row(place).transpose() + self.ww * seen.water,
-            },
+            Of::Velocity(place) => {
+                let mut state = State {
+                    motion: self.xx.column(place) + self.xw * seen.water,
+                    disturbance: self.xf.row(place).transpose() + self.fw * seen.water,
+                    water: self.xw.row(place).transpose() + self.ww * seen.water,
+                };
+                let turns = seen.turns.iter().flatten();
+                turns.for_each(|(rate, arm)| self.add_to(&mut state, *rate, *arm));
+                state
+            }
             Of::Down(across) => {
                 let mut state = State::zeros();
-                for (i, part) in across.iter().enumerate() {
-                    state.motion += self.xx.column(N + i) * *part;
-                    state.disturbance += self.xf.row(N + i).transpose() * *part;
-                    state.water += self.xw.row(N + i).transpose() * *part;
-                }
+                across.iter().enumerate().for_each(|(i, x)| self.add_to(&mut state, N + i, *x));
                 state
             }
         }
+    }
+
+    /// Adds x times the covariance of the state with a place of motion.
+    fn add_to(&self, state: &mut State<N, M>, place: usize, x: f64) {
+        state.motion += self.xx.column(place) * x;
+        state.disturbance += self.xf.row(place).transpose() * x;
+        state.water += self.xw.row(place).transpose() * x;
     }
 
     /// Less `a bᵀ`.
@@ -233,7 +254,8 @@ mod tests {
         for k in 0..5000 {
             covariance.predict(&step, &process);
             for axis in 0..2 {
-                let seen = Seen { of: Of::Velocity(axis), water: Vector2::zeros(), spread: 1.0 };
+                let (of, water) = (Of::Velocity(axis), Vector2::zeros());
+                let seen = Seen { of, water, turns: None, spread: 1.0 };
                 let column = covariance.seen(&seen);
                 let variance = column.seen(&seen) + 1e-5;
                 covariance.subtract(&column.scaled(1.0 / variance), &column);
