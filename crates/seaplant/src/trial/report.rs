@@ -189,7 +189,7 @@ mod tests {
         let behind = late.behind_lag(&time_s, behind);
         let behind = rate.with_values("behind", behind).expect("finite");
         let sampled: Vec<f64> = time_s.iter().copied().step_by(5).collect();
-        let read = sampled.iter().map(|t| behind.at(t - late.delay_s)).collect();
+        let read: Vec<f64> = sampled.iter().map(|t| behind.at(t - late.delay_s)).collect();
         let read = Timed::new("dvl", sampled, read).expect("a series");
         for stated_m in [0.0, AHEAD_M] {
             let still = rate.map(|_| 0.0);
