@@ -13,7 +13,9 @@ use seaplant::plant::{Structure, Symmetry};
 use seaplant::regression::{Columns, least_squares};
 use seaplant::signal::LowPass;
 use seaplant::twin::{TwinTrial, WholeTwinSpec, make_whole};
-use seaplant::{CoupledRecord, Dof, Role, State, Terms, Trial, TrialSetup, simulate};
+use seaplant::{
+    CoupledRecord, Dof, Recording, Role, State, Terms, Timed, Trial, TrialSetup, simulate,
+};
 use seaplant_bench::{SAMPLE_HZ, SURGE, SurgeSignals};
 use seaplant_campaign::read_plant_file;
 
@@ -100,7 +102,7 @@ fn filter_error_of_a_trial(c: &mut Criterion) {
     }
 }
 
-/// Two trials of 450 s of a work-class vehicle, driven freely: a DVL at 10 Hz, a gyro at 50 Hz.
+/// Two trials of 450 s of a work-class vehicle, driven freely: a DVL at 10 Hz, a gyro at 50 Hz or at 10 Hz.
 fn filter_error_of_several_axes(c: &mut Criterion) {
     let vehicle = "published:rexrov";
     let table = read_plant_file(Path::new(vehicle)).expect("a table").expect("a plant");
@@ -110,11 +112,13 @@ fn filter_error_of_several_axes(c: &mut Criterion) {
     let planar = [Dof::Surge, Dof::Sway, Dof::Yaw];
     let mut group = c.benchmark_group("filter error of 2 × 450 s");
     group.sample_size(10);
-    for axes in [&planar[..], &Dof::ALL] {
+    let all = [(&planar[..], 10), (&planar[..], 50), (&Dof::ALL, 10), (&Dof::ALL, 50)];
+    for (axes, gyro_hz) in all {
         let trial = |log: &TwinTrial| {
+            let recording = if gyro_hz == 10 { &at_10_hz(&log.recording) } else { &log.recording };
             let coupled = vec![axes.to_vec()];
             let setup = TrialSetup { name: log.name.clone(), coupled, ..TrialSetup::default() };
-            Trial::new(setup, &log.recording, &twin.vehicle).expect("complete")
+            Trial::new(setup, recording, &twin.vehicle).expect("complete")
         };
         let fitted = twin.trials.iter().filter(|log| log.role == Role::Fit);
         let trials: Vec<Trial> = fitted.map(trial).collect();
@@ -123,11 +127,23 @@ fn filter_error_of_several_axes(c: &mut Criterion) {
         let structure = Structure::of(axes, Symmetry::PortStarboard).expect("axes");
         let body = twin.vehicle.rigid_body.as_ref();
         let coefficients = structure.terms().len();
-        group.bench_function(format!("{} axes, {coefficients} coefficients", axes.len()), |b| {
+        let of = format!("{} axes, {coefficients} coefficients, {gyro_hz} Hz", axes.len());
+        group.bench_function(of, |b| {
             b.iter(|| fit_coupled(&structure, black_box(&records), body, true).expect("settles"));
         });
     }
     group.finish();
+}
+
+/// Every fifth sample of what is logged at 50 Hz.
+fn at_10_hz(recording: &Recording) -> Recording {
+    let thinned = |series: &Timed| {
+        let kept = |of: &[f64]| of.iter().copied().step_by(5).collect::<Vec<f64>>();
+        Timed::new("every fifth", kept(series.time_s()), kept(series.values())).expect("valid")
+    };
+    let is_fast = |series: &Timed| series.period_s() < 0.05;
+    let of = |series: &Timed| if is_fast(series) { thinned(series) } else { series.clone() };
+    recording.iter().map(|(quantity, series)| (quantity.clone(), of(series))).collect()
 }
 
 fn simulation_of_a_trial(c: &mut Criterion) {
