@@ -93,7 +93,10 @@ fn acting(found: &CoupledFit, record: &CoupledRecord) -> Result<CoupledRecord, E
     let (force, thrusters) = (found.actuator.acting(record)?, Vec::new());
     let velocity = through_water(record, found.current_of(&record.trial))?;
     let signals = found.actuator.signals(record)?;
-    Ok(CoupledRecord { force, thrusters, velocity, signals, ..record.clone() })
+    // Velocity is the origin's, and no reading is through the water.
+    let (readings, levers_m) = ([const { None }; 3], Default::default());
+    let record = record.clone();
+    Ok(CoupledRecord { force, thrusters, velocity, readings, levers_m, signals, ..record })
 }
 
 /// ν − R(η)ᵀ u_c of a current to the north and east, m/s.
