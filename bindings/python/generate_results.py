@@ -23,14 +23,15 @@ KINDS = {
     "Validation": "validation",
     "Inspection": "inspection",
     "MonteCarloTable": "monte-carlo",
+    "WholeMonteCarloTable": "whole-monte-carlo",
     "Truth": "truth",
 }
 """The schemas, by the name of the class of their root."""
 
-PLAIN = {"TwinSpec"}
+PLAIN = {"TwinSpec", "WholeTwinSpec"}
 """What stays a dict: Python writes it, too, and knows it by its keys."""
 
-BASES = {"Parameter": "Estimated"}
+BASES = {"Parameter": "Estimated", "Coefficient": "Estimated"}
 """Classes with more than fields."""
 
 TARGET = Path(__file__).parent / "python/seaplant/_results.py"
@@ -92,7 +93,9 @@ def type_of(schema: dict[str, Any]) -> str:
         items = schema.get("items", {})
         return "Floats" if is_numbers(items) else f"tuple[{type_of(items)}, ...]"
     if kind == "object":
-        return f"dict[str, {type_of(schema['additionalProperties'])}]"
+        # Of keys that are numbers only the pattern is stated.
+        (of,) = schema.get("patternProperties", {"": schema["additionalProperties"]}).values()
+        return f"dict[str, {type_of(of)}]"
     return {"number": "float", "integer": "int", "string": "str", "boolean": "bool"}[kind]
 
 

@@ -8,6 +8,7 @@ use std::time::Duration;
 use numpy::PyReadonlyArray1;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use seaplant_campaign::TwinError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -62,6 +63,15 @@ impl From<seaplant_campaign::Error> for Failure {
                 Self::of_log(message, source)
             }
             _ => Self::Input(message),
+        }
+    }
+}
+
+impl From<TwinError> for Failure {
+    fn from(error: TwinError) -> Self {
+        match error {
+            TwinError::File(error) => error.into(),
+            TwinError::Twin(error) => error.into(),
         }
     }
 }

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use seaplant::estimate::steady::SteadyOptions;
 use seaplant::results::{FittedModel, Identification, Parameter};
-use seaplant::{Dof, Method, Model};
+use seaplant::{Agreement, Comparison, Dof, Method, Model, compare_coupled};
 use seaplant_campaign::{Simulation, SourcedTrial, validate};
 use seaplant_report::number::Rounded;
 use seaplant_report::{parse_results, render};
@@ -59,6 +59,29 @@ impl Results {
         let series = [time_s, force, measured, simulated];
         let series = series.map(|series| PyArray1::from_slice(py, series));
         Ok((found.mean_abs_error, found.null_error, found.r_squared, series))
+    }
+
+    /// The axes of a plant of several, driven with the thrust of a trial: each axis with what
+    /// [`Self::simulate`] gives of one, where the simulation does not run away.
+    fn simulate_coupled<'py>(
+        &self,
+        py: Python<'py>,
+        trial: PyRef<'_, Trial>,
+        name: &str,
+    ) -> PyResult<Vec<(&'static str, Simulated<'py>)>> {
+        let plant = self.0.results.coupled.get(name);
+        let plant = plant.cloned().ok_or_else(|| {
+            Failure::Input(format!("the fit has no plant of several axes `{name}`"))
+        })?;
+        let trial = Arc::clone(&trial.0);
+        let found = apart(py, move || Ok(compare_coupled(&plant, &trial.trial)?))?;
+        let of = |one: &Comparison| {
+            let series = [&one.time_s, &one.force, &one.measured, &one.simulated];
+            let series = series.map(|series| PyArray1::from_slice(py, series));
+            let Agreement { mean_abs_error, null_error, r_squared, .. } = one.velocity;
+            (one.dof.name(), (mean_abs_error, null_error, r_squared, series))
+        };
+        Ok(found.iter().map(of).collect())
     }
 
     /// Scores plants on trials, as JSON.

@@ -1,8 +1,11 @@
 use pyo3::prelude::*;
 use schemars::schema_for;
 use seaplant::results::{AccumulatedPlant, Results};
-use seaplant::twin::{Truth, TwinSpec};
-use seaplant_campaign::{CampaignFile, Inspection, MonteCarloTable, Validation, VehicleFile};
+use seaplant::twin::Truth;
+use seaplant_campaign::{
+    CampaignFile, Inspection, MonteCarloTable, TwinFile, Validation, VehicleFile,
+    WholeMonteCarloTable,
+};
 
 use crate::border::{Failure, json};
 
@@ -21,10 +24,11 @@ pub fn schema(kind: &str) -> PyResult<String> {
         "validation" => schema_for!(Validation),
         "inspection" => schema_for!(Inspection),
         "monte-carlo" => schema_for!(MonteCarloTable),
+        "whole-monte-carlo" => schema_for!(WholeMonteCarloTable),
         "truth" => schema_for!(Truth),
         "vehicle" => schema_for!(VehicleFile),
         "campaign" => schema_for!(CampaignFile),
-        "twin" => schema_for!(TwinSpec),
+        "twin" => schema_for!(TwinFile),
         other => return Err(Failure::Input(format!("there is no schema of {other}")).into()),
     };
     Ok(json(&schema)?)

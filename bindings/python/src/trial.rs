@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use seaplant::{Dof, Role, Timed, VelocitySource};
+use seaplant::{Dof, Role, Timed, VelocitySource, axes_by_name};
 use seaplant_campaign::{SourcedTrial, TrialEntry, trial_of_log};
 
 use crate::border::{Failure, apart, parse};
@@ -23,19 +23,23 @@ fn series<'py>(py: Python<'py>, series: &Timed) -> Series<'py> {
 
 #[pymethods]
 impl Trial {
-    /// Makes a trial of a log, by the keys of a [[trial]].
+    /// Makes a trial of a log, by the keys of a [[trial]], for plants of some axes as well.
     #[staticmethod]
     fn of_log(
         py: Python<'_>,
         log: PyRef<'_, Log>,
         entry: &str,
+        axes: &str,
         vehicle: PyRef<'_, Vehicle>,
     ) -> PyResult<Self> {
         let entry: TrialEntry = parse("trial", entry)?;
+        let axes: Vec<serde_json::Value> = parse("axes", axes)?;
+        let coupled: Result<Vec<_>, _> = axes.into_iter().map(axes_by_name).collect();
+        let coupled = coupled.map_err(Failure::from)?;
         let (log, vehicle) = (Arc::clone(&log.0), Arc::clone(&vehicle.0));
         let trial = apart(py, move || {
             let log = Arc::unwrap_or_clone(log);
-            Ok(trial_of_log(Path::new("trial"), log, &entry, &vehicle.vehicle)?)
+            Ok(trial_of_log(Path::new("trial"), log, &entry, &vehicle.vehicle, &coupled)?)
         })?;
         Ok(Self(Arc::new(trial)))
     }
@@ -63,6 +67,13 @@ impl Trial {
     #[getter]
     fn dofs(&self) -> Vec<&'static str> {
         self.0.trial.dofs().iter().map(|dof| dof.name()).collect()
+    }
+
+    /// The axes of each plant of several axes that it may serve.
+    #[getter]
+    fn axes(&self) -> Vec<Vec<&'static str>> {
+        let names = |axes: &Vec<Dof>| axes.iter().map(|dof| dof.name()).collect();
+        self.0.trial.setup().coupled.iter().map(names).collect()
     }
 
     /// Where its clock starts in that of its logs, s.

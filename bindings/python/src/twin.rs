@@ -8,8 +8,8 @@ use std::thread;
 use pyo3::prelude::*;
 use seaplant::IdentifyOptions;
 use seaplant::Recording;
-use seaplant::twin::{TwinCampaign, TwinSpec, TwinTrial, make};
-use seaplant_campaign::{SourcedTrial, SourcedVehicle, TwinFile, twin_files};
+use seaplant::twin::{TwinCampaign, TwinTrial};
+use seaplant_campaign::{SourcedTrial, SourcedVehicle, TwinFile, monte_carlo_whole, twin_files};
 use seaplant_log::{MemoryColumn, MemoryTable};
 
 use crate::border::{Failure, apart, apart_watched, json, parse};
@@ -27,8 +27,8 @@ impl Twin {
     /// Makes the twin of a specification, as JSON.
     #[new]
     fn new(py: Python<'_>, spec: &str) -> PyResult<Self> {
-        let spec: TwinSpec = parse("twin", spec)?;
-        Ok(Self(Arc::new(apart(py, move || Ok(make(&spec)?))?)))
+        let spec = twin_of(spec)?;
+        Ok(Self(Arc::new(apart(py, move || Ok(spec.make()?))?)))
     }
 
     /// The vehicle as its analyst has it.
@@ -59,7 +59,7 @@ impl Twin {
         Ok(json(&self.0.truth)?)
     }
 
-    /// Propeller speed, rad/s, and thrust, N, of one thruster on a test bench.
+    /// Propeller speed, rad/s, and thrust, N, of one thruster on a test bench; none of a whole vehicle.
     fn bollard_pull(&self) -> Vec<(f64, f64)> {
         self.0.bollard_pull.clone()
     }
@@ -72,6 +72,15 @@ impl Twin {
             Ok(files.into_iter().map(|file| (file.path, file.text)).collect())
         })
     }
+}
+
+/// What a twin is and does, as JSON: with `vehicle` it is a whole one, as in a file.
+fn twin_of(spec: &str) -> Result<TwinFile, Failure> {
+    let value: serde_json::Value = serde_json::from_str(spec)?;
+    Ok(match value.get("vehicle") {
+        Some(_) => TwinFile::Whole(Box::new(parse("twin", spec)?)),
+        None => TwinFile::OneAxis(Box::new(parse("twin", spec)?)),
+    })
 }
 
 fn trial(log: &TwinTrial, twin: &TwinCampaign) -> Result<SourcedTrial, Failure> {
@@ -109,8 +118,7 @@ pub fn monte_carlo(
     threads: Option<usize>,
     on_run: Option<Bound<'_, PyAny>>,
 ) -> PyResult<String> {
-    let spec: TwinSpec = parse("twin", spec)?;
-    spec.validate().map_err(Failure::from)?;
+    let spec = twin_of(spec)?;
     let mut options = IdentifyOptions::default();
     if !methods.is_empty() {
         options.methods = parse_methods(&methods)?;
@@ -124,8 +132,16 @@ pub fn monte_carlo(
             told.1.fetch_max(run, Ordering::Relaxed);
             !told.0.load(Ordering::Relaxed)
         };
-        let table = seaplant_campaign::monte_carlo(&spec, &options, runs, threads, go_on)?;
-        json(&table)
+        match &spec {
+            TwinFile::OneAxis(spec) => {
+                spec.validate()?;
+                json(&seaplant_campaign::monte_carlo(spec, &options, runs, threads, go_on)?)
+            }
+            TwinFile::Whole(_) if !methods.is_empty() => Err(Failure::Input(
+                "method is of twins of single axes, and `vehicle` makes this one a whole vehicle, which is fitted by filter error: leave it out".to_owned(),
+            )),
+            TwinFile::Whole(spec) => json(&monte_carlo_whole(spec, runs, threads, go_on)?),
+        }
     };
     let waited = apart_watched(py, study, |_| match &on_run {
         Some(on_run) => on_run.call1((state.1.load(Ordering::Relaxed),)).map(|_| ()),
@@ -139,5 +155,5 @@ pub fn monte_carlo(
 /// What a twin's TOML file says, as JSON.
 #[pyfunction]
 pub fn read_twin_spec(path: PathBuf) -> PyResult<String> {
-    Ok(TwinFile::read_one_axis(&path).map_err(Failure::from).and_then(|s| json(&s))?)
+    Ok(TwinFile::read(&path).map_err(Failure::from).and_then(|spec| json(&spec))?)
 }

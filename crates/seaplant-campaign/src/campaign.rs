@@ -77,7 +77,8 @@ impl Campaign {
     /// call it.
     ///
     /// # Errors
-    /// [`Error::Value`] without trials, or for two of one name.
+    /// [`Error::Value`] without trials, for two of one name, or for a plant of several axes that the
+    /// vehicle cannot have.
     pub fn of(
         path: &Path,
         vehicle: SourcedVehicle,
@@ -85,6 +86,7 @@ impl Campaign {
         options: IdentifyOptions,
     ) -> Result<Self, Error> {
         check_names(path, trials.iter().map(|sourced| sourced.trial.name()))?;
+        check_plans(path, &options.coupled, &vehicle.vehicle)?;
         let mut campaign = Self::without_trials(path, vehicle, options);
         trials.into_iter().for_each(|trial| campaign.add(trial));
         Ok(campaign)
@@ -231,7 +233,8 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, E
 
 /// Makes a trial of a log that was read already; the entry's files are not looked at.
 ///
-/// `path` is what messages call the campaign that there is none of.
+/// `coupled` are the axes of each plant of several axes that it may serve; `path` is what messages call
+/// the campaign that there is none of.
 ///
 /// # Errors
 /// As [`Campaign::open`].
@@ -240,10 +243,11 @@ pub fn trial_of_log(
     log: Log,
     entry: &TrialEntry,
     vehicle: &Vehicle,
+    coupled: &[Vec<Dof>],
 ) -> Result<SourcedTrial, Error> {
-    check_trial(path, entry, false)?;
+    check_trial(path, entry, !coupled.is_empty())?;
     let channels = channel_map(path, entry.channels.iter(), vehicle)?;
-    trial_of(path, log, entry, &channels, vehicle, &[])
+    trial_of(path, log, entry, &channels, vehicle, coupled)
 }
 
 /// The pulse width that stops a hobby speed controller, us.
@@ -388,7 +392,9 @@ fn check_names<'a>(path: &Path, names: impl Iterator<Item = &'a str>) -> Result<
 fn check_trial(path: &Path, trial: &TrialEntry, has_plant: bool) -> Result<(), Error> {
     let refuse = |reason: &str| Err(Error::value(path, format!("trial `{}`", trial.name), reason));
     if trial.dof.is_empty() && !has_plant {
-        return refuse("names no degree of freedom; add dof = [\"surge\"], say");
+        return refuse(
+            "names no degree of freedom; add dof = [\"surge\"], say, or a plant of several axes",
+        );
     }
     check_window(path, trial)?;
     let mut twice: Vec<Dof> = trial.dof.clone();

@@ -6,7 +6,7 @@ use std::path::Path;
 use schemars::JsonSchema;
 use seaplant::plant::{Basis, Buoyancy, HullModel, RigidBody, Symmetry};
 use seaplant::results::RigidBodyResult;
-use seaplant::{CoupledPlan, Dof, Vehicle};
+use seaplant::{CoupledPlan, Dof, Vehicle, axes_by_name, schema_of_axes};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
@@ -15,7 +15,10 @@ use crate::Error;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlantEntry {
-    /// Its axes: surge, sway, heave, roll, pitch, yaw.
+    /// Its axes: surge, sway, heave, roll, pitch, yaw; or `six`, `planar` (surge, sway, yaw) or
+    /// `vertical` (surge, heave, pitch).
+    #[serde(deserialize_with = "axes_by_name")]
+    #[schemars(schema_with = "schema_of_axes")]
     pub axes: Vec<Dof>,
     /// Which axes the mass matrix may couple: `port-starboard` (the default), `none` for all, or
     /// `diagonal` for no two.
@@ -186,6 +189,19 @@ mod tests {
             message.contains("campaign.toml: terms") && message.contains("character 8"),
             "{message}"
         );
+    }
+
+    #[test]
+    fn axes_go_by_the_name_of_a_set() {
+        let read = |text: &str| toml::from_str::<PlantEntry>(text);
+        let axes = |text: &str| read(text).expect("axes").axes;
+        assert_eq!(axes("axes = \"six\""), Dof::ALL);
+        assert_eq!(axes("axes = \"vertical\""), [Dof::Surge, Dof::Heave, Dof::Pitch]);
+        assert_eq!(axes("axes = [\"yaw\", \"sway\"]"), [Dof::Yaw, Dof::Sway]);
+        let refused = |text: &str| read(text).expect_err("no axes").to_string();
+        let message = refused("axes = \"sixx\"");
+        assert!(message.contains("sixx") && message.contains("\"planar\""), "{message}");
+        assert!(refused("axes = [\"yaw\", \"yaw\"]").contains("yaw stands twice"));
     }
 
     #[test]

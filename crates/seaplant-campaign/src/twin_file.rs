@@ -39,20 +39,6 @@ impl TwinFile {
         Ok(Self::Whole(Box::new(spec)))
     }
 
-    /// Reads a twin.toml that has to be of one axis at a time.
-    ///
-    /// # Errors
-    /// As [`Self::read`], and [`Error::Value`] if it is of a whole vehicle.
-    pub fn read_one_axis(path: &Path) -> Result<TwinSpec, Error> {
-        match Self::read(path)? {
-            Self::OneAxis(spec) => Ok(*spec),
-            Self::Whole(_) => {
-                let reason = "makes the twin a whole vehicle, and this takes one that moves an axis at a time; leave it out, or use `seaplant twin` and `seaplant monte-carlo`, which take both";
-                Err(Error::value(path, "vehicle", reason))
-            }
-        }
-    }
-
     /// Makes the logs.
     ///
     /// # Errors
@@ -111,17 +97,6 @@ mod tests {
     fn keys_of_the_other_twin_are_refused() {
         let error = read("vehicle = \"rexrov\"\ndofs = [\"surge\"]\n").expect_err("of one axis");
         assert!(error.to_string().contains("unknown field `dofs`"), "{error}");
-    }
-
-    #[test]
-    fn a_whole_vehicle_is_none_of_one_axis() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("twin.toml");
-        std::fs::write(&path, "seed = 2\nvehicle = \"rexrov\"\n").expect("written");
-        let error = TwinFile::read_one_axis(&path).expect_err("whole").to_string();
-        assert!(error.contains("vehicle: makes the twin a whole vehicle"), "{error}");
-        std::fs::write(&path, "seed = 2\n").expect("written");
-        assert_eq!(TwinFile::read_one_axis(&path).expect("single").seed, 2);
     }
 
     #[test]

@@ -9,7 +9,7 @@ mod unsteady;
 
 use std::collections::BTreeMap;
 
-pub use coupled::{CoupledPlan, plant_of_result, score_coupled};
+pub use coupled::{CoupledPlan, compare_coupled, plant_of_result, score_coupled};
 pub use stages::{Stage, stages};
 pub(crate) use unsteady::Judged;
 

@@ -100,14 +100,14 @@ pub use clock::{ClockOffset, OffsetPair, estimate_offset};
 pub use compare::{
     Compared, DifferenceTest, Differences, DofDifference, ParameterDifference, Stated, differences,
 };
-pub use dof::{Dof, Units};
+pub use dof::{Dof, Units, axes_by_name, schema_of_axes};
 pub use error::Error;
 pub use estimate::fit::{Estimate, Fit};
 pub use estimate::method::Method;
 pub use evaluate::{Agreement, Comparison, PositionComparison, ScoredMotion, evaluate};
 pub use identify::{
-    CoupledPlan, IdentifyOptions, Stage, accumulated_plant, identify, identify_watched,
-    plant_of_result, score_coupled, stages, steady_drag,
+    CoupledPlan, IdentifyOptions, Stage, accumulated_plant, compare_coupled, identify,
+    identify_watched, plant_of_result, score_coupled, stages, steady_drag,
 };
 pub use judge::{box_pierce, robust_covariance, score_plant};
 pub use model::{Model, ThrustModel, VelocitySensor};

@@ -222,7 +222,10 @@ impl Trial {
         let found = self.setup.coupled.iter().position(|known| known == axes);
         let Some(found) = found.and_then(|at| self.coupled.get(at)) else {
             let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
-            let reason = format!("trial `{}` was not read for it", self.setup.name);
+            let reason = format!(
+                "trial `{}` was not made for these axes; state them where it is made",
+                self.setup.name
+            );
             return Err(Error::Plant { axes: names.join("-"), reason });
         };
         found.as_ref().map_err(Clone::clone)

@@ -22,6 +22,7 @@ __all__ = [
     "ChannelSummary",
     "ClockOffset",
     "Coefficient",
+    "CoefficientRow",
     "Consequence",
     "Correlation",
     "CoupledOnline",
@@ -107,6 +108,7 @@ __all__ = [
     "Validation",
     "Verdict",
     "WakeByDrift",
+    "WholeMonteCarloTable",
 ]
 
 Candidate: TypeAlias = Literal[
@@ -653,7 +655,7 @@ class ClockOffset(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Coefficient(Record):
+class Coefficient(Estimated):
     """A coefficient with its uncertainty."""
 
     value: float
@@ -676,6 +678,32 @@ class Coefficient(Record):
 
     told_by: ToldBy
     """What determines it."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CoefficientRow(Record):
+    """Errors and coverage of one coefficient over all seeds."""
+
+    name: str
+    """Its name."""
+
+    unit: str
+    """Its unit."""
+
+    truth: float
+    """As it is; zero of one that the vehicle does not have."""
+
+    median_abs_error: float
+    """Median of |error|, in its unit."""
+
+    median_error: float
+    """Median error, in its unit: what is left of it is bias."""
+
+    coverage_percent: float
+    """Part of the 95 % intervals that hold the truth, in %."""
+
+    answers: int
+    """Plants that have it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2265,3 +2293,26 @@ class WakeByDrift(Record):
     greatest: Floats
     """C₂: flow at great drift over that straight ahead, where it comes from starboard and
     where from port."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WholeMonteCarloTable(Record):
+    """The table of a study of a whole vehicle, and what it was made from."""
+
+    version: str
+    """Version of Seaplant that made it."""
+
+    runs: int
+    """How many twins."""
+
+    spec: dict[str, Any]
+    """The twin; that of the first run has its seed."""
+
+    coefficients: tuple[CoefficientRow, ...]
+    """Errors and coverage of each coefficient."""
+
+    assurance: tuple[Assurance, ...]
+    """How often axes were presented as what they are not."""
+
+    failures: dict[str, str]
+    """Why plants were not found, by seed."""

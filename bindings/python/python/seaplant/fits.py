@@ -19,6 +19,8 @@ from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant._results import (
     Caveat,
+    Coefficient,
+    CoupledPlant,
     Failure,
     Parameter,
     PlantResult,
@@ -193,6 +195,27 @@ class Fit(Named):
         return self.results.methods
 
     @property
+    def coupled(self) -> dict[str, CoupledPlant]:
+        """The plants of several axes, by their axes: ``surge-sway-yaw``."""
+        return self.results.coupled
+
+    @property
+    def mass_matrix(self) -> Floats:
+        """M of the plant of several axes, shape (n, n): rigid body plus added mass.
+
+        Rows and columns are the axes of the plant, ``next(iter(fit.coupled.values())).axes``;
+        its ``mass_matrix.std`` has the standard deviations.
+        """
+        if len(self.coupled) != 1:
+            known = ", ".join(self.coupled) or "none"
+            raise InputError(
+                f"a mass matrix is that of one plant of several axes, and the fit has {known}; "
+                "take that of fit.coupled[...]"
+            )
+        (plant,) = self.coupled.values()
+        return plant.mass_matrix.value
+
+    @property
     def steady(self) -> dict[str, SteadyResult]:
         """Drag from steady stretches, by degree of freedom."""
         return self.results.steady
@@ -205,7 +228,7 @@ class Fit(Named):
     @property
     def caveats(self) -> list[Caveat]:
         """Every doubt: about the campaign, then plant by plant."""
-        of_plants = (caveat for plant in self.plants.values() for caveat in plant.caveats)
+        of_plants = (caveat for plant in self._all.values() for caveat in plant.caveats)
         return [*self.results.caveats, *of_plants]
 
     def __getitem__(self, dof: str) -> PlantResult:
@@ -213,6 +236,8 @@ class Fit(Named):
             return self.plants[dof]
         except KeyError:
             known = ", ".join(self.plants) or "none"
+            if self.coupled:
+                known += f", and of several axes fit.coupled[{next(iter(self.coupled))!r}]"
             raise _NoPlantError(f"the fit has no plant of {dof!r}; it has {known}") from None
 
     def plant(self, method: str | None = None) -> Plant:
@@ -276,8 +301,10 @@ class Fit(Named):
     ) -> Simulation | Motion:
         """Drives a fitted plant with the thrust of a trial, or with inputs alone.
 
-        ``fit.simulate(trial)`` compares with the trial's velocity, as the command line does
-        with a log. ``fit.simulate(t, inputs)`` says what the vehicle would do, from rest;
+        An axis that was not identified by itself is that of a plant of several, simulated
+        freely from the start of the trial. ``fit.simulate(trial)`` compares with its velocity,
+        as the command line does with a log. ``fit.simulate(t, inputs)`` says what the vehicle
+        would do, from rest;
         ``fit.plant().simulate`` takes a state, a current and draws, too.
 
         Parameters
@@ -307,10 +334,32 @@ class Fit(Named):
             return self.plant(method).simulate(trial, dof)
         if isinstance(dof, Mapping):
             raise InputError("a trial has inputs of its own; give times to simulate others")
-        dof = only(list(self.plants), dof, "the fit")
+        served = [of for plant in self.coupled.values() for of in plant.axes]
+        dof = only(list(dict.fromkeys([*self.plants, *served])), dof, "the fit")
+        if dof in served and dof not in self.plants:
+            return self._simulate_coupled(trial)[dof]
         error, null_error, r_squared, series = self._native.simulate(trial._native, dof, method)
         used = method or self.plants[dof].method
         return Simulation(dof, trial.name, used, error, null_error, r_squared, *series)
+
+    def _simulate_coupled(self, trial: Trial) -> dict[str, Simulation]:
+        """Each axis of the plants of several that a trial serves."""
+        found = {}
+        for name, plant in self.coupled.items():
+            if list(plant.axes) not in trial.axes:
+                continue
+            for dof, (error, null_error, r_squared, series) in self._native.simulate_coupled(
+                trial._native, name
+            ):
+                scores = (error, null_error, r_squared)
+                found[dof] = Simulation(dof, trial.name, plant.method, *scores, *series)
+        if not found:
+            known = ", ".join(self.coupled)
+            raise InputError(
+                f"trial {trial.name!r} was not made for {known}, or the simulation runs away; "
+                "make it with axes=, as in seaplant.Trial(log, vehicle, axes=...)"
+            )
+        return found
 
     def validate(
         self, trials: Trial | Iterable[Trial], *, method: str | None = None
@@ -363,13 +412,17 @@ class Fit(Named):
         """
         from seaplant import plots
 
-        dofs = list(self.plants) if dof is None else [dof]
+        moving = [trial for trial in self.trials if trial.role != "steady"]
         rows = []
-        for of in dofs:
-            moving = [
-                trial for trial in self.trials if of in trial.dofs and trial.role != "steady"
-            ]
-            rows.append([self.simulate(trial, of, method=method) for trial in moving])
+        for of in self.plants if dof is None else [dof]:
+            own = [trial for trial in moving if of in trial.dofs]
+            rows.append([self.simulate(trial, of, method=method) for trial in own])
+        sets = [list(plant.axes) for plant in self.coupled.values()]
+        if method is None and (dof is None or dof not in self.plants):
+            serving = [trial for trial in moving if any(axes in sets for axes in trial.axes)]
+            found = [self._simulate_coupled(trial) for trial in serving]
+            served = [axis for axes in sets for axis in axes if dof in (None, axis)]
+            rows += [[of[axis] for of in found if axis in of] for axis in served]
         if not any(rows):
             raise InputError("the fit has no trials to draw; simulate one and draw that")
         return plots.comparisons(rows)
@@ -380,15 +433,19 @@ class Fit(Named):
         Returns
         -------
         pandas.DataFrame
-            Columns ``value``, ``std``, ``low95``, ``high95``, ``unit``, by ``dof``,
-            ``method`` and ``parameter``; nuisances among the parameters.
+            Columns ``value``, ``std``, ``low95``, ``high95``, ``unit``, by ``dof`` (of a plant
+            of several axes its name), ``method`` and ``parameter``; nuisances among the
+            parameters.
         """
         import pandas as pd
 
+        plants: list[tuple[str, str, PlantResult | CoupledPlant]]
+        plants = [(name, plant.method, plant) for name, plant in self.coupled.items()]
+        for dof, methods in self.methods.items():
+            plants += [(dof, method, plant) for method, plant in methods.items()]
         rows = [
-            {"dof": dof, "method": method, "parameter": name, **parameter.to_dict()}
-            for dof, methods in self.methods.items()
-            for method, plant in methods.items()
+            {"dof": of, "method": method, "parameter": name, **parameter.to_dict()}
+            for of, method, plant in plants
             for name, parameter in _parameters(plant).items()
         ]
         columns = ["dof", "method", "parameter", "value", "std", "low95", "high95", "unit"]
@@ -435,17 +492,22 @@ class Fit(Named):
 
     def __repr__(self) -> str:
         lines = [f"<Fit of {self.results.vehicle!r}"]
-        for dof, plant in self.plants.items():
-            lines.append(f"  {dof} by {plant.method}: {_judged(plant)}")
-            lines += [f"    {name}: {of}" for name, of in _own(plant).items()]
+        for name, plant in self._all.items():
+            lines.append(f"  {name} by {plant.method}: {_judged(plant)}")
+            lines += [f"    {parameter}: {of}" for parameter, of in _own(plant).items()]
         lines += [f"  steady {dof}: {of.quadratic_drag}" for dof, of in self.steady.items()]
         lines += [f"  {of.dof} by {of.method} failed: {of.message}" for of in self.failures]
         return "\n".join(lines) + ">"
 
+    @property
+    def _all(self) -> dict[str, PlantResult | CoupledPlant]:
+        """The plants of several axes, and the recommended ones of single ones."""
+        return {**self.coupled, **self.plants}
+
     def _repr_html_(self) -> str:
-        rows = "".join(_html_rows(dof, plant) for dof, plant in self.plants.items())
+        rows = "".join(_html_rows(name, plant) for name, plant in self._all.items())
         doubts = "".join(f"<li>{html.escape(of.message)}</li>" for of in self.caveats)
-        judged = "".join(_html_verdict(dof, plant) for dof, plant in self.plants.items())
+        judged = "".join(_html_verdict(name, plant) for name, plant in self._all.items())
         head = "".join(f"<th>{of}</th>" for of in ("", "", "value", "95 % interval", "unit"))
         name = html.escape(self.results.vehicle)
         table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
@@ -475,43 +537,48 @@ class _NoPlantError(InputError, KeyError):
         return str(self.args[0])
 
 
-def _judged(plant: PlantResult) -> str:
+def _judged(plant: PlantResult | CoupledPlant) -> str:
     """The verdict, how unseen trials were predicted, and how many caveats there are."""
-    verdict = plant.verdict
+    verdict, count = plant.verdict, len(plant.caveats)
     said = verdict.trust.replace("-", " ")
     if said != "usable":
         said += f" ({verdict.reason})"
+    caveats = f"{count} caveat{'' if count == 1 else 's'}"
+    if isinstance(plant, CoupledPlant):
+        # What a plant of several axes is judged by says how it predicts each.
+        return f"{said}; {caveats}"
     for what, score in (("held out", plant.hold_out), ("left out", plant.left_out)):
         if score is not None and score.r_squared is not None:
             said += f"; R² {what} {score.r_squared:.3f}"
             break
     if not plant.stable:
         said += "; unstable"
-    count = len(plant.caveats)
-    return f"{said}; {count} caveat{'' if count == 1 else 's'}"
+    return f"{said}; {caveats}"
 
 
-def _html_verdict(dof: str, plant: PlantResult) -> str:
-    return f"<li><b>{dof}</b> by {plant.method}: {html.escape(_judged(plant))}</li>"
+def _html_verdict(name: str, plant: PlantResult | CoupledPlant) -> str:
+    return f"<li><b>{name}</b> by {plant.method}: {html.escape(_judged(plant))}</li>"
 
 
 def _remade(text: str, trials: tuple[Trial, ...]) -> Fit:
     return Fit(_native.Results.of_json(text), trials)
 
 
-def _own(plant: PlantResult) -> dict[str, Parameter]:
+def _own(plant: PlantResult | CoupledPlant) -> dict[str, Parameter | Coefficient]:
+    if isinstance(plant, CoupledPlant):
+        return dict(plant.parameters)
     named = vars(plant.parameters)
     return {name: of for name, of in named.items() if isinstance(of, Parameter)}
 
 
-def _parameters(plant: PlantResult) -> dict[str, Parameter]:
+def _parameters(plant: PlantResult | CoupledPlant) -> dict[str, Parameter | Coefficient]:
     return {**_own(plant), **plant.nuisances}
 
 
-def _html_rows(dof: str, plant: PlantResult) -> str:
+def _html_rows(of_plant: str, plant: PlantResult | CoupledPlant) -> str:
     rows = []
     for name, of in _parameters(plant).items():
         value, std, low95, high95 = _native.rounded(of.value, of.std, of.low95, of.high95)
-        cells = (dof, name, f"{value} ± {std}", f"{low95} … {high95}", of.unit)
+        cells = (of_plant, name, f"{value} ± {std}", f"{low95} … {high95}", of.unit)
         rows.append("".join(f"<td>{html.escape(cell)}</td>" for cell in cells))
     return "".join(f"<tr>{row}</tr>" for row in rows)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from seaplant import _native
 from seaplant._choices import (
@@ -31,6 +31,7 @@ def identify(
     vehicle: Vehicle,
     method: Methods = None,
     *,
+    plants: Settings | Sequence[Mapping[str, Any]] = None,
     terms: Terms = None,
     velocity: Literal["measured", "position"] | None = None,
     paper: Settings = None,
@@ -41,8 +42,9 @@ def identify(
 ) -> Fit:
     """Identifies every degree of freedom of the trials, as ``seaplant identify`` does.
 
-    Fits ``v' = α τ + β v|v| + μ v + bias`` by each method, scores each plant on fitted and
-    held-out trials, finds steady drag, and gathers the doubts.
+    Fits ``v' = α τ + β v|v| + μ v + bias`` by each method to each degree of freedom by itself,
+    and ``M ν̇ + C(M, ν) ν + D(ν) ν + g(η) = τ`` to the axes of each plant of several; scores
+    each plant on fitted and held-out trials, finds steady drag, and gathers the doubts.
 
     Parameters
     ----------
@@ -53,9 +55,14 @@ def identify(
     method
         A method, several of which the first is recommended, or ``"all"``; if not given
         filter-error, with output-error, equation-error and paper beside it.
+    plants
+        The plants of several axes, by the keys of ``[[plant]]`` in campaign.toml: ``axes``,
+        ``symmetry``, ``model``, ``terms``, ``hold``, ``find_couplings``; one or several. If not
+        given the usual plant of each set of axes that the trials serve; ``axes`` may be left
+        out if they serve one.
     terms
-        The terms to fit: ``"force,quadratic,bias"`` or a list of force, quadratic, linear and
-        bias.
+        The terms to fit to a degree of freedom by itself: ``"force,quadratic,bias"`` or a list
+        of force, quadratic, linear and bias.
     velocity
         Where every method takes velocity from; by default the paper's derives it from
         position, others take what was measured.
@@ -88,7 +95,15 @@ def identify(
     >>> fit = sp.identify(dive.trials, dive.vehicle, method="equation-error")
     >>> abs(fit["surge"].parameters.mass.value / 12970.2 - 1) < 0.02
     True
+
+    A plant of surge, sway and yaw, with what couples them:
+
+    >>> dive = sp.twin(vehicle="published:otter-mss", duration_s=120, hold_out_s=60)
+    >>> fit = sp.identify(dive.trials, dive.vehicle)
+    >>> fit.mass_matrix.shape
+    (3, 3)
     """
+    given = trials_of(trials)
     tables = {
         "velocity": velocity,
         "methods": _native.method_names(methods_of(method)) or None,
@@ -98,15 +113,29 @@ def identify(
         "output-error": output_error,
         "filter-error": filter_error,
         "steady": steady,
+        "plant": _plants_of(given, plants),
     }
     stated = {name: table for name, table in tables.items() if table is not None}
     settings = json.dumps({"vehicle": "", "trial": [], **stated})
-    given = trials_of(trials)
     body = expected(Vehicle, vehicle, "vehicle", "make one with seaplant.Vehicle(...)")
     campaign = _native.Campaign.of(body._native, [of._native for of in given], settings)
     native = campaign.identify("seaplant.identify(trials, vehicle)")
     native.check()
     return Fit(native, given)
+
+
+def _plants_of(
+    trials: list[Trial], plants: Settings | Sequence[Mapping[str, Any]]
+) -> list[dict[str, Any]]:
+    """The plants of several axes that are asked for, each with its axes."""
+    served: list[list[str]] = []
+    for trial in trials:
+        served += [axes for axes in trial.axes if axes not in served]
+    if plants is None:
+        return [{"axes": axes} for axes in served]
+    asked = [plants] if isinstance(plants, Mapping) else list(plants)
+    usual = {"axes": served[0]} if len(served) == 1 else {}
+    return [{**usual, **plant} for plant in asked]
 
 
 def identify_campaign(

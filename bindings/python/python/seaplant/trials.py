@@ -24,6 +24,12 @@ __all__ = ["Axis", "Trial"]
 Channels = Mapping[str, "str | tuple[str, str] | Mapping[str, object]"]
 """By quantity, the column; or column and unit; or the keys of a ``[channels]`` entry."""
 
+Axes = str | Sequence[str | Sequence[str]]
+"""The axes of a plant, by their names or by that of a set; or of several plants."""
+
+NAMED = ("six", "planar", "vertical")
+"""Sets of axes that have a name."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Axis(Named):
@@ -85,7 +91,12 @@ class Trial(Named):
     vehicle
         The vehicle.
     dof
-        The degrees of freedom that it exercises: surge, sway, heave, roll, pitch, yaw.
+        The degrees of freedom that are identified by themselves: surge, sway, heave, roll,
+        pitch, yaw.
+    axes
+        The axes of a plant of several axes that it serves: a list of them, ``"six"``,
+        ``"planar"`` (surge, sway, yaw) or ``"vertical"`` (surge, heave, pitch); of several such
+        plants a list of these.
     channels
         Which column holds which quantity: ``{"depth": "Z", "thruster.T1.pwm": ("T1", "us")}``.
         If not given, columns that are called as quantities are.
@@ -112,8 +123,9 @@ class Trial(Named):
         self,
         log: Log | Data,
         vehicle: Vehicle,
-        dof: str | Sequence[str],
+        dof: str | Sequence[str] = (),
         *,
+        axes: Axes = (),
         channels: Channels | None = None,
         name: str = "trial",
         role: Literal["fit", "hold-out", "steady"] = "fit",
@@ -136,10 +148,10 @@ class Trial(Named):
             "segments_s": [list(span) for span in segments_s],
             "channels": _entries(log, channels),
         }
-        made_of = json.dumps(entry)
+        made_of, served = json.dumps(entry), json.dumps(_sets(axes))
         body = expected(Vehicle, vehicle, "vehicle", "make one with seaplant.Vehicle(...)")
-        native = _native.Trial.of_log(log._native, made_of, body._native)
-        self._set(native, (_of_log, (log, vehicle, made_of)))
+        native = _native.Trial.of_log(log._native, made_of, served, body._native)
+        self._set(native, (_of_log, (log, vehicle, made_of, served)))
 
     def _set(self, native: _native.Trial, recipe: tuple[Any, ...] | None) -> None:
         self._native = native
@@ -164,8 +176,13 @@ class Trial(Named):
 
     @property
     def dofs(self) -> list[str]:
-        """The degrees of freedom that it exercises."""
+        """The degrees of freedom that are identified by themselves."""
         return self._native.dofs
+
+    @property
+    def axes(self) -> list[list[str]]:
+        """The axes of each plant of several axes that it serves."""
+        return self._native.axes
 
     def caveats(self, dof: str) -> list[str]:
         """Gives the doubts that every fit of a degree of freedom of this trial inherits.
@@ -212,7 +229,8 @@ class Trial(Named):
         return Trial._of(self._native.as_role(role), recipe)
 
     def __repr__(self) -> str:
-        return f"<Trial {self.name!r}, {self.role}, {', '.join(self.dofs)}>"
+        served = [*self.dofs, *("-".join(axes) for axes in self.axes)]
+        return f"<Trial {self.name!r}, {self.role}, {', '.join(served)}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._recipe is None:
@@ -223,9 +241,9 @@ class Trial(Named):
         return self._recipe
 
 
-def _of_log(log: Log, vehicle: Vehicle, entry: str) -> Trial:
-    native = _native.Trial.of_log(log._native, entry, vehicle._native)
-    return Trial._of(native, (_of_log, (log, vehicle, entry)))
+def _of_log(log: Log, vehicle: Vehicle, entry: str, axes: str) -> Trial:
+    native = _native.Trial.of_log(log._native, entry, axes, vehicle._native)
+    return Trial._of(native, (_of_log, (log, vehicle, entry, axes)))
 
 
 def _with_role(trial: Trial, role: str) -> Trial:
@@ -239,6 +257,16 @@ def only(known: Sequence[str], chosen: str | None, holder: str) -> str:
     if len(known) == 1:
         return known[0]
     raise InputError(f"{holder} has {', '.join(known) or 'none'}; choose one with dof=")
+
+
+def _sets(axes: Axes) -> list[str | list[str]]:
+    """The axes of each plant: of one, unless each is a set."""
+    if isinstance(axes, str):
+        return [axes]
+    of_one = [of for of in axes if isinstance(of, str) and of not in NAMED]
+    if of_one and len(of_one) == len(axes):
+        return [of_one]
+    return [of if isinstance(of, str) else list(of) for of in axes]
 
 
 def _entries(log: Log, channels: Channels | None) -> dict[str, dict[str, object]]:

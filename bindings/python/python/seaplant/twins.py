@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
@@ -16,7 +17,7 @@ from seaplant._choices import Methods, methods_of
 from seaplant._files import write_files
 from seaplant._named import Named
 from seaplant._record import Floats
-from seaplant._results import MonteCarloTable, Truth
+from seaplant._results import MonteCarloTable, Truth, WholeMonteCarloTable
 from seaplant.errors import InputError
 from seaplant.logs import Log
 from seaplant.trials import Trial
@@ -43,12 +44,14 @@ class Twin(Named):
     vehicle
         The vehicle as its analyst has it.
     trials
-        For each degree of freedom one to fit and one to hold out; then steady runs. They hold
-        what instruments said, unrounded; files round it to the decimals that are usual.
+        For each degree of freedom one to fit and one to hold out; then steady runs. Of a whole
+        vehicle those that serve its plant of several axes. They hold what instruments said,
+        unrounded; files round it to the decimals that are usual.
     truth
         What an analyst would like to know.
     bollard_pull
-        Propeller speed, rad/s, and thrust, N, of one thruster on a test bench, shape (n, 2).
+        Propeller speed, rad/s, and thrust, N, of one thruster on a test bench, shape (n, 2);
+        empty of a whole vehicle.
     """
 
     vehicle: Vehicle
@@ -64,7 +67,7 @@ class Twin(Named):
         made = enumerate(native.trials())
         self.trials = tuple(Trial._of(of, (_trial_of, (spec, k))) for k, of in made)
         self.truth = Truth.from_dict(json.loads(native.truth()))
-        self.bollard_pull = np.asarray(native.bollard_pull(), dtype=np.float64)
+        self.bollard_pull = np.reshape(native.bollard_pull(), (-1, 2)).astype(np.float64)
 
     @property
     def logs(self) -> dict[str, Log]:
@@ -113,7 +116,9 @@ def twin(spec: Spec = None, **changes: Any) -> Twin:
         What the twin is and does: a TOML file, or its keys; the Jason 2 twin if not given.
     **changes
         Keys in place of those of ``spec``, such as ``seed``, ``dofs``, ``duration_s``,
-        ``noise`` and ``disturbances``; ``seaplant schema twin`` prints all.
+        ``noise`` and ``disturbances``; ``seaplant schema twin`` prints all. ``vehicle``, a
+        plant file or ``"published:NAME"``, makes it a whole vehicle, driven in several axes at
+        once.
 
     Returns
     -------
@@ -135,6 +140,9 @@ def twin(spec: Spec = None, **changes: Any) -> Twin:
     ['surge 1', 'surge hold-out']
     >>> dive.truth.nuisances.lag_s
     0.3
+    >>> whole = sp.twin(vehicle="published:rexrov", duration_s=60, hold_out_s=60)
+    >>> whole.trials[0].axes
+    [['surge', 'sway', 'heave', 'roll', 'pitch', 'yaw']]
     """
     return Twin(_spec(spec, changes))
 
@@ -160,7 +168,7 @@ def monte_carlo(
     threads: int | None = None,
     on_run: Callable[[int], object] | None = None,
     **changes: Any,
-) -> MonteCarloTable:
+) -> MonteCarloTable | WholeMonteCarloTable:
     """Measures how well methods do on a twin: errors and coverage over many seeds.
 
     Parameters
@@ -168,7 +176,8 @@ def monte_carlo(
     spec
         What the twin is and does: a TOML file, or its keys; the Jason 2 twin if not given.
     method
-        A method, several, or ``"all"``; those that `seaplant.identify` uses if not given.
+        A method, several, or ``"all"``; those that `seaplant.identify` uses if not given. A
+        whole vehicle is fitted by filter error.
     runs
         How many twins to make, with seeds from that of the spec upwards.
     threads
@@ -180,8 +189,9 @@ def monte_carlo(
 
     Returns
     -------
-    MonteCarloTable
-        A row for each degree of freedom, method and parameter; the same for any ``threads``.
+    MonteCarloTable or WholeMonteCarloTable
+        A row for each degree of freedom, method and parameter; of a whole vehicle, which
+        ``vehicle`` makes it, a row for each coefficient. The same for any ``threads``.
 
     Raises
     ------
@@ -191,11 +201,13 @@ def monte_carlo(
     if runs < 1:
         raise InputError(f"runs is {runs} and must be at least 1")
     made_of = _spec(spec, changes)
-    table = _native.monte_carlo(made_of, methods_of(method), runs, threads, on_run)
-    return MonteCarloTable.from_dict(json.loads(table))
+    table = json.loads(_native.monte_carlo(made_of, methods_of(method), runs, threads, on_run))
+    if "vehicle" in table["spec"]:
+        return WholeMonteCarloTable.from_dict(table)
+    return MonteCarloTable.from_dict(table)
 
 
-def monte_carlo_frame(table: MonteCarloTable) -> pd.DataFrame:
+def monte_carlo_frame(table: MonteCarloTable | WholeMonteCarloTable) -> pd.DataFrame:
     """Gives the rows of a Monte Carlo study as a frame.
 
     Parameters
@@ -206,10 +218,12 @@ def monte_carlo_frame(table: MonteCarloTable) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        A row for each degree of freedom, method and parameter.
+        A row for each degree of freedom, method and parameter; or for each coefficient.
     """
     import pandas as pd
 
+    if isinstance(table, WholeMonteCarloTable):
+        return pd.DataFrame([row.to_dict() for row in table.coefficients])
     return pd.DataFrame([row.to_dict() for row in table.rows])
 
 
@@ -229,6 +243,8 @@ def _listed(value: object) -> object:
         return sorted(value)
     if isinstance(value, np.generic):
         return value.item()
+    if isinstance(value, PathLike):
+        return os.fspath(value)
     if isinstance(value, Sequence) and not isinstance(value, str):
         return list(value)
     return value

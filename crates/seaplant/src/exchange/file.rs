@@ -11,7 +11,7 @@ use super::of_results::plant_of_terms;
 use super::{Actuation, Disturbance, Driven, Origin, PlantModel};
 use crate::plant::{Basis, Effect, Product};
 use crate::results::{BuoyancyResult, Correlation, CurveResult, RigidBodyResult};
-use crate::{Dof, Error, Thruster};
+use crate::{Dof, Error, Thruster, axes_by_name, schema_of_axes};
 
 /// The name and version of this file.
 pub const PLANT_SCHEMA: &str = "seaplant/plant/1";
@@ -40,7 +40,8 @@ pub struct PlantFile {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     /// The axes that are known, in the order of rows and columns; all six if left out.
-    #[serde(default = "all_axes")]
+    #[serde(default = "all_axes", deserialize_with = "axes_by_name")]
+    #[schemars(schema_with = "schema_of_axes")]
     pub axes: Vec<Dof>,
     /// Whether C(M_A) comes on top of the numbers or is among them.
     #[serde(default)]

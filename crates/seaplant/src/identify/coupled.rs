@@ -11,8 +11,7 @@ mod steady;
 mod under_way;
 mod verdict;
 
-pub(crate) use score::compare_coupled;
-pub use score::score_coupled;
+pub use score::{compare_coupled, score_coupled};
 
 use std::collections::BTreeMap;
 

@@ -106,10 +106,7 @@ pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<Coupled
 ///
 /// # Errors
 /// That of the trial, if it was not read for the plant's axes; as [`plant_of_result`].
-pub(crate) fn compare_coupled(
-    result: &CoupledPlant,
-    trial: &Trial,
-) -> Result<Vec<Comparison>, Error> {
+pub fn compare_coupled(result: &CoupledPlant, trial: &Trial) -> Result<Vec<Comparison>, Error> {
     let plant = plant_of_result(result)?;
     let record = trial.coupled(&result.axes)?;
     let own = |direction: &str| {

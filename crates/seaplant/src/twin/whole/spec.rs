@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::twin::validate::{above_zero, not_negative, refused};
 use crate::twin::{Disturbance, DisturbanceStrength, NoiseLevel, TwinSpec};
-use crate::{Dof, Error};
+use crate::{Dof, Error, axes_by_name, schema_of_axes};
 
 /// What the twin of a whole vehicle is and does; every field but the vehicle has a default.
 ///
@@ -28,7 +28,10 @@ pub struct WholeTwinSpec {
     pub noise: NoiseLevel,
     /// What disturbs the vehicle or misleads its analyst.
     pub disturbances: BTreeSet<Disturbance>,
-    /// The axes that are driven; all that the thrusters push if left out.
+    /// The axes that are driven, or `six`, `planar` or `vertical`; all that the thrusters push if
+    /// left out.
+    #[serde(deserialize_with = "axes_by_name")]
+    #[schemars(schema_with = "schema_of_axes")]
     pub axes: Vec<Dof>,
     /// What moves in the trials that are fitted.
     pub driving: Driving,
