@@ -393,7 +393,7 @@ fn check_trial(path: &Path, trial: &TrialEntry, has_plant: bool) -> Result<(), E
     let refuse = |reason: &str| Err(Error::value(path, format!("trial `{}`", trial.name), reason));
     if trial.dof.is_empty() && !has_plant {
         return refuse(
-            "names no degree of freedom; add dof = [\"surge\"], say, or a plant of several axes",
+            "names no degree of freedom; add dof = [\"surge\"], say, or the axes of a plant of several",
         );
     }
     check_window(path, trial)?;

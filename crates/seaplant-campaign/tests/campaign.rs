@@ -68,7 +68,7 @@ fn a_trial_must_end_after_it_starts() {
 fn a_trial_needs_a_degree_of_freedom() {
     assert_eq!(
         of_campaign(DOF, "dof = []"),
-        "campaign.toml: trial `run 1`: names no degree of freedom; add dof = [\"surge\"], say"
+        "campaign.toml: trial `run 1`: names no degree of freedom; add dof = [\"surge\"], say, or the axes of a plant of several"
     );
     let twice = of_campaign(DOF, "dof = [\"surge\", \"surge\"]");
     assert_eq!(twice, "campaign.toml: trial `run 1`: names a degree of freedom twice");
