@@ -5,6 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use seaplant::{Dof, Role, Timed, VelocitySource, axes_by_name};
 use seaplant_campaign::{SourcedTrial, TrialEntry, trial_of_log};
+use serde_json::Value;
 
 use crate::border::{Failure, apart, parse};
 use crate::log::Log;
@@ -21,6 +22,16 @@ fn series<'py>(py: Python<'py>, series: &Timed) -> Series<'py> {
     (PyArray1::from_slice(py, series.time_s()), PyArray1::from_slice(py, series.values()))
 }
 
+/// The axes of each plant: of one, by a name or a list, unless the list is of such sets.
+fn plants_axes(axes: Value) -> Result<Vec<Vec<Dof>>, Failure> {
+    let is_axis = |of: &Value| of.as_str().is_some_and(|name| name.parse::<Dof>().is_ok());
+    let sets = match axes {
+        Value::Array(sets) if !sets.iter().any(is_axis) => sets,
+        one => vec![one],
+    };
+    Ok(sets.into_iter().map(axes_by_name).collect::<Result<_, _>>()?)
+}
+
 #[pymethods]
 impl Trial {
     /// Makes a trial of a log, by the keys of a [[trial]], for plants of some axes as well.
@@ -33,9 +44,7 @@ impl Trial {
         vehicle: PyRef<'_, Vehicle>,
     ) -> PyResult<Self> {
         let entry: TrialEntry = parse("trial", entry)?;
-        let axes: Vec<serde_json::Value> = parse("axes", axes)?;
-        let coupled: Result<Vec<_>, _> = axes.into_iter().map(axes_by_name).collect();
-        let coupled = coupled.map_err(Failure::from)?;
+        let coupled = plants_axes(parse("axes", axes)?)?;
         let (log, vehicle) = (Arc::clone(&log.0), Arc::clone(&vehicle.0));
         let trial = apart(py, move || {
             let log = Arc::unwrap_or_clone(log);

@@ -27,9 +27,6 @@ Channels = Mapping[str, "str | tuple[str, str] | Mapping[str, object]"]
 Axes = str | Sequence[str | Sequence[str]]
 """The axes of a plant, by their names or by that of a set; or of several plants."""
 
-NAMED = ("six", "planar", "vertical")
-"""Sets of axes that have a name."""
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Axis(Named):
@@ -148,7 +145,7 @@ class Trial(Named):
             "segments_s": [list(span) for span in segments_s],
             "channels": _entries(log, channels),
         }
-        made_of, served = json.dumps(entry), json.dumps(_sets(axes))
+        made_of, served = json.dumps(entry), json.dumps(axes)
         body = expected(Vehicle, vehicle, "vehicle", "make one with seaplant.Vehicle(...)")
         native = _native.Trial.of_log(log._native, made_of, served, body._native)
         self._set(native, (_of_log, (log, vehicle, made_of, served)))
@@ -257,16 +254,6 @@ def only(known: Sequence[str], chosen: str | None, holder: str) -> str:
     if len(known) == 1:
         return known[0]
     raise InputError(f"{holder} has {', '.join(known) or 'none'}; choose one with dof=")
-
-
-def _sets(axes: Axes) -> list[str | list[str]]:
-    """The axes of each plant: of one, unless each is a set."""
-    if isinstance(axes, str):
-        return [axes]
-    of_one = [of for of in axes if isinstance(of, str) and of not in NAMED]
-    if of_one and len(of_one) == len(axes):
-        return [of_one]
-    return [of if isinstance(of, str) else list(of) for of in axes]
 
 
 def _entries(log: Log, channels: Channels | None) -> dict[str, dict[str, object]]:

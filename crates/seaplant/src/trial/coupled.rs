@@ -66,6 +66,31 @@ pub struct CoupledRecord {
     pub caveats: Vec<Caveat>,
 }
 
+#[cfg(test)]
+impl CoupledRecord {
+    /// A record of which nothing is known yet, for tests.
+    pub(crate) fn empty(trial: &str, last_s: f64) -> Self {
+        Self {
+            trial: trial.to_owned(),
+            role: Role::Fit,
+            force: [const { None }; 6],
+            thrusters: Vec::new(),
+            velocity: [const { None }; 6],
+            spread: [const { None }; 6],
+            by_slope: [false; 6],
+            readings: [const { None }; 3],
+            levers_m: [Vector3::zeros(); 3],
+            rates: None,
+            attitude: [const { None }; 3],
+            inclination: [const { None }; 2],
+            inclination_spread: [const { None }; 2],
+            signals: BTreeMap::new(),
+            window_s: (0.0, last_s),
+            caveats: Vec::new(),
+        }
+    }
+}
+
 /// So long after the beginning of its log, s, thrust follows it whatever it was before: ten time
 /// constants of a propeller …
 const SETTLING_S: f64 = 3.0;

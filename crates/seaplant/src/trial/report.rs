@@ -196,22 +196,11 @@ mod tests {
             let mut velocity = [const { None }; 6];
             velocity[2] = Some(read.map(|_| 0.0));
             let record = CoupledRecord {
-                trial: "a".to_owned(),
-                role: crate::Role::Fit,
-                force: [const { None }; 6],
-                thrusters: Vec::new(),
                 velocity,
-                spread: [const { None }; 6],
-                by_slope: [false; 6],
                 readings: [None, None, Some(read.clone())],
                 levers_m: [0.0, 0.0, stated_m].map(|x| Vector3::new(x, 0.0, 0.0)),
                 rates: Some([still.clone(), rate.clone(), still]),
-                attitude: [const { None }; 3],
-                inclination: [const { None }; 2],
-                inclination_spread: [const { None }; 2],
-                signals: std::collections::BTreeMap::default(),
-                window_s: (0.0, 12.0),
-                caveats: Vec::new(),
+                ..CoupledRecord::empty("a", 12.0)
             };
             let lever_m = [AHEAD_M - stated_m, 0.0, 0.0];
             let found = record.with_translations_before(&VelocityReport { lever_m, ..late });

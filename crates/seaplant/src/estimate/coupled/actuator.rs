@@ -595,22 +595,9 @@ mod tests {
             (lever != 0.0).then(|| steps().map(thrust))
         };
         let record = CoupledRecord {
-            trial: "a".to_owned(),
-            role: crate::Role::Fit,
             force: std::array::from_fn(force),
             thrusters: vec![thruster()],
-            velocity: [const { None }; 6],
-            spread: [const { None }; 6],
-            by_slope: [false; 6],
-            readings: [const { None }; 3],
-            levers_m: Default::default(),
-            rates: None,
-            inclination: [const { None }; 2],
-            inclination_spread: [const { None }; 2],
-            attitude: [const { None }; 3],
-            signals: std::collections::BTreeMap::new(),
-            window_s: (0.0, 2.0),
-            caveats: Vec::new(),
+            ..CoupledRecord::empty("a", 2.0)
         };
         assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
         let some = [

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 use super::actuator::Actuator;
 use super::filter::{Drift, Noise};
 use super::fit::{Point, Problem};
-use super::late::left_of_report;
+use super::report::left_of_report;
 use super::schedule::Attitude;
 use super::uncertainty::{inverse, whiteness};
 use super::{AxisNoise, CoupledFit};

@@ -9,7 +9,7 @@ use super::*;
 use crate::motion::{HeldForce, Inputs, Prepared, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
 use crate::twin::random::gauss_markov;
-use crate::{CoupledThruster, Grid, Role, ThrustUncertainty, ThrusterTrack, Timed};
+use crate::{CoupledThruster, Grid, ThrustUncertainty, ThrusterTrack, Timed};
 
 /// Differences over parts of 1e-6 of sums of thousands of squares.
 const DIFFERENCE: f64 = 2e-3;
@@ -122,22 +122,11 @@ fn record_behind(
     let [surge, sway, yaw] = velocity;
     let heading = measured(&|k| motion.attitude[k][2], 0.1 * noise);
     CoupledRecord {
-        trial: trial.to_owned(),
-        role: Role::Fit,
         force,
-        thrusters: Vec::new(),
         velocity: [surge, sway, None, None, None, yaw],
-        spread: [const { None }; 6],
-        by_slope: [false; 6],
-        readings: [const { None }; 3],
-        levers_m: Default::default(),
-        rates: None,
-        inclination: [const { None }; 2],
-        inclination_spread: [const { None }; 2],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
         signals,
-        window_s: (0.0, time_s[time_s.len() - 1]),
-        caveats: Vec::new(),
+        ..CoupledRecord::empty(trial, time_s[time_s.len() - 1])
     }
 }
 
@@ -306,22 +295,11 @@ fn rolling(seed: u64, seconds: usize, noise: f64) -> (Plant, CoupledRecord) {
     }
     let inclination = [0, 1].map(|which| measured(&|k| motion.attitude[k][which], noise));
     let record = CoupledRecord {
-        trial: "a".to_owned(),
-        role: Role::Fit,
         force,
-        thrusters: Vec::new(),
         velocity,
-        spread: [const { None }; 6],
-        by_slope: [false; 6],
-        readings: [const { None }; 3],
-        levers_m: Default::default(),
-        rates: None,
         attitude: [inclination[0].clone(), inclination[1].clone(), None],
         inclination,
-        inclination_spread: [const { None }; 2],
-        signals: BTreeMap::new(),
-        window_s: (0.0, time_s[time_s.len() - 1]),
-        caveats: Vec::new(),
+        ..CoupledRecord::empty("a", time_s[time_s.len() - 1])
     };
     (plant, record)
 }

@@ -71,10 +71,7 @@ fn spread(values: &[f64]) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use super::*;
-    use crate::Role;
     use crate::plant::Symmetry;
 
     fn record(thrust: impl Fn(f64) -> f64) -> CoupledRecord {
@@ -82,24 +79,7 @@ mod tests {
         let values: Vec<f64> = times.iter().map(|t| thrust(*t)).collect();
         let mut force = [const { None }; 6];
         force[0] = Some(Timed::new("thrust", times, values).expect("valid"));
-        CoupledRecord {
-            trial: "zigzag".to_owned(),
-            role: Role::Fit,
-            force,
-            thrusters: Vec::new(),
-            velocity: [const { None }; 6],
-            spread: [const { None }; 6],
-            by_slope: [false; 6],
-            readings: [const { None }; 3],
-            levers_m: Default::default(),
-            rates: None,
-            inclination: [const { None }; 2],
-            inclination_spread: [const { None }; 2],
-            attitude: [const { None }; 3],
-            signals: BTreeMap::new(),
-            window_s: (0.0, 199.0),
-            caveats: Vec::new(),
-        }
+        CoupledRecord { force, ..CoupledRecord::empty("zigzag", 199.0) }
     }
 
     #[test]

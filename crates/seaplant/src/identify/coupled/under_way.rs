@@ -213,7 +213,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
-    use crate::{Role, Surface, Timed};
+    use crate::{Surface, Timed};
 
     fn record(velocity: [&dyn Fn(f64) -> f64; 2], rudder: impl Fn(f64) -> f64) -> CoupledRecord {
         let times: Vec<f64> = (0..400).map(|k| 0.5 * f64::from(k)).collect();
@@ -223,22 +223,9 @@ mod tests {
         };
         let angle = Signal::Angle { kind: Surface::Rudder, name: "rudder".to_owned() };
         CoupledRecord {
-            thrusters: Vec::new(),
-            trial: "turns".to_owned(),
-            role: Role::Fit,
-            force: [const { None }; 6],
             velocity: [Some(of(velocity[0])), Some(of(velocity[1])), None, None, None, None],
-            spread: [const { None }; 6],
-            by_slope: [false; 6],
-            readings: [const { None }; 3],
-            levers_m: Default::default(),
-            rates: None,
-            inclination: [const { None }; 2],
-            inclination_spread: [const { None }; 2],
-            attitude: [const { None }; 3],
             signals: BTreeMap::from([(angle, of(&rudder))]),
-            window_s: (0.0, 199.0),
-            caveats: Vec::new(),
+            ..CoupledRecord::empty("turns", 199.0)
         }
     }
 

@@ -197,13 +197,13 @@ impl Reported {
 }
 
 /// What a lag of translations leaves of a report to the next.
-pub(super) fn left_of_report(late: &VelocityReport, records: &[CoupledRecord]) -> f64 {
+pub(super) fn left_of_report(report: &VelocityReport, records: &[CoupledRecord]) -> f64 {
     let reported = |record: &CoupledRecord| {
         let axis = (0..3).find(|k| record.may_be_late(*k) && record.velocity[*k].is_some())?;
         record.velocity[axis].as_ref().map(Timed::period_s)
     };
     let period_s = records.iter().find_map(reported);
-    period_s.map_or(0.0, |period_s| (-period_s / late.lag_s).exp())
+    period_s.map_or(0.0, |period_s| (-period_s / report.lag_s).exp())
 }
 
 impl<const N: usize> Prompt<N> {
@@ -238,22 +238,22 @@ impl<const N: usize> Prompt<N> {
 /// Delay and lag after a step, and their standard deviations: of the lag alone where there is no
 /// delay.
 fn stepped(
-    late: VelocityReport,
+    how: VelocityReport,
     step: &DVector<f64>,
     covariance: &DMatrix<f64>,
     is_delayed: bool,
 ) -> (VelocityReport, [Option<f64>; 2]) {
     let [[of_delay, of_both], [_, of_lag]] = [0, 1].map(|i| [0, 1].map(|j| covariance[(i, j)]));
-    let delay_s = if is_delayed { (late.delay_s + step[0]).clamp(0.0, MOST_S) } else { 0.0 };
+    let delay_s = if is_delayed { (how.delay_s + step[0]).clamp(0.0, MOST_S) } else { 0.0 };
     // What the delay cannot do the lag does.
-    let short = delay_s - late.delay_s - step[0];
+    let short = delay_s - how.delay_s - step[0];
     let by = step[1] + of_both / of_delay * short;
-    let lag_s = (late.lag_s + by).clamp(0.5 * late.lag_s, 2.0 * late.lag_s).min(MOST_S);
+    let lag_s = (how.lag_s + by).clamp(0.5 * how.lag_s, 2.0 * how.lag_s).min(MOST_S);
     let alone = of_lag - of_both.powi(2) / of_delay;
     let std = if is_delayed {
         [Some(of_delay.sqrt()), Some(of_lag.sqrt())]
     } else {
         [None, Some(alone.sqrt())]
     };
-    (VelocityReport { delay_s, lag_s, ..late }, std)
+    (VelocityReport { delay_s, lag_s, ..how }, std)
 }
