@@ -132,25 +132,29 @@ impl<const N: usize> Fitted<N, N> {
         bar: f64,
     ) -> Option<Prompt<N>> {
         let lag_s = delayed.reported.how.delay_s.max(FIRST_LAG_S);
-        let mut how = VelocityReport { delay_s: 0.0, lag_s, ..delayed.reported.how };
+        // A delay in the place of a lag leaves of it what may pass for levers: they are found anew.
+        let how = VelocityReport { lag_s, ..VelocityReport::default() };
+        let mut now = Reported { how, ..Reported::default() };
         let (mut from, mut is_delayed) = (delayed.optimum.point.clone(), false);
         let mut last = None;
         for _ in 0..MOST_STEPS {
-            let mut there = self.before(records, Reported { how, ..delayed.reported }, from)?;
+            let how = now.how;
+            let mut there = self.before(records, now, from)?;
             let by = there.problem.by_report(&there.optimum.point, how.lag_s)?;
-            let (step, covariance) = by.of_lateness([false; 3]);
-            let (next, std) = stepped(how, &step, &covariance, is_delayed);
+            let moves_levers = now.moves_levers(&by, bar);
+            let (step, covariance) = by.of_lateness(now.lever_std.map(|std| std.is_some()));
+            let (next, std) = stepped(now.how, &step, &covariance, is_delayed);
             let moved = (next.delay_s - how.delay_s).abs().max((next.lag_s - how.lag_s).abs());
             let is_settled = moved < LEAST_S.max(SETTLED * std[1].unwrap_or_default());
             let asks_for_delay =
                 !is_delayed && step[0] > LEAST_S && step[0].powi(2) > bar * covariance[(0, 0)];
-            there.reported.std = std;
-            (how, from) = (next, there.optimum.point.clone());
+            (there.reported.std, there.reported.lever_std) = (std, now.lever_std);
+            (now.how, from) = (next, there.optimum.point.clone());
             last = Some(there);
-            if is_settled && !asks_for_delay {
+            if is_settled && !asks_for_delay && !moves_levers {
                 break;
             }
-            is_delayed |= is_settled;
+            is_delayed |= is_settled && !moves_levers;
         }
         let lagging = last?;
         (lagging.by_sample().ok()? < delayed.by_sample().ok()?).then_some(lagging)
