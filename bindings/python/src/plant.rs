@@ -151,6 +151,7 @@ impl Plant {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let constant = |(name, x): (String, f64)| (name, vec![0.0], vec![x]);
         let drive = drive(inputs.into_iter().map(constant).collect())?;
+        let drive = Drive { already_turning: true, ..drive };
         let forces = self.model.forces(&drive, 0.0).map_err(Failure::from)?;
         let wrench = forces.map(|force| force.map_or(0.0, |force| force.held_at(0.0)));
         Ok(PyArray1::from_slice(py, &wrench))

@@ -1,7 +1,9 @@
 """Results are plain, shown well, drawn, and the same as the contract says."""
 
+import hashlib
 import json
 import math
+import os
 import pickle
 import sys
 from pathlib import Path
@@ -132,6 +134,32 @@ def test_nothing_is_written_over_what_seaplant_did_not_write(fit, dive, tmp_path
     ):
         fit.save(tmp_path / "linked")
     assert not list(elsewhere.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("path", "fault"),
+    [
+        ("../secret.txt", "not a relative path inside the folder"),
+        ("{root}/secret.txt", "not a relative path inside the folder"),
+        ("link/secret.txt", "link is a symbolic link"),
+        ("pipe", "pipe is not a regular file"),
+        ("figures", "figures is not a regular file"),
+    ],
+)
+def test_a_forged_list_deletes_nothing(fit, tmp_path, path, fault):
+    secret = tmp_path / "secret.txt"
+    secret.write_text("mine")
+    folder = fit.save(tmp_path / "results")
+    (folder / "link").symlink_to(tmp_path)
+    os.mkfifo(folder / "pipe")
+    listed = json.loads((folder / "seaplant-files.json").read_text())
+    sha256 = hashlib.sha256(secret.read_bytes()).hexdigest()
+    listed["files"][path.format(root=tmp_path)] = {"made": "report", "sha256": sha256}
+    (folder / "seaplant-files.json").write_text(json.dumps(listed))
+    with pytest.raises(sp.InputError, match=rf"seaplant-files\.json lists .*{fault}; a list"):
+        fit.save(folder)
+    assert secret.read_text() == "mine"
+    assert (folder / "report.html").exists()
 
 
 def test_steady_drag_is_that_of_the_identification(heave_campaign):

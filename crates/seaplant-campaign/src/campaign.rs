@@ -11,9 +11,12 @@ use seaplant::{
 use seaplant_log::Log;
 
 use crate::bench::{Bench, read_bench};
-use crate::campaign_file::{BollardPullEntry, CampaignFile, ChannelEntry, LogEntry, TrialEntry};
+use crate::campaign_file::{
+    BollardPullEntry, CampaignFile, ChannelEntry, ChannelMap, LogEntry, TrialEntry,
+};
+use crate::missing_code::STOPPED_US;
 use crate::plant_file::{check_plans, coupled_axes, plans};
-use crate::recording::{ChannelMap, SourcedTrial, read_trial, trial_of};
+use crate::recording::{SourcedTrial, read_trial, trial_of};
 use crate::vehicle_file::{SourcedVehicle, read_vehicle};
 use crate::{Error, toml_file};
 
@@ -57,6 +60,7 @@ impl Campaign {
         let (file, input): (CampaignFile, _) = toml_file::read(path)?;
         let file = file.with_patterns(path)?;
         let vehicle = SourcedVehicle::open(&toml_file::resolve(path, &file.vehicle)?)?;
+        let file = with_axes_alone(path, file, &vehicle.vehicle)?;
         let options = file.options(path)?;
         check_plans(path, &options.coupled, &vehicle.vehicle)?;
         file.check_time(path)?;
@@ -250,9 +254,6 @@ pub fn trial_of_log(
     trial_of(path, log, entry, &channels, vehicle, coupled)
 }
 
-/// The pulse width that stops a hobby speed controller, us.
-const STOPPED_US: f64 = 1500.0;
-
 /// Fits a thrust curve to a bollard-pull table; `neutral` is 1500 us for pulse widths and
 /// 0 else, if not given.
 ///
@@ -368,6 +369,33 @@ fn check_trials(path: &Path, trials: &[TrialEntry], has_plant: bool) -> Result<(
         check_trial(path, trial, has_plant)?;
     }
     Ok(())
+}
+
+/// Turns plants of one axis into `dof` of the trials that name no axis of their own.
+///
+/// # Errors
+/// As [`plans`]; [`Error::Value`] if a plant has no trial, since each names other axes.
+fn with_axes_alone(
+    path: &Path,
+    mut file: CampaignFile,
+    vehicle: &Vehicle,
+) -> Result<CampaignFile, Error> {
+    plans(path, &file.plant)?;
+    let alone: Vec<Dof> = file.plant.iter().filter_map(|plant| plant.only_axis(vehicle)).collect();
+    file.plant.retain(|plant| plant.only_axis(vehicle).is_none());
+    for trial in file.trial.iter_mut().filter(|trial| trial.dof.is_empty()) {
+        trial.dof.clone_from(&alone);
+    }
+    let serves = |dof: &Dof| file.trial.iter().any(|trial| trial.dof.contains(dof));
+    match alone.iter().find(|dof| !serves(dof)) {
+        Some(dof) => {
+            let reason = format!(
+                "axes = [\"{dof}\"] has no trial, as each names other axes; add {dof} to the dof of its trials"
+            );
+            Err(Error::value(path, "plant", reason))
+        }
+        None => Ok(file),
+    }
 }
 
 fn check_names<'a>(path: &Path, names: impl Iterator<Item = &'a str>) -> Result<(), Error> {

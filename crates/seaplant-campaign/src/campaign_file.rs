@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use seaplant::estimate::online::OnlineOptions;
 use seaplant::estimate::steady::SteadyOptions;
 use seaplant::estimate::{EquationError, FilterError, OutputError, Paper};
-use seaplant::{Dof, Method, Role, Term, VelocitySource, exact};
+use seaplant::{Dof, Method, Quantity, Role, Term, VelocitySource, exact};
 use seaplant_log::{Dimension, Stamp, Unit};
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +66,9 @@ pub struct CampaignFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bollard_pull: Option<BollardPullEntry>,
 }
+
+/// Which column holds which quantity.
+pub(crate) type ChannelMap = BTreeMap<Quantity, ChannelEntry>;
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()

@@ -7,9 +7,11 @@ mod bench;
 mod campaign;
 mod campaign_file;
 mod clocks;
+mod doubts;
 mod error;
 mod excerpt;
 mod inspect;
+mod missing_code;
 mod monte_carlo;
 mod pattern;
 mod plant_file;
@@ -41,11 +43,11 @@ pub use monte_carlo::{MonteCarloTable, WholeMonteCarloTable, monte_carlo, monte_
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use profile::{
-    HoldEntry, ManoeuvreEntry, ManoeuvreKind, Profile, StartEntry, SteadyWindEntry, WindFrameName,
-    input_table,
+    ForceEntry, HoldEntry, ManoeuvreEntry, ManoeuvreKind, Profile, StartEntry, SteadyWindEntry,
+    WindFrameName, input_table,
 };
 pub use propose::{Proposal, propose};
-pub use published::{published_names, read_plant_file};
+pub use published::{nearest_published, published_names, read_plant_file};
 pub use recording::SourcedTrial;
 pub use toml_file::{of_json, read_bounded, read_toml};
 pub use twin_file::{TwinError, TwinFile};

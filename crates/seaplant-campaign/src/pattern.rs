@@ -12,6 +12,9 @@ use crate::{CampaignFile, Error};
 /// A pattern that matches more is a mistake.
 const MOST_MATCHES: usize = 10_000;
 
+/// Trials of a campaign, at most: the logs of each are read, if they are the same for all.
+const MOST_TRIALS: usize = 10_000;
+
 impl CampaignFile {
     /// The same with a trial for each match of a pattern, in the order of their names; `path` is
     /// the file's own.
@@ -21,11 +24,21 @@ impl CampaignFile {
     /// the pattern's wildcards stand for.
     ///
     /// # Errors
-    /// [`Error::Value`] for a pattern without a match, or that is one of several logs.
+    /// [`Error::Value`] for a pattern without a match, or that is one of several logs, and for more
+    /// than [`MOST_TRIALS`] trials.
     pub(crate) fn with_patterns(mut self, path: &Path) -> Result<Self, Error> {
+        let check_count = |count: usize| match count {
+            0..=MOST_TRIALS => Ok(()),
+            _ => {
+                let reason = format!("makes more than {MOST_TRIALS} trials; split the campaign");
+                Err(Error::value(path, "trial", reason))
+            }
+        };
+        check_count(self.trial.len())?;
         let mut trials = Vec::with_capacity(self.trial.len());
         for entry in self.trial {
             trials.extend(expanded(path, entry)?);
+            check_count(trials.len())?;
         }
         self.trial = trials;
         Ok(self)

@@ -6,7 +6,7 @@ use std::path::Path;
 use schemars::JsonSchema;
 use seaplant::plant::{Basis, Buoyancy, HullModel, RigidBody, Symmetry};
 use seaplant::results::RigidBodyResult;
-use seaplant::{CoupledPlan, Dof, Vehicle, axes_by_name, schema_of_axes};
+use seaplant::{CoupledPlan, Dof, Vehicle, VehicleEffect, axes_by_name, schema_of_axes};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
@@ -79,6 +79,20 @@ impl PlantEntry {
             hold: plan.hold.clone(),
             find_couplings: plan.search,
         }
+    }
+
+    /// Returns the axis of a plant that is the same as `dof` in a trial: one axis without terms,
+    /// held coefficients or effects of the vehicle.
+    ///
+    /// Roll and pitch are left out: their restoring moment is a term.
+    pub(crate) fn only_axis(&self, vehicle: &Vehicle) -> Option<Dof> {
+        let [dof @ (Dof::Surge | Dof::Sway | Dof::Heave | Dof::Yaw)] = self.axes[..] else {
+            return None;
+        };
+        let is_plain = self.model.is_none() && self.terms.is_empty() && self.hold.is_empty();
+        let acts = |one: &VehicleEffect| one.is_usual && one.effect.axes().contains(&dof);
+        let has_effect = || vehicle.windage.is_some() || vehicle.effects().iter().any(acts);
+        (is_plain && !has_effect()).then_some(dof)
     }
 
     /// The plant that is asked for; `path` is what messages call the file.

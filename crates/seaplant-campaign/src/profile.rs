@@ -5,7 +5,7 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use seaplant::Quantity;
-use seaplant::exchange::{Drive, Manoeuvre, PlantModel, Scenario};
+use seaplant::exchange::{Drive, Manoeuvre, PlantModel, SOLAS_RUDDER_RATE, Scenario};
 use seaplant::motion::Wind;
 use seaplant::quantity::{WindFrame, WindPart};
 use seaplant::{Dof, Timed};
@@ -95,6 +95,10 @@ pub struct ManoeuvreEntry {
     /// The change of heading at which a zigzag is turned back, deg.
     #[serde(default)]
     pub heading_deg: f64,
+    /// How fast the rudder turns, deg/s; 65° in 28 s, the least that SOLAS asks of a ship, if left
+    /// out.
+    #[serde(default)]
+    pub rudder_deg_per_s: Option<f64>,
 }
 
 /// Which manoeuvre.
@@ -122,7 +126,12 @@ impl ManoeuvreEntry {
         }
     }
 
-    /// Refuses angles that steer nothing.
+    /// How fast the rudder turns, rad/s.
+    pub fn rudder_rate(&self) -> f64 {
+        self.rudder_deg_per_s.map_or(SOLAS_RUDDER_RATE, f64::to_radians)
+    }
+
+    /// Refuses angles that steer nothing, and a rudder that does not turn.
     fn check(&self) -> Result<(), (&'static str, String)> {
         if self.kind == ManoeuvreKind::Stop {
             return Ok(());
@@ -133,6 +142,10 @@ impl ManoeuvreEntry {
         if !(self.angle_deg.abs() > 0.0 && self.angle_deg.abs() <= 90.0) {
             let reason = format!("is {}°; give one up to 90, to either side", self.angle_deg);
             return Err(("angle_deg", reason));
+        }
+        if let Some(rate) = self.rudder_deg_per_s.filter(|rate| !(*rate > 0.0 && rate.is_finite()))
+        {
+            return Err(("rudder_deg_per_s", format!("is {rate}°/s; give one above zero")));
         }
         let is_zigzag = self.kind == ManoeuvreKind::Zigzag;
         if is_zigzag && !(self.heading_deg > 0.0 && self.heading_deg <= 90.0) {
@@ -172,9 +185,10 @@ pub struct HoldEntry {
     /// From when on, s.
     #[serde(default)]
     pub from_s: f64,
-    /// Force or moment by axis, N and N m.
+    /// Force or moment by axis: a number in N or N m, or a part of what the thrusters give there, as
+    /// `"60 %"`.
     #[serde(default)]
-    pub force: BTreeMap<Dof, f64>,
+    pub force: BTreeMap<Dof, ForceEntry>,
     /// Inputs of thrusters by name, in the units of their curves.
     #[serde(default)]
     pub thruster: BTreeMap<String, f64>,
@@ -184,6 +198,49 @@ pub struct HoldEntry {
     /// Supply voltage, V.
     #[serde(default)]
     pub supply_v: Option<f64>,
+}
+
+/// A force or moment on an axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum ForceEntry {
+    /// N or N m.
+    Si(f64),
+    /// A part of the greatest that the thrusters give that way, as `60 %`.
+    Percent(String),
+}
+
+impl ForceEntry {
+    /// The number before `%`.
+    fn percent(text: &str) -> Option<f64> {
+        let number = text.trim().strip_suffix('%')?.trim().parse::<f64>().ok()?;
+        (number.abs() <= 100.0).then_some(number)
+    }
+
+    /// N or N m on an axis of a plant.
+    ///
+    /// # Errors
+    /// [`seaplant::Error::Plant`] for a part of a force that the plant does not state.
+    pub fn on(&self, model: &PlantModel, dof: Dof) -> Result<f64, seaplant::Error> {
+        let text = match self {
+            Self::Si(force) => return Ok(*force),
+            Self::Percent(text) => text,
+        };
+        let refuse = |reason: String| seaplant::Error::Plant {
+            axes: model.plant.structure().name(),
+            reason: format!("a force in {dof} of `{text}` {reason}"),
+        };
+        let percent = Self::percent(text).ok_or_else(|| {
+            refuse("is no part; write it as \"60 %\", of at most 100 %".to_owned())
+        })?;
+        let ends = model.force_limits(dof).ok_or_else(|| {
+            let unit = dof.units().force;
+            refuse(format!(
+                "needs the greatest thrust there, which is not known; give {unit}, or state max_rpm or a measured table of the thrusters"
+            ))
+        })?;
+        Ok(0.01 * percent.abs() * if percent < 0.0 { ends[0] } else { ends[1] })
+    }
 }
 
 /// Rows of a prediction beyond which it is too long to be one.
@@ -230,6 +287,18 @@ impl Profile {
                 return refuse("wind.from_deg", reason);
             }
         }
+        let forces = self.hold.iter().flat_map(|hold| &hold.force);
+        for (dof, force) in forces {
+            if let ForceEntry::Percent(text) = force
+                && ForceEntry::percent(text).is_none()
+            {
+                let reason = format!(
+                    "is `{text}`; give a number in {}, or a part of at most 100 % as \"60 %\"",
+                    dof.units().force
+                );
+                return refuse(&format!("hold.force.{dof}"), reason);
+            }
+        }
         if self.hold.windows(2).any(|pair| pair[1].from_s <= pair[0].from_s) {
             return refuse("hold", "has entries whose from_s does not increase; sort them".into());
         }
@@ -261,12 +330,15 @@ impl Profile {
     /// The inputs as series; thrusters that an entry does not name stand still.
     ///
     /// # Errors
-    /// [`seaplant::Error::NotFinite`] for an input that is no number.
+    /// [`seaplant::Error::NotFinite`] for an input that is no number; as [`ForceEntry::on`].
     pub fn drive(&self, model: &PlantModel) -> Result<Drive, seaplant::Error> {
         let mut drive = Drive::default();
         for dof in Dof::ALL {
-            let of = |hold: &HoldEntry| hold.force.get(&dof).copied();
-            if let Some(series) = self.series(of, 0.0)? {
+            let of = |hold: &HoldEntry| {
+                hold.force.get(&dof).map(|force| force.on(model, dof)).transpose()
+            };
+            let forces: Vec<Option<f64>> = self.hold.iter().map(of).collect::<Result<_, _>>()?;
+            if let Some(series) = self.series(&forces, 0.0)? {
                 drive.wrench.insert(dof, series);
             }
         }
@@ -274,31 +346,36 @@ impl Profile {
         for name in named {
             let known = model.thrusters.iter().find(|thruster| thruster.name == *name);
             let still = known.map_or(0.0, |thruster| thruster.curve.neutral());
-            let of = |hold: &HoldEntry| hold.thruster.get(name).copied();
-            if let Some(series) = self.series(of, still)? {
+            let inputs = self.each(|hold| hold.thruster.get(name).copied());
+            if let Some(series) = self.series(&inputs, still)? {
                 drive.thrusters.insert(name.clone(), series);
             }
         }
         let surfaces = self.hold.iter().flat_map(|hold| hold.angle_deg.keys());
         for name in surfaces {
-            let of = |hold: &HoldEntry| hold.angle_deg.get(name).map(|deg| deg.to_radians());
-            if let Some(series) = self.series(of, 0.0)? {
+            let angles = self.each(|hold| hold.angle_deg.get(name).map(|deg| deg.to_radians()));
+            if let Some(series) = self.series(&angles, 0.0)? {
                 drive.angles.insert(name.clone(), as_steps(&series)?);
             }
         }
         let first = self.hold.iter().find_map(|hold| hold.supply_v);
-        drive.supply_v = self.series(|hold| hold.supply_v, first.unwrap_or(0.0))?;
+        drive.supply_v = self.series(&self.each(|hold| hold.supply_v), first.unwrap_or(0.0))?;
         drive.wind = self.wind.as_ref().map(SteadyWindEntry::wind).transpose()?;
         Ok(drive)
     }
 
-    /// Values by entry, or what stands where none is; nothing if no entry has one.
+    /// A value of each entry.
+    fn each(&self, of: impl Fn(&HoldEntry) -> Option<f64>) -> Vec<Option<f64>> {
+        self.hold.iter().map(of).collect()
+    }
+
+    /// A series of values by entry, or what stands where none is; nothing if no entry has one.
     fn series(
         &self,
-        of: impl Fn(&HoldEntry) -> Option<f64>,
+        by_entry: &[Option<f64>],
         otherwise: f64,
     ) -> Result<Option<Timed>, seaplant::Error> {
-        if self.hold.iter().all(|hold| of(hold).is_none()) {
+        if by_entry.iter().all(Option::is_none) {
             return Ok(None);
         }
         let (mut times, mut values) = (Vec::new(), Vec::new());
@@ -306,9 +383,9 @@ impl Profile {
             times.push(0.0);
             values.push(otherwise);
         }
-        for hold in &self.hold {
+        for (hold, value) in self.hold.iter().zip(by_entry) {
             times.push(hold.from_s);
-            values.push(of(hold).unwrap_or(otherwise));
+            values.push(value.unwrap_or(otherwise));
         }
         Ok(Some(Timed::new("input", times, values)?))
     }
@@ -447,6 +524,46 @@ mod tests {
         assert!(radians.contains("manoeuvre.heading_deg"), "{radians}");
         let most = check("kind = \"turning-circle\"\nrudder = \"r\"\nangle_deg = 350");
         assert!(most.contains("up to 90"), "{most}");
+    }
+
+    #[test]
+    fn a_rudder_turns_at_its_stated_rate_or_as_solas_asks() {
+        let entry = |text: &str| {
+            let text = format!(
+                "duration_s = 60.0\n[manoeuvre]\nkind = \"zigzag\"\nrudder = \"r\"\nangle_deg = 10\nheading_deg = 10\n{text}"
+            );
+            profile(&text)
+        };
+        let rate = |text: &str| entry(text).manoeuvre.expect("given").rudder_rate().to_degrees();
+        assert!((rate("rudder_deg_per_s = 30") - 30.0).abs() < 1e-12);
+        assert!((rate("") - 65.0 / 28.0).abs() < 1e-12);
+        let error = entry("rudder_deg_per_s = 0").check(Path::new("p.toml")).expect_err("stands");
+        assert!(error.to_string().contains("manoeuvre.rudder_deg_per_s"), "{error}");
+    }
+
+    #[test]
+    fn a_part_of_thrust_is_that_of_the_thrusters_on_the_axis() {
+        let heavy = crate::read_plant_file(Path::new("published:bluerov2-heavy-von-benzon-2022"));
+        let heavy = heavy.expect("a table").expect("a plant").model().expect("possible");
+        let surge = |text: &str| {
+            let profile = profile(&format!("duration_s = 1.0\n[[hold]]\nforce.surge = {text}"));
+            profile.check(Path::new("p.toml")).map_err(|error| error.to_string())?;
+            let drive = profile.drive(&heavy).map_err(|error| error.to_string())?;
+            Ok::<f64, String>(drive.wrench[&Dof::Surge].held_at(0.5))
+        };
+        // Four thrusters of 30.4 N at 45°.
+        let most = 4.0 * 30.4 * 0.5_f64.sqrt();
+        assert!((surge("\"60 %\"").expect("known") - 0.6 * most).abs() < 1e-9);
+        assert!((surge("\"-25%\"").expect("known") + 0.25 * most).abs() < 1e-9);
+        assert_eq!(surge("7.0"), Ok(7.0));
+        let error = surge("\"60 N\"").expect_err("no part");
+        assert!(error.contains("hold.force.surge") && error.contains("60 %"), "{error}");
+        assert!(surge("\"160 %\"").is_err());
+        let open = "published:remus-100-prestero-2001";
+        let open = crate::read_plant_file(Path::new(open)).expect("a table").expect("a plant");
+        let entry = ForceEntry::Percent("60 %".to_owned());
+        let error = entry.on(&open.model().expect("possible"), Dof::Surge).expect_err("unknown");
+        assert!(error.to_string().contains("max_rpm"), "{error}");
     }
 
     #[test]

@@ -10,6 +10,7 @@ use seaplant_log::{Log, ReadOptions};
 
 mod activity;
 mod afloat;
+mod angles;
 mod autopilot;
 mod campaign_text;
 mod claim;
@@ -19,6 +20,7 @@ mod px4;
 mod ros;
 mod ros_thruster;
 mod session;
+mod together;
 mod vehicle_text;
 pub(crate) mod words;
 mod write;
@@ -49,11 +51,21 @@ struct ProposedTrial {
     /// Which of the mapping's sessions it is of.
     session: usize,
     window: Window,
+    /// The axis that it looks made for, unless it moves several together.
     dof: Dof,
+    /// The axes that it moves together, if it does.
+    together: Vec<Dof>,
     scores: Vec<Score>,
     /// Whether thrust changes while it works.
     varies: bool,
     hold_out: bool,
+}
+
+impl ProposedTrial {
+    /// The axis that it is made for; `None` if it moves several together.
+    fn alone(&self) -> Option<Dof> {
+        self.together.is_empty().then_some(self.dof)
+    }
 }
 
 /// Proposes the files for a log.
@@ -133,6 +145,7 @@ fn trials_of(
             session: index,
             window,
             dof: scores.first().map_or(Dof::Surge, |(dof, _)| *dof),
+            together: together::moved(log, session, mapped, &window),
             scores,
             varies: thrust_varies(log, session, mapped, &window),
             hold_out: false,
@@ -160,11 +173,12 @@ fn make_names_differ(trials: &mut [ProposedTrial]) {
     }
 }
 
-/// Of each degree of freedom with two trials or more, the last one judges the others; one
-/// of constant thrust only where there is no better.
+/// Of each degree of freedom with two trials or more, and of those that move several together, the
+/// last one judges the others; one of constant thrust only where there is no better.
 fn hold_out_the_last(trials: &mut [ProposedTrial]) {
-    for dof in Dof::ALL {
-        let of_dof: Vec<usize> = (0..trials.len()).filter(|&k| trials[k].dof == dof).collect();
+    for kind in Dof::ALL.into_iter().map(Some).chain([None]) {
+        let of_kind = |k: &usize| trials[*k].alone() == kind;
+        let of_dof: Vec<usize> = (0..trials.len()).filter(of_kind).collect();
         let varied: Vec<usize> = of_dof.iter().copied().filter(|&k| trials[k].varies).collect();
         let candidates = if varied.len() > 1 { varied } else { of_dof };
         if let [_, .., last] = candidates[..] {

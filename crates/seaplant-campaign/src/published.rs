@@ -30,6 +30,21 @@ pub fn published_names() -> Vec<&'static str> {
     PUBLISHED.iter().map(|(name, _)| *name).collect()
 }
 
+/// `published:NAME` of the table that a path without the prefix is near to: for messages about a file
+/// that is not there.
+///
+/// ```
+/// use seaplant_campaign::nearest_published;
+/// let near = nearest_published("bluerov2-wu".as_ref());
+/// assert_eq!(near.as_deref(), Some("published:bluerov2-wu-2018"));
+/// assert_eq!(nearest_published("results/results.json".as_ref()), None);
+/// ```
+pub fn nearest_published(path: &Path) -> Option<String> {
+    let is_name = path.extension().is_none() && path.components().count() == 1;
+    let near = nearest(path.to_str().filter(|_| is_name)?, published_names())?;
+    Some(format!("{PREFIX}{near}"))
+}
+
 /// Where the published table of a name is read, which may stand with or without `published:`;
 /// none of another name without it.
 pub(crate) fn published_path(name: &str) -> Option<PathBuf> {

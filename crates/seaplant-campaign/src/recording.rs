@@ -1,6 +1,5 @@
 //! One trial's logs, brought to quantities in SI units, and made a trial.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,15 +7,16 @@ use seaplant::results::{FileOffset, InputFile};
 use seaplant::{
     Caveat, CaveatCode, ClockOffset, Dof, Quantity, Recording, Timed, Trial, TrialSetup, Vehicle,
 };
-use seaplant_log::{Channel, Log, Note, ReadOptions, Stamp, TimeColumn, Unit};
+use seaplant_log::{Channel, Log, ReadOptions, Stamp, TimeColumn, Unit};
 
 use crate::Error;
-use crate::campaign_file::{Between, CampaignFile, ChannelEntry, OffsetEntry, TrialEntry};
+use crate::campaign_file::{
+    Between, CampaignFile, ChannelEntry, ChannelMap, OffsetEntry, TrialEntry,
+};
 use crate::clocks::{self, Alignment};
+use crate::doubts::{check_time_units, doubts};
+use crate::missing_code::{stop_without_pulse, without_codes};
 use crate::units::dimension_of;
-
-/// Which column holds which quantity.
-pub(crate) type ChannelMap = BTreeMap<Quantity, ChannelEntry>;
 
 /// A trial, and the files that it was read from.
 #[derive(Clone, Debug)]
@@ -57,7 +57,8 @@ pub(crate) fn trial_of(
     vehicle: &Vehicle,
     coupled: &[Vec<Dof>],
 ) -> Result<SourcedTrial, Error> {
-    let mut caveats: Vec<Caveat> = log.notes().iter().map(|note| doubt_of(entry, note)).collect();
+    check_time_units(path, entry, &log)?;
+    let mut caveats = doubts(entry, &log, channels);
     let offsets = align(&mut log, path, entry, channels, vehicle)?;
     caveats.extend(offsets.iter().map(|offset| told(entry, offset)));
     let start_s = log
@@ -78,7 +79,7 @@ pub(crate) fn trial_of(
         let reason = "is for thrusters and wrenches; leave it out for what is measured";
         return Err(Error::value(path, key, reason));
     }
-    let recording = recording(log, entry, channels, start_s, &mut caveats)?;
+    let recording = recording(log, entry, channels, vehicle, start_s, &mut caveats)?;
     check_gaps(path, entry, &recording)?;
     let setup = TrialSetup {
         name: entry.name.clone(),
@@ -115,15 +116,6 @@ fn check_gaps(path: &Path, entry: &TrialEntry, recording: &Recording) -> Result<
     Ok(())
 }
 
-/// What a reader's note makes a doubt of; a unit of time that is wrong moves mass by its square.
-fn doubt_of(entry: &TrialEntry, note: &Note) -> Caveat {
-    let message = format!("trial `{}`: {note}", entry.name);
-    match note {
-        Note::TimeUnitReplaced { .. } => Caveat::warning(CaveatCode::SuspiciousUnit, message),
-        _ => Caveat::note(CaveatCode::Log, message),
-    }
-}
-
 /// Estimates the offsets that the campaign asks for, and moves these clocks.
 fn align(
     log: &mut Log,
@@ -146,7 +138,7 @@ fn align(
         return Err(Error::value(path, key(&name(first)), reason));
     }
     let is_aligned = (0..files.len()).map(|file| !asked.contains(&file)).collect();
-    let recordings = recordings_of_files(log, entry, channels)?;
+    let recordings = recordings_of_files(log, entry, channels, vehicle)?;
     let mut alignment = Alignment { vehicle, recordings, is_aligned };
     let found = alignment
         .estimate_all(&asked)
@@ -163,15 +155,16 @@ fn recordings_of_files(
     log: &Log,
     entry: &TrialEntry,
     channels: &ChannelMap,
+    vehicle: &Vehicle,
 ) -> Result<Vec<Recording>, Error> {
     let mut recordings = clocks::recordings(log);
-    let mut as_logged = Clock { start_s: 0.0, moved: Vec::new() };
+    let clock = Clock { start_s: 0.0, moved: Vec::new() };
+    let mut conversion = Conversion { entry, vehicle, clock, caveats: &mut Vec::new() };
     for (quantity, mapped) in channels {
         // What cannot be had is told where the trial's own recording is made.
         let Ok(channel) = log.channel(&mapped.column) else { continue };
-        let (file, mut noted) = (channel.source, Vec::new());
-        let series = to_si(entry, quantity, mapped, channel.clone(), &mut as_logged, &mut noted)?;
-        recordings[file].insert(quantity.clone(), series);
+        let series = conversion.convert(quantity, mapped, channel.clone())?;
+        recordings[channel.source].insert(quantity.clone(), series);
     }
     Ok(recordings)
 }
@@ -198,6 +191,7 @@ fn recording(
     log: Log,
     entry: &TrialEntry,
     channels: &ChannelMap,
+    vehicle: &Vehicle,
     start_s: f64,
     caveats: &mut Vec<Caveat>,
 ) -> Result<Recording, Error> {
@@ -220,13 +214,14 @@ fn recording(
     let unmapped = left.iter_mut().enumerate().filter(|(place, _)| !is_mapped(*place));
     unmapped.for_each(|(_, channel)| *channel = None);
 
-    let mut clock = Clock { start_s, moved: Vec::new() };
+    let clock = Clock { start_s, moved: Vec::new() };
+    let mut conversion = Conversion { entry, vehicle, clock, caveats };
     let mut recording = Recording::new();
     for (k, &(place, quantity, wanted)) in mapped.iter().enumerate() {
         let is_last = mapped[k + 1..].iter().all(|(other, _, _)| *other != place);
         let channel = if is_last { left[place].take() } else { left[place].clone() };
         let channel = channel.expect("only its last use takes a channel away");
-        let series = to_si(entry, quantity, wanted, channel, &mut clock, caveats)?;
+        let series = conversion.convert(quantity, wanted, channel)?;
         recording.insert(quantity.clone(), series);
     }
     Ok(recording)
@@ -302,36 +297,47 @@ fn read_options(
 /// would soon be none.
 const LARGEST: f64 = 1e12;
 
-fn to_si(
-    entry: &TrialEntry,
-    quantity: &Quantity,
-    mapped: &ChannelEntry,
-    channel: Channel,
-    clock: &mut Clock,
-    caveats: &mut Vec<Caveat>,
-) -> Result<Timed, Error> {
-    let unit = unit_of(entry, quantity, mapped, &channel, caveats)?;
-    let sign = if mapped.negate { -1.0 } else { 1.0 };
-    let (scale, offset) = (mapped.scale.unwrap_or(1.0), mapped.offset.unwrap_or(0.0));
-    let (time_s, mut values) = channel.into_samples();
-    values.iter_mut().for_each(|x| *x = sign * unit.to_si(scale * *x + offset));
-    // Of measured velocity, samples far off their neighbours are left out later, with a caveat.
-    let is_cleaned = matches!(quantity, Quantity::DvlVelocity(_) | Quantity::Velocity(_));
-    if let Some(row) = values.iter().position(|x| x.abs() > LARGEST).filter(|_| !is_cleaned) {
-        return Err(Error::Implausible {
-            trial: entry.name.clone(),
-            quantity: quantity.to_string(),
-            column: mapped.column.clone(),
-            found: format!("{:e} {}", values[row], quantity.kind().unit()),
-            time_s: time_s[row],
-        });
+/// What columns are converted with, and what is to be said of that.
+struct Conversion<'a> {
+    entry: &'a TrialEntry,
+    vehicle: &'a Vehicle,
+    clock: Clock,
+    caveats: &'a mut Vec<Caveat>,
+}
+
+impl Conversion<'_> {
+    /// A column in SI units, on the trial's clock.
+    fn convert(
+        &mut self,
+        quantity: &Quantity,
+        mapped: &ChannelEntry,
+        channel: Channel,
+    ) -> Result<Timed, Error> {
+        let trial = &self.entry.name;
+        let unit = unit_of(self.entry, quantity, mapped, &channel, self.caveats)?;
+        let sign = if mapped.negate { -1.0 } else { 1.0 };
+        let (scale, offset) = (mapped.scale.unwrap_or(1.0), mapped.offset.unwrap_or(0.0));
+        let (time_s, mut values) = without_codes(trial, quantity, channel, self.caveats);
+        values.iter_mut().for_each(|x| *x = sign * unit.to_si(scale * *x + offset));
+        self.caveats.extend(stop_without_pulse(trial, quantity, self.vehicle, &mut values));
+        // Of measured velocity, samples far off their neighbours are left out later, with a caveat.
+        let is_cleaned = matches!(quantity, Quantity::DvlVelocity(_) | Quantity::Velocity(_));
+        if let Some(row) = values.iter().position(|x| x.abs() > LARGEST).filter(|_| !is_cleaned) {
+            return Err(Error::Implausible {
+                trial: trial.clone(),
+                quantity: quantity.to_string(),
+                column: mapped.column.clone(),
+                found: format!("{:e} {}", values[row], quantity.kind().unit()),
+                time_s: time_s[row],
+            });
+        }
+        let series = Timed::new(&quantity.to_string(), self.clock.times(time_s), values)
+            .map_err(Error::model(Path::new(&mapped.column)))?;
+        Ok(match mapped.between {
+            Between::Held => series,
+            Between::Linear => series.interpolated(LONGEST_HELD_S),
+        })
     }
-    let series = Timed::new(&quantity.to_string(), clock.times(time_s), values)
-        .map_err(Error::model(Path::new(&mapped.column)))?;
-    Ok(match mapped.between {
-        Between::Held => series,
-        Between::Linear => series.interpolated(LONGEST_HELD_S),
-    })
 }
 
 /// A straight line between samples is held over steps no longer than this, s: short beside

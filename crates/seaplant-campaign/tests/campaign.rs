@@ -3,6 +3,8 @@
 mod common;
 
 use common::{Folder, csv, said};
+use seaplant::Dof;
+use seaplant::results::Results;
 use seaplant_campaign::Campaign;
 
 const VEHICLE: &str = r#"name = "sled"
@@ -55,6 +57,48 @@ fn of_curve(curve: &str) -> String {
 }
 
 const DOF: &str = "dof = [\"surge\"]";
+const PLANT: &str = "[[plant]]\naxes = [\"surge\"]\n[channels]";
+
+/// The results of a sled that obeys its equation of motion, of a campaign with other text.
+fn results(changes: &[[&str; 2]]) -> Results {
+    let folder = Folder::new();
+    let (mut speed, mut rows) = (0.0_f64, String::from("time [s],prop [rad/s],speed [m/s]\n"));
+    for k in 0..600_u32 {
+        let t = 0.05 * f64::from(k);
+        let prop = 90.0 * (0.9 * t).sin() + 40.0 * (0.37 * t).sin();
+        rows += &format!("{t:.2},{prop},{speed}\n");
+        speed += 0.05 * (0.04 * prop * prop.abs() - 60.0 * speed * speed.abs()) / 120.0;
+    }
+    folder.write("log.csv", &rows);
+    folder.write("vehicle.toml", VEHICLE);
+    let methods = "methods = [\"equation-error\", \"output-error\"]\n";
+    let text = changes.iter().fold(CAMPAIGN.to_owned(), |text, [from, to]| text.replace(from, to));
+    folder.write("campaign.toml", &format!("{methods}{text}"));
+    let campaign = Campaign::open(&folder.path().join("campaign.toml")).expect("complete");
+    campaign.identify("test").results
+}
+
+#[test]
+fn a_plant_of_one_axis_is_the_dof_of_its_trials() {
+    let by_dof = results(&[]);
+    let by_plant = results(&[[DOF, ""], ["[channels]", PLANT]]);
+    let by_both = results(&[["[channels]", PLANT]]);
+    for other in [by_plant, by_both] {
+        assert_eq!(other.plants[&Dof::Surge].parameters, by_dof.plants[&Dof::Surge].parameters);
+        assert_eq!(other.methods, by_dof.methods);
+        assert!(other.coupled.is_empty());
+    }
+}
+
+#[test]
+fn a_plant_of_one_axis_without_a_trial_is_refused() {
+    let sway = PLANT.replace("surge", "sway");
+    let message = refusal(AS_IT_IS, ["[channels]", &sway]);
+    assert!(message.contains("axes = [\"sway\"] has no trial"), "{message}");
+    let twice = PLANT.replace("[channels]", PLANT);
+    let message = refusal([AS_IT_IS[0], AS_IT_IS[1]], ["[channels]", &twice]);
+    assert!(message.contains("surge is an axis of two plants"), "{message}");
+}
 
 #[test]
 fn a_trial_must_end_after_it_starts() {

@@ -748,3 +748,158 @@ fn a_preset_that_is_stated_makes_the_vehicle() {
     assert!(!questions.contains("is it a"), "{questions}");
     assert!(proposal.vehicle_toml.contains("# as --preset says"));
 }
+
+/// What a vehicle measures that is driven freely in `moving`, at rest in the other axes.
+fn free_driving(moving: &[&str]) -> String {
+    let wave = |column: &str, size: f64, period_s: f64| {
+        let size = if moving.contains(&column) { size } else { 0.001 };
+        move |t: f64| {
+            let gust = noise((t * 10.0) as usize + period_s as usize);
+            size * (t * std::f64::consts::TAU / period_s).sin() + 1e-4 * gust
+        }
+    };
+    let (surge, sway) = (wave("u", 0.5, 17.0), wave("v", 0.3, 23.0));
+    let (heave, yaw) = (wave("w", 0.3, 29.0), wave("r", 0.4, 31.0));
+    let tilt = |t: f64| 0.05 * (0.9 * t).sin();
+    let push = move |t: f64| 0.4 + 0.3 * (t * std::f64::consts::TAU / 17.0).sin();
+    csv(
+        10.0,
+        120.0,
+        &[
+            ("T1 [1]", &push),
+            ("dvl vx [m/s]", &surge),
+            ("dvl vy [m/s]", &sway),
+            ("dvl vz [m/s]", &heave),
+            ("yaw rate [rad/s]", &yaw),
+            ("roll [rad]", &tilt),
+            ("pitch [rad]", &tilt),
+            ("heading [rad]", &yaw),
+        ],
+    )
+}
+
+#[test]
+fn a_log_that_moves_and_measures_all_axes_is_proposed_a_plant_of_six() {
+    let folder = Folder::new();
+    let log = folder.write("free.csv", &free_driving(&["u", "v", "w", "r"]));
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    let axes: Vec<&[Dof]> = campaign.plant.iter().map(|plant| &plant.axes[..]).collect();
+    assert_eq!(axes, [&Dof::ALL[..]], "{}", proposal.campaign_toml);
+    assert!(proposal.campaign_toml.contains("axes = \"six\""));
+    assert!(campaign.trial[0].dof.is_empty(), "{}", proposal.campaign_toml);
+}
+
+#[test]
+fn a_log_that_moves_one_axis_and_measures_all_names_the_plant_of_six_as_an_alternative() {
+    let folder = Folder::new();
+    let log = folder.write("surge.csv", &free_driving(&["u"]));
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    assert!(campaign.plant.is_empty());
+    assert_eq!(campaign.trial[0].dof, [Dof::Surge]);
+    assert!(proposal.campaign_toml.contains("\n# axes = \"six\"\n"), "{}", proposal.campaign_toml);
+}
+
+#[test]
+fn axes_that_move_together_are_one_plant() {
+    let folder = Folder::new();
+    let log = folder.write("planar.csv", &free_driving(&["u", "v", "r"]));
+    let (proposal, campaign) = propose_in(&folder, &[log]);
+    assert_eq!(campaign.plant[0].axes, [Dof::Surge, Dof::Sway, Dof::Yaw]);
+    assert!(proposal.campaign_toml.contains("axes = \"planar\""), "{}", proposal.campaign_toml);
+}
+
+#[test]
+fn numbers_of_quaternions_lists_and_propellers_are_no_motion() {
+    let wave = |t: f64| 0.5 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
+    let speed = |t: f64| 300.0 * (0.5 * t).sin();
+    let folder = Folder::new();
+    let text = csv(
+        5.0,
+        60.0,
+        &[
+            ("quaternion_w", &wave),
+            ("motor_speed", &speed),
+            ("motor_speed_2", &wave),
+            ("thrusters.layout.data_offset", &|_| 0.0),
+            ("propeller velocity [m/s]", &wave),
+            ("u [m/s]", &wave),
+        ],
+    );
+    let (proposal, campaign) = propose_in(&folder, &[folder.write("a.csv", &text)]);
+    let expected = [
+        ("thruster.motor.speed", "motor_speed"),
+        ("thruster.motor_speed_2.speed", "motor_speed_2"),
+        ("velocity.surge", "u [m/s]"),
+    ];
+    assert_eq!(columns(&campaign), BTreeMap::from(expected), "{}", proposal.campaign_toml);
+    assert!(proposal.open_questions.iter().any(|question| question.contains("\"rpm\"")));
+}
+
+#[test]
+fn files_that_overlap_by_the_calendar_are_one_run_whatever_columns_they_share() {
+    let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
+    let folder = Folder::new();
+    let stamped = |start: u64, column: &str| {
+        let mut text = format!("header_seq,header_stamp_secs,header_stamp_nsecs,{column}\n");
+        for k in 0..300u64 {
+            let (seconds, rest) = (start + k / 5, k % 5 * 200_000_000);
+            text += &format!("{k},{seconds},{rest},{}\n", wave(k as f64 / 5.0));
+        }
+        text
+    };
+    let mut files = Vec::new();
+    for (run, start) in [("run1", 1_700_000_000), ("run2", 1_700_003_600)] {
+        for motor in 0..14 {
+            let column = format!("thruster_{motor}_command");
+            let text = stamped(start + motor % 3, &column);
+            files.push(folder.write(&format!("{run}/thruster_{motor}.csv"), &text));
+        }
+    }
+    let (proposal, campaign) = propose_in(&folder, &files[..14]);
+    assert_eq!(campaign.trial.len(), 1, "{}", proposal.campaign_toml);
+    assert_eq!(campaign.trial[0].log.files().len(), 14);
+    let (_, both) = propose_in(&folder, &files);
+    assert_eq!(both.trial.len(), 2, "two runs of another hour are two trials");
+}
+
+#[test]
+fn angles_that_can_only_be_degrees_are_mapped_without_a_question() {
+    let roll = |t: f64| -18.0 + 18.0 * (0.3 * t).sin();
+    let pitch = |t: f64| 1.5 * (0.4 * t).sin();
+    let yaw = |t: f64| (340.0 + 2.0 * t) % 359.9;
+    let folder = Folder::new();
+    let text = csv(10.0, 60.0, &[("roll", &roll), ("pitch", &pitch), ("yaw", &yaw)]);
+    let (proposal, campaign) = propose_in(&folder, &[folder.write("a.csv", &text)]);
+    for angle in ["roll", "pitch", "heading"] {
+        let entry = &campaign.channels[&format!("attitude.{angle}")];
+        assert_eq!(entry.unit.as_deref(), Some("deg"), "{}", proposal.campaign_toml);
+    }
+    assert!(!proposal.campaign_toml.contains("no unit is stated"), "{}", proposal.campaign_toml);
+
+    let small = |t: f64| 0.3 * (0.3 * t).sin();
+    let text = csv(10.0, 60.0, &[("roll", &small), ("pitch", &small), ("yaw", &small)]);
+    let (proposal, _) = propose_in(&folder, &[folder.write("b.csv", &text)]);
+    assert!(proposal.campaign_toml.contains("no unit is stated"), "may be either");
+}
+
+#[test]
+fn a_quaternion_of_a_table_is_an_attitude() {
+    let half = |t: f64| 0.4 * (0.2 * t).sin();
+    let folder = Folder::new();
+    let text = csv(
+        10.0,
+        60.0,
+        &[
+            ("imu_orientation_x", &|t| 0.01 * half(t)),
+            ("imu_orientation_y", &|_| 0.0),
+            ("imu_orientation_z", &|t| half(t).sin()),
+            ("imu_orientation_w", &|t| half(t).cos()),
+        ],
+    );
+    let (proposal, campaign) = propose_in(&folder, &[folder.write("a.csv", &text)]);
+    let columns = columns(&campaign);
+    assert_eq!(columns["attitude.heading"], "imu_orientation.yaw", "{}", proposal.campaign_toml);
+    assert_eq!(columns["attitude.roll"], "imu_orientation.roll");
+    let asked = proposal.open_questions.iter().any(|question| question.contains("negate = true"));
+    assert!(asked, "{:?}", proposal.open_questions);
+}

@@ -6,6 +6,7 @@ mod output;
 mod progress;
 mod sketch;
 mod summary;
+mod wrap;
 mod writing;
 
 use std::process::ExitCode;

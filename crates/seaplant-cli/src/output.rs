@@ -2,12 +2,16 @@
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::io::{IsTerminal, Write as _};
 
 use anstyle::{AnsiColor, Style};
 use anyhow::{Context, Result};
+use seaplant_report::is_obeyed;
 use serde::Serialize;
 use serde_json::json;
+use terminal_size::{Width, terminal_size};
+
+use crate::wrap::wrapped;
 
 /// How much a command says, and in what form.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +37,7 @@ impl Output {
         if self.json || self.quiet {
             return Ok(());
         }
-        print(text)
+        print(&fitted(text, std::io::stdout()))
     }
 
     /// Gives the result: as JSON if that was asked for, else in words.
@@ -41,7 +45,7 @@ impl Output {
         if self.json {
             return print_json(&serde_json::to_string_pretty(value)?);
         }
-        if self.quiet { Ok(()) } else { print(&words()) }
+        if self.quiet { Ok(()) } else { print(&fitted(&words(), std::io::stdout())) }
     }
 
     /// Says why nothing could be done.
@@ -52,8 +56,17 @@ impl Output {
             let _ = writeln!(anstream::stderr(), "{}", shown_json(&format!("{message:#}")));
         } else {
             let reasons = reasons(error);
-            let _ = writeln!(anstream::stderr(), "{SEVERE}error:{SEVERE:#} {}", shown(&reasons));
+            let said = format!("{SEVERE}error:{SEVERE:#} {}", shown(&reasons));
+            let _ = writeln!(anstream::stderr(), "{}", fitted(&said, std::io::stderr()));
         }
+    }
+}
+
+/// Words as wide as the terminal that they go to; as they are where they go to a file or a program.
+fn fitted(words: &str, to: impl IsTerminal) -> Cow<'_, str> {
+    match terminal_size().filter(|_| to.is_terminal()) {
+        Some((Width(width), _)) if width > 0 => wrapped(words, usize::from(width)),
+        _ => Cow::Borrowed(words),
     }
 }
 
@@ -107,15 +120,15 @@ fn escaped(
     escape: impl Fn(&mut String, char),
     own: impl Fn(&str) -> usize,
 ) -> Cow<'_, str> {
-    if !text.contains(commands) {
+    if !text.contains(is_obeyed) {
         return Cow::Borrowed(text);
     }
     let mut safe = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(c) = rest.chars().next() {
-        let styled = if commands(c) { own(rest) } else { 0 };
+        let styled = if is_obeyed(c) { own(rest) } else { 0 };
         let length = styled.max(c.len_utf8());
-        if styled > 0 || !commands(c) {
+        if styled > 0 || !is_obeyed(c) {
             safe.push_str(&rest[..length]);
         } else {
             escape(&mut safe, c);
@@ -130,16 +143,6 @@ fn own_style(text: &str) -> usize {
     let styles = [SEVERE, WARNING, STRONG, FAINT];
     let written = styles.iter().flat_map(|style| [format!("{style}"), format!("{style:#}")]);
     written.filter(|style| text.starts_with(style)).map(|style| style.len()).max().unwrap_or(0)
-}
-
-/// Whether a terminal does something at a character instead of showing it.
-fn commands(c: char) -> bool {
-    let turns_direction = matches!(
-        c,
-        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
-    );
-    let ends_line = matches!(c, '\u{2028}' | '\u{2029}');
-    (c.is_control() && !matches!(c, '\n' | '\t')) || turns_direction || ends_line
 }
 
 #[cfg(test)]
@@ -164,7 +167,7 @@ mod tests {
         let value = json!({ "name": "a\u{9b}\u{202e}\u{1b}b" });
         let text = serde_json::to_string(&value).expect("JSON");
         let safe = shown_json(&text);
-        assert!(!safe.contains(commands), "{safe:?}");
+        assert!(!safe.contains(is_obeyed), "{safe:?}");
         assert_eq!(serde_json::from_str::<serde_json::Value>(&safe).expect("JSON"), value);
     }
 }

@@ -11,7 +11,7 @@ use seaplant::results::{
     NullModel, Parameter, PlantResult, Results, Score, SteadyResult, TruePlant, Trust, Verdict,
 };
 use seaplant::{Caveat, Dof, Severity};
-use seaplant_report::number::{Rounded, signed_percent, significant};
+use seaplant_report::number::{Rounded, decimals, signed_percent, significant, with_minus};
 
 use crate::output::{FAINT, SEVERE, STRONG, WARNING};
 use crate::sketch::Sketches;
@@ -67,7 +67,7 @@ fn spoken_verdict(verdict: &Verdict) -> String {
         Trust::Doubtful | Trust::UsableWithCare => WARNING,
         Trust::Usable => STRONG,
     };
-    format!("{style}{}{style:#}; {}", verdict.trust.name(), verdict.reason)
+    format!("{style}{}{style:#}; {}", verdict.trust.name(), with_minus(&verdict.reason))
 }
 
 fn plant_block(
@@ -105,12 +105,13 @@ fn plant_block(
             || "the simulation diverges".to_owned(),
             |e| format!("e = {} {unit}", significant(e, 3)),
         );
-        let mut r2 = score.r_squared.map_or(String::new(), |r2| format!(", R² {r2:.3}"));
+        let mut r2 =
+            score.r_squared.map_or(String::new(), |r2| format!(", R² {}", decimals(r2, 3)));
         let positions: Vec<String> = score
             .trials
             .iter()
             .filter_map(|trial| trial.position_r_squared)
-            .map(|r2| format!("{r2:.3}"))
+            .map(|r2| decimals(r2, 3))
             .collect();
         if !positions.is_empty() {
             r2 += &format!("; of position, by trial: R² {}", positions.join(", "));
@@ -193,7 +194,7 @@ pub fn push_caveats(text: &mut String, caveats: &[Caveat]) {
             Severity::Severe => (SEVERE, "severe"),
             _ => (WARNING, "warning"),
         };
-        let _ = writeln!(text, "  {style}{name}:{style:#} {}", caveat.message);
+        let _ = writeln!(text, "  {style}{name}:{style:#} {}", with_minus(&caveat.message));
     }
 }
 

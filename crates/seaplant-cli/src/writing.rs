@@ -1,6 +1,10 @@
 //! What is written: whole or not at all, never over what is read, nor over what is not ours.
 
 mod aside;
+mod exchange;
+#[cfg(all(test, unix))]
+mod forged_lists;
+mod listed_path;
 mod manifest;
 
 use std::fs;
@@ -13,8 +17,10 @@ use seaplant_log::is_bag;
 pub use aside::{Aside, leave_nothing_behind};
 pub use manifest::{Made, is_complete};
 
-use aside::{Hidden, placing, remove_leftovers};
-use manifest::{MANIFEST, Manifest};
+use aside::{Hidden, placing};
+use exchange::{Exchange, recover};
+use listed_path::first_link;
+use manifest::Manifest;
 
 /// A file to write, its path relative to a folder.
 pub struct File {
@@ -83,13 +89,18 @@ impl Target<'_> {
 
     /// Refuses files that could not be written, before they are made at some cost.
     pub fn check(&self, paths: &[&str]) -> Result<()> {
-        let manifest = Manifest::read(self.folder);
-        let check = |path: &&str| self.check_file(path, &manifest);
-        paths.iter().try_for_each(check).with_context(|| self.cannot())
+        let check = || {
+            let _alone = lock(self.folder);
+            recover(self.folder, self.permit)?;
+            let manifest = Manifest::read(self.folder)?;
+            paths.iter().try_for_each(|path| self.check_file(path, &manifest))
+        };
+        check().with_context(|| self.cannot())
     }
 
     /// Writes files into the folder, all or none: they are written aside first and moved into
-    /// place when every one is complete; if one cannot be moved, all that were are taken back.
+    /// place when every one is complete. If one cannot be moved, all that were are moved back; if
+    /// the program is killed, the next run that writes there moves them back.
     ///
     /// Files of the same kind that an earlier run made, and this one does not, are removed. Others
     /// stay as they are. While files are moved, the folder's list says so.
@@ -113,41 +124,36 @@ impl Target<'_> {
         made: &mut Vec<PathBuf>,
     ) -> Result<()> {
         make_folder(self.folder, made)?;
-        remove_leftovers(self.folder);
         let mut aside = Aside::new(Hidden::in_folder(self.folder, made)?);
         fill(&mut aside)?;
-        // From here to the end an interrupt waits, and so does another run that writes here.
-        let _placing = placing();
+        // From here to the end another run that writes here waits.
         let _alone = lock(self.folder);
-        let before = Manifest::read(self.folder);
+        recover(self.folder, self.permit)?;
+        let before = Manifest::read(self.folder)?;
         aside.paths().try_for_each(|path| self.check_file(path, &before))?;
-        let mut moves = Moves::new(self.folder, &aside);
-        let Some(kind) = self.made else { return moves.make(&aside, &[], made) };
-        let after = before.with(kind, aside.hashes());
-        let stale = before.stale(kind, &after, self.folder);
-        before.beside(&after).write(self.folder, &aside)?;
-        let moved = moves.make(&aside, &stale, made);
-        if moved.is_err() && before.is_empty() {
-            let _ = fs::remove_file(self.folder.join(MANIFEST));
-        } else {
-            let now = if moved.is_ok() { &after } else { &before };
-            now.write(self.folder, &aside)?;
-        }
-        moved
+        let after = self.made.map(|kind| before.with(kind, aside.hashes()));
+        let stale = after.as_ref().zip(self.made);
+        let stale = stale.map_or(Vec::new(), |(after, kind)| self.stale(kind, &before, after));
+        let exchange = Exchange::new(self.made.map(|_| before), stale, &aside);
+        // Comparing files with the list can take long; from here to the end an interrupt waits.
+        let _placing = placing();
+        exchange.make(self.folder, &mut aside, after.as_ref(), made)
+    }
+
+    /// Files of an earlier run that this one does not replace; no input is among them, whatever
+    /// the list says.
+    fn stale(&self, kind: Made, before: &Manifest, after: &Manifest) -> Vec<String> {
+        let mut stale = before.stale(kind, after, self.folder);
+        stale.retain(|path| self.permit.check_input(&self.folder.join(path)).is_ok());
+        stale
     }
 
     /// Refuses to write over an input, or what is not ours, or through a link.
     fn check_file(&self, path: &str, manifest: &Manifest) -> Result<()> {
         let target = self.folder.join(path);
-        let mut inner = self.folder.to_owned();
-        for part in Path::new(path).parent().unwrap_or(Path::new("")) {
-            inner.push(part);
-            if inner.is_symlink() {
-                bail!(
-                    "{} is a symbolic link, which may point elsewhere; remove it",
-                    inner.display()
-                );
-            }
+        let inner = Path::new(path).parent().unwrap_or(Path::new(""));
+        if let Some(link) = first_link(self.folder, inner) {
+            bail!("{} is a symbolic link, which may point elsewhere; remove it", link.display());
         }
         if target.is_dir() {
             bail!("{} is a folder where a file is needed; move it away", target.display());
@@ -162,63 +168,6 @@ impl Target<'_> {
                 self.permit.flag
             );
         }
-        Ok(())
-    }
-}
-
-/// The files that are moved, to be moved back if one cannot be.
-struct Moves<'a> {
-    folder: &'a Path,
-    aside: PathBuf,
-    /// Where each was, and is.
-    made: Vec<[PathBuf; 2]>,
-}
-
-impl<'a> Moves<'a> {
-    fn new(folder: &'a Path, aside: &Aside) -> Self {
-        Self { folder, aside: aside.path().to_owned(), made: Vec::new() }
-    }
-
-    /// Moves what is stale out of its place, and what is new into it.
-    fn make(&mut self, aside: &Aside, stale: &[String], made: &mut Vec<PathBuf>) -> Result<()> {
-        let moved = self.make_all(aside, stale, made);
-        if moved.is_err() {
-            // As well as can be: the error that led here is the one to tell.
-            self.made.iter().rev().for_each(|[from, to]| _ = fs::rename(to, from));
-        }
-        moved
-    }
-
-    fn make_all(&mut self, aside: &Aside, stale: &[String], made: &mut Vec<PathBuf>) -> Result<()> {
-        for path in stale {
-            self.put_away(&self.folder.join(path))?;
-        }
-        let mut folders = vec![self.folder.to_owned()];
-        for (k, path) in aside.paths().enumerate() {
-            let target = self.folder.join(path);
-            let parent = target.parent().unwrap_or(self.folder).to_owned();
-            make_folder(&parent, made)?;
-            self.put_away(&target)?;
-            self.go(aside.new_file(k), target)?;
-            if !folders.contains(&parent) {
-                folders.push(parent);
-            }
-        }
-        folders.iter().for_each(|folder| sync_folder(folder));
-        Ok(())
-    }
-
-    fn put_away(&mut self, target: &Path) -> Result<()> {
-        if target.symlink_metadata().is_err() {
-            return Ok(());
-        }
-        let old = self.aside.join(format!("{}.old", self.made.len()));
-        self.go(target.to_owned(), old)
-    }
-
-    fn go(&mut self, from: PathBuf, to: PathBuf) -> Result<()> {
-        fs::rename(&from, &to).with_context(|| format!("cannot put {} in place", to.display()))?;
-        self.made.push([from, to]);
         Ok(())
     }
 }
@@ -267,7 +216,9 @@ pub fn write_file(
         _ => Path::new("."),
     };
     let write = || -> Result<()> {
-        remove_leftovers(folder);
+        let alone = lock(folder);
+        recover(folder, permit)?;
+        drop(alone);
         // In a folder of its own, a file gets the permissions that files get here.
         let aside = Hidden::in_folder(folder, &[])?;
         let new = aside.path().join("new");

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::linear::{LinearGains, growth, righting, slope};
 use crate::margins::{Loop, Margins};
-use crate::{Error, Law};
+use crate::{Error, Law, limits};
 
 /// The name and version of the file of gains.
 pub const GAINS_SCHEMA: &str = "seaplant/control/1";
@@ -197,9 +197,10 @@ const TOLD_PHASE_DEG: f64 = 20.0;
 /// `draws` are plants that the vehicle could have as well.
 ///
 /// # Errors
-/// [`Error::Setting`] and [`Error::NoAxis`] for what cannot be; [`Error::Bandwidth`],
-/// [`Error::Integral`] and [`Error::Unstable`] with the number that would do, unless the design
-/// says anyway.
+/// [`Error::Setting`] and [`Error::NoAxis`] for what cannot be, or would take hours to simulate: a
+/// sampling rate outside 0.1 to 1000 Hz, a delay of hundreds of samples, a bandwidth whose step
+/// response takes more than 200 000 steps; [`Error::Bandwidth`], [`Error::Integral`] and
+/// [`Error::Unstable`] with the number that would do, unless the design says anyway.
 ///
 /// # Source
 /// \[Smallwood2004\] for the laws of one axis, [Fossen2021, ch. 15 and 16] for six.
@@ -210,6 +211,17 @@ pub fn design(
     asked: &Design,
 ) -> Result<Gains, Error> {
     check(plant, actuators, asked)?;
+    limits::check(plant, asked, actuators)?;
+    checked(plant, draws, actuators, asked)
+}
+
+/// [`design`] of settings that were checked.
+fn checked(
+    plant: &Plant,
+    draws: &[Plant],
+    actuators: &Actuators,
+    asked: &Design,
+) -> Result<Gains, Error> {
     let mut axes = BTreeMap::new();
     for (&dof, tuning) in &asked.tuning {
         let gains = axis(plant, draws, actuators, asked, dof, tuning);
@@ -368,7 +380,8 @@ pub(crate) fn loop_of(
         kd: gains.kd - slope,
         ki: gains.ki,
         lag_s: gains.lag_s,
-        late_s: gains.delay_s + 0.5 / asked.sample_hz,
+        delay_s: gains.delay_s,
+        period_s: 1.0 / asked.sample_hz,
     }
 }
 
@@ -394,7 +407,7 @@ fn refuse_slim(
     }
     let ok = |hz: f64| phase(&Tuning { bandwidth_hz: hz, ..*tuning }) >= LEAST_PHASE_DEG;
     let asked_hz = tuning.bandwidth_hz;
-    let reachable_hz = bisected(asked_hz, asked_hz * 1e-4, ok);
+    let reachable_hz = greatest_below(asked_hz, ok);
     let late = format!(
         "a lag of {:.2} s, a delay of {:.2} s and {} samples a second",
         gains.lag_s, gains.delay_s, asked.sample_hz
@@ -411,6 +424,19 @@ fn bisected(bad: f64, good: f64, is_good: impl Fn(f64) -> bool) -> f64 {
         if is_good(middle.exp()) { good = middle } else { bad = middle }
     }
     good.exp()
+}
+
+/// Numbers that are tried in a decade below one that is bad, and how many decades.
+const TRIED: (i32, i32) = (12, 4);
+
+/// The greatest number below `bad` that is good; `None` if none is within four decades.
+///
+/// What is good need not be so further down: a slow integral on a damped axis has little phase, too.
+fn greatest_below(bad: f64, is_good: impl Fn(f64) -> bool) -> Option<f64> {
+    let (in_a_decade, decades) = TRIED;
+    let at = |k: i32| bad * 10_f64.powf(-f64::from(k) / f64::from(in_a_decade));
+    let first = (1..=in_a_decade * decades).find(|k| is_good(at(*k)))?;
+    Some(bisected(at(first - 1), at(first), is_good))
 }
 
 /// By how much a disturbance of a vehicle grows in a step under a controller for a plant: the
@@ -460,18 +486,18 @@ fn grows(
 /// nothing controls, stay as they are.
 const STABLE: f64 = 1.0 + 1e-6;
 
-/// The part of the bandwidths with which the loop is stable.
-fn stable_part(plant: &Plant, actuators: &Actuators, asked: &Design) -> f64 {
+/// The greatest part of the bandwidths with which the loop is stable, if there is one.
+fn stable_part(plant: &Plant, actuators: &Actuators, asked: &Design) -> Option<f64> {
     let is_good = |part: f64| {
         let mut less = asked.clone();
         less.tuning.values_mut().for_each(|tuning| tuning.bandwidth_hz *= part);
         less.anyway = true;
-        design(plant, &[], actuators, &less)
+        checked(plant, &[], actuators, &less)
             .ok()
             .and_then(|gains| grows(plant, plant, &gains, actuators, &less))
             .is_some_and(|growth| growth <= STABLE)
     };
-    bisected(1.0, 1e-4, is_good)
+    greatest_below(1.0, is_good)
 }
 
 fn notes(plant: &Plant, gains: &Gains, own: f64) -> Vec<String> {
@@ -525,7 +551,7 @@ fn notes(plant: &Plant, gains: &Gains, own: f64) -> Vec<String> {
         .map(|dof| dof.name())
         .collect();
     if !alone.is_empty() {
-        notes.push(format!("{} are not controlled", alone.join(", ")));
+        notes.push(format!("not controlled: {}", alone.join(", ")));
     }
     notes
 }

@@ -1,5 +1,12 @@
 use seaplant::Dof;
 
+/// Three significant digits, rounded down: what would do does as it is written.
+fn three_digits(x: f64) -> String {
+    let decimals = (2.0 - x.abs().log10().floor()).clamp(0.0, 12.0);
+    let scale = 10_f64.powf(decimals);
+    format!("{}", (x * scale).floor() / scale)
+}
+
 /// What can be wrong with a controller.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -32,7 +39,8 @@ pub enum Error {
     },
     /// A bandwidth that lag, delay and sampling do not allow.
     #[error(
-        "a {dof} bandwidth of {asked_hz:.3} Hz leaves a phase margin of {phase_deg:.0}°, less than {least_deg:.0}°, with {late}; {reachable_hz:.3} Hz would do, or more damping, a shorter lag or faster sampling"
+        "a {dof} bandwidth of {asked_hz:.3} Hz leaves a phase margin of {phase_deg:.0}°, less than {least_deg:.0}°, with {late}; {}more damping, a shorter lag or faster sampling may do",
+        reachable_hz.map_or("no lower bandwidth has more; ".to_owned(), |hz| format!("{} Hz would do, and ", three_digits(hz)))
     )]
     Bandwidth {
         /// Of which axis.
@@ -45,20 +53,21 @@ pub enum Error {
         least_deg: f64,
         /// What makes thrust late.
         late: String,
-        /// The bandwidth that has that margin, Hz.
-        reachable_hz: f64,
+        /// The greatest bandwidth below that has that margin, Hz; absent if none has.
+        reachable_hz: Option<f64>,
     },
     /// A closed loop that runs away.
     #[error(
-        "the closed loop is unstable: disturbances grow by {growth:.3} in each step of {period_s} s; {part:.2} times the bandwidths would be stable"
+        "the closed loop is unstable: disturbances grow by {growth:.3} in each step of {period_s} s; {}",
+        part.map_or("no lower bandwidth is stable: shorten lag or delay, or sample faster".to_owned(), |part| format!("{} times the bandwidths would be stable", three_digits(part)))
     )]
     Unstable {
         /// By how much in a step.
         growth: f64,
         /// The controller's period, s.
         period_s: f64,
-        /// The part of the bandwidths that is stable.
-        part: f64,
+        /// The greatest part of the bandwidths that is stable; absent if none is.
+        part: Option<f64>,
     },
     /// A vehicle under control whose speed grows without end.
     #[error("the controlled vehicle diverges: the loop is unstable; lower the bandwidth")]

@@ -29,6 +29,7 @@ mod c;
 mod controller;
 mod design;
 mod error;
+mod limits;
 mod linear;
 mod margins;
 mod of_model;

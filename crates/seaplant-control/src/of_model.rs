@@ -3,13 +3,13 @@
 use seaplant::exchange::PlantModel;
 use seaplant::plant::Basis;
 use seaplant::results::{Parameter, Trust};
-use seaplant::{Dof, ThrustCurve, Thruster};
+use seaplant::{Dof, Thruster};
 
 use crate::{Actuators, Error, Gains};
 
 impl Actuators {
-    /// Lag and delay as they were fitted, and the most that thrusters with measured tables give
-    /// each axis the weaker way; a square law knows no greatest force.
+    /// Lag and delay as they were fitted, and the most that thrusters give each axis the weaker way,
+    /// by [`PlantModel::thrust_limits`].
     pub fn of_model(model: &PlantModel) -> Self {
         let mut found = Self::default();
         for dof in Dof::ALL {
@@ -20,21 +20,21 @@ impl Actuators {
                 found.lag_s[i] = value(actuation.lag.as_ref().or(actuation.force_lag.as_ref()));
                 found.delay_s[i] = value(actuation.delay.as_ref());
             }
-            found.limit[i] = limit(&model.thrusters, i);
+            found.limit[i] = limit(model, i);
         }
         found
     }
 }
 
-/// The most of all thrusters that push along an axis; none if one of them has no table.
-fn limit(thrusters: &[Thruster], axis: usize) -> Option<f64> {
-    let pushing = thrusters.iter().filter(|thruster| thruster.unit_wrench()[axis].abs() > 1e-9);
+/// The most of all thrusters that push along an axis, each the weaker way; none if one of them states
+/// no greatest thrust.
+fn limit(model: &PlantModel, axis: usize) -> Option<f64> {
+    let lever = |thruster: &Thruster| thruster.unit_wrench()[axis].abs();
     let of = |thruster: &Thruster| {
-        let ThrustCurve::Table { tables, .. } = &thruster.curve else { return None };
-        let forces = || tables.iter().flat_map(|table| table.points().map(|(_, force)| force));
-        let (least, most) = (forces().fold(f64::MAX, f64::min), forces().fold(f64::MIN, f64::max));
-        Some(thruster.unit_wrench()[axis].abs() * most.min(-least).max(0.0))
+        let [reverse, forward] = model.thrust_limits(thruster)?;
+        Some(lever(thruster) * forward.min(-reverse).max(0.0))
     };
+    let pushing = model.thrusters.iter().filter(|thruster| lever(thruster) > 1e-9);
     let total = pushing.map(of).sum::<Option<f64>>()?;
     (total > 0.0).then_some(total)
 }

@@ -41,7 +41,8 @@ pub struct Response {
 /// Draws that steps are simulated with: a band of 95 % lies within the greatest of forty.
 const STEPS: usize = 40;
 
-/// Frequencies of a chart, from this part of the bandwidth to that many times it.
+/// Frequencies of a chart, from this part of the bandwidth to that many times it, or to half of the
+/// sampling rate.
 const SPAN: (f64, f64) = (0.05, 20.0);
 const FREQUENCIES: usize = 160;
 
@@ -95,7 +96,8 @@ fn response(
     dof: Dof,
 ) -> Result<Response, Error> {
     let bandwidth_hz = gains.axes[&dof].bandwidth_hz;
-    let ratio = (SPAN.1 / SPAN.0).powf(1.0 / (FREQUENCIES - 1) as f64);
+    let highest = SPAN.1.min(0.5 * asked.sample_hz / bandwidth_hz);
+    let ratio = (highest / SPAN.0).powf(1.0 / (FREQUENCIES - 1) as f64);
     let hz = |k: usize| bandwidth_hz * SPAN.0 * ratio.powi(k as i32);
     let frequency_hz: Vec<f64> = (0..FREQUENCIES).map(hz).collect();
     let of = |truth: &Plant| {
@@ -121,6 +123,11 @@ fn response(
     })
 }
 
+/// The duration of a step response, s.
+pub(crate) fn duration_s(bandwidth_hz: f64) -> f64 {
+    TIMES / (std::f64::consts::TAU * bandwidth_hz)
+}
+
 /// Times, what is asked for and what comes of it.
 type Stepped = (Vec<f64>, Vec<f64>, Vec<f64>);
 
@@ -137,7 +144,8 @@ fn step(
     let path = Path::Step { size, rate: SUDDEN * omega };
     let mut controller = Controller::new(plant.clone(), gains.clone(), &asked.speed);
     let (paths, still) = ([(dof, path)].into(), Sea::default());
-    let run = track(truth, &mut controller, actuators, &paths, &still, TIMES / omega)?;
+    let duration_s = duration_s(gains.axes[&dof].bandwidth_hz);
+    let run = track(truth, &mut controller, actuators, &paths, &still, duration_s)?;
     let wanted: Vec<f64> = run.time_s.iter().map(|t| path.at(*t)[0]).collect();
     let reached = wanted.iter().zip(&run.error).map(|(x, e)| x + e[dof.index()]).collect();
     Ok((run.time_s, wanted, reached))

@@ -9,6 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 use seaplant::Dof;
 use seaplant::plant::Plant;
 
+use crate::limits::check_rates;
 use crate::{Actuators, Controller, Error, Reference, State};
 
 /// What a controlled vehicle shall do: along each axis by itself from where it starts, level.
@@ -102,6 +103,11 @@ pub struct Tracked {
 /// The longest step of the integration, s.
 const STEP_S: f64 = 0.02;
 
+/// How many steps a run is integrated in, about.
+pub(crate) fn steps(duration_s: f64, sample_hz: f64) -> f64 {
+    duration_s * sample_hz.max(1.0 / STEP_S)
+}
+
 /// Beyond this a vehicle runs away, m/s and rad/s.
 const RUNAWAY: f64 = 100.0;
 
@@ -118,7 +124,8 @@ struct Vehicle<'a> {
 /// rounded up, and pass the lag.
 ///
 /// # Errors
-/// [`Error::Plant`] if the true plant cannot move; [`Error::RunsAway`] if its speed grows without end.
+/// [`Error::Plant`] if the true plant cannot move; [`Error::RunsAway`] if its speed grows without
+/// end; [`Error::Setting`] for a sampling rate or a delay that would take too many steps.
 pub fn track(
     truth: &Plant,
     controller: &mut Controller,
@@ -127,6 +134,7 @@ pub fn track(
     sea: &Sea,
     duration_s: f64,
 ) -> Result<Tracked, Error> {
+    check_rates(truth, controller.gains().sample_hz, actuators)?;
     let period_s = 1.0 / controller.gains().sample_hz;
     let mut random = ChaCha8Rng::seed_from_u64(sea.seed);
     let start = State {
@@ -257,18 +265,20 @@ impl Vehicle<'_> {
         self.state.position_ned += sum.0;
         self.state.attitude =
             UnitQuaternion::new_normalize(*self.state.attitude.quaternion() + sum.1);
-        self.state.velocity += sum.2;
+        let down = self.state.attitude.inverse() * Vector3::z();
+        self.state.velocity = self.truth.with_held_angles(&(self.state.velocity + sum.2), &down);
         Ok(())
     }
 
     fn rate(&self, at: &State, sea: &Sea) -> Result<Rate, Error> {
         let to_body = at.attitude.inverse();
         let water = to_body * Vector3::from(sea.current_ned);
-        let part = |k: usize| Vector3::new(at.velocity[k], at.velocity[k + 1], at.velocity[k + 2]);
+        let velocity = self.truth.with_held_angles(&at.velocity, &(to_body * Vector3::z()));
+        let part = |k: usize| Vector3::new(velocity[k], velocity[k + 1], velocity[k + 2]);
         let (v, omega) = (part(0), part(3));
         let turning = omega.cross(&water);
         let own = |i: usize| self.truth.axes().iter().any(|dof| dof.index() == i);
-        let mut relative = at.velocity;
+        let mut relative = velocity;
         for i in (0..3).filter(|i| own(*i)) {
             relative[i] -= water[i];
         }

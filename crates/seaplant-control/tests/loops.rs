@@ -109,7 +109,9 @@ fn a_bandwidth_beyond_the_lag_is_refused_with_one_that_would_do() {
     let truth = six_axes();
     let lagging = Actuators { lag_s: [0.5; 6], delay_s: [0.2; 6], ..Actuators::default() };
     let error = design(&truth, &[], &lagging, &asked(Law::Pd, false, 1.0)).expect_err("too fast");
-    let Error::Bandwidth { reachable_hz, dof, .. } = error else { panic!("{error}") };
+    let Error::Bandwidth { reachable_hz: Some(reachable_hz), dof, .. } = error else {
+        panic!("{error}")
+    };
     assert!(reachable_hz < 1.0, "{reachable_hz}");
     let mut slower = asked(Law::Pd, false, 0.05);
     slower.tuning.insert(dof, Tuning::new(0.99 * reachable_hz, 1.0));

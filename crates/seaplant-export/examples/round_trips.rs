@@ -80,6 +80,7 @@ fn state(model: &PlantModel, random: &mut ChaCha8Rng) -> Result<Value, Failed> {
     let current = Vector3::new(draw(0.5), draw(0.5), draw(0.2));
     let q = UnitQuaternion::from_euler_angles(angles[0], angles[1], angles[2]);
     let (water, down) = (q.inverse() * current, q.inverse() * Vector3::z());
+    let velocity = model.plant.with_held_angles(&velocity, &down);
     let own = |k: usize| model.plant.axes().contains(&Dof::ALL[k]);
     let moved = |k: usize, x: &Vector3<f64>| if k < 3 && own(k) { x[k] } else { 0.0 };
     let relative = Vector6::from_fn(|k, _| velocity[k] - moved(k, &water));
@@ -138,7 +139,8 @@ fn actuated(model: &PlantModel) -> Result<Value, Failed> {
     }
     let mut random = ChaCha8Rng::seed_from_u64(SEED + 3);
     let times: Vec<f64> = (0..20).map(|k| 0.5 * f64::from(k)).collect();
-    let mut drive = Drive::default();
+    // As the exports begin: with the first inputs.
+    let mut drive = Drive { already_turning: true, ..Drive::default() };
     let mut inputs = Vec::new();
     for thruster in &model.thrusters {
         let series: Vec<f64> =

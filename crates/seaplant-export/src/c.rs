@@ -67,6 +67,7 @@ pub(crate) fn header(model: &PlantModel, remarks: &Remarks<'_>) -> String {
         ("STD", std(model)),
         ("MASS", block(&SYNTAX.mass(model, "mass"), "    ")),
         ("FORCES", block(&SYNTAX.forces(model), "    ")),
+        ("HELD", block(&SYNTAX.held(model), "    ")),
         ("ACTUATORS", actuators(model)),
     ];
     fill(include_str!("templates/plant.h"), &places)
@@ -112,29 +113,38 @@ fn actuators(model: &PlantModel) -> String {
     let cases: String = (0..model.thrusters.len())
         .map(|k| format!("    case {k}: return seaplant_thrust_{k}(input, supply_v);\n"))
         .collect();
-    let axes = |of: fn(&Actuation) -> &Option<Parameter>, otherwise: f64| {
-        numbers(by_axis(model, of, otherwise))
-    };
+    let fitted = fitted(model);
     let places = [
         ("CASES", cases),
-        ("LAG", axes(|x| &x.lag, 0.0)),
-        ("FORCE_LAG", axes(|x| &x.force_lag, 0.0)),
-        ("DELAY", axes(|x| &x.delay, 0.0)),
-        ("RATIO", axes(|x| &x.reverse_ratio, 1.0)),
+        ("LAG", numbers(fitted.lag_s)),
+        ("FORCE_LAG", numbers(fitted.force_lag_s)),
+        ("DELAY", numbers(fitted.delay_s)),
+        ("RATIO", numbers(fitted.reverse_ratio)),
     ];
     text + &fill(WRENCH, &places)
 }
 
-/// What was fitted of the actuators of each axis; `otherwise` where nothing was.
-pub(crate) fn by_axis(
-    model: &PlantModel,
-    of: fn(&Actuation) -> &Option<Parameter>,
-    otherwise: f64,
-) -> [f64; 6] {
-    Dof::ALL.map(|dof| {
-        let fitted = model.actuation.get(&dof).and_then(|actuation| of(actuation).as_ref());
-        fitted.map_or(otherwise, |parameter| parameter.value)
-    })
+/// What was fitted of the actuators, by axis; 0, 0, 0 and 1 where nothing was.
+pub(crate) struct Fitted {
+    pub(crate) lag_s: [f64; 6],
+    pub(crate) force_lag_s: [f64; 6],
+    pub(crate) delay_s: [f64; 6],
+    pub(crate) reverse_ratio: [f64; 6],
+}
+
+pub(crate) fn fitted(model: &PlantModel) -> Fitted {
+    let axes = |of: fn(&Actuation) -> &Option<Parameter>, otherwise: f64| {
+        Dof::ALL.map(|dof| {
+            let found = model.actuation.get(&dof).and_then(|actuation| of(actuation).as_ref());
+            found.map_or(otherwise, |parameter| parameter.value)
+        })
+    };
+    Fitted {
+        lag_s: axes(|x| &x.lag, 0.0),
+        force_lag_s: axes(|x| &x.force_lag, 0.0),
+        delay_s: axes(|x| &x.delay, 0.0),
+        reverse_ratio: axes(|x| &x.reverse_ratio, 1.0),
+    }
 }
 
 const INTERPOLATE: &str = "static inline double seaplant_interpolate(const double input[], const double force[], int count, double x)

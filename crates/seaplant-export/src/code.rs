@@ -4,6 +4,8 @@ use seaplant::exchange::PlantModel;
 use seaplant::plant::{Basis, NO_WAY, Product};
 use seaplant::{Dof, ThrustCurve};
 
+use crate::remarks::knows;
+
 /// How a language writes what the equation needs.
 pub(crate) struct Syntax {
     /// An element of a vector, counted from 0: `nu`, 3 → `nu[3]`.
@@ -134,6 +136,44 @@ impl Syntax {
         let squares = (0..3).map(|k| format!("{0} * {0}", nu(k))).collect::<Vec<_>>().join(" + ");
         let speed = (self.root)(&squares);
         if divides { format!("({speed} / ({squares} + {}))", number(NO_WAY)) } else { speed }
+    }
+
+    /// Sets p, q and r in `nu` of rotations that the plant does not have to those that hold their
+    /// angles, by `down`: [`seaplant::plant::Plant::with_held_angles`] in code.
+    pub(crate) fn held(&self, model: &PlantModel) -> Vec<String> {
+        let [roll, pitch, yaw] = [Dof::Roll, Dof::Pitch, Dof::Yaw].map(|dof| knows(model, dof));
+        let nu = |k: usize| (self.element)("nu", k);
+        let down = |k: usize| (self.element)("down", k);
+        let (q, r) = (nu(4), nu(5));
+        let (kx, ky, kz) = (down(0), down(1), down(2));
+        let mut lines = Vec::new();
+        let mut set = |k: usize, value: String| lines.push((self.set)(&nu(k), &value));
+        match (pitch, yaw) {
+            (true, true) if roll => {}
+            (true, true) => {
+                set(3, format!("{kx} * ({q} * {ky} + {r} * {kz}) / ({ky} * {ky} + {kz} * {kz})"));
+            }
+            (false, true) => {
+                if !roll {
+                    set(3, format!("{r} * {kx} / {kz}"));
+                }
+                set(4, format!("{r} * {ky} / {kz}"));
+            }
+            (true, false) => {
+                if !roll {
+                    set(3, number(0.0));
+                }
+                set(5, format!("-{q} * {ky} / {kz}"));
+            }
+            (false, false) => {
+                if !roll {
+                    set(3, number(0.0));
+                }
+                set(4, number(0.0));
+                set(5, number(0.0));
+            }
+        }
+        lines
     }
 
     /// Damping, restoring and constant forces of `theta`, `nu` and `down`, added to `n`.

@@ -107,10 +107,24 @@ fn missing(model: &PlantModel) -> Vec<String> {
             "Thruster has one coefficient for both ways and no deadband: command forces (cmd_thrust, N) and put the curves above before them".to_owned(),
         );
     }
+    notes.extend(unlimited(model));
     notes.push(
         "fluid_added_mass needs the DART engine, which is gz-sim's own; it carries the Coriolis forces of added mass, so that Hydrodynamics has those disabled".to_owned(),
     );
     notes
+}
+
+/// Thrusters whose greatest thrust nothing states.
+pub(crate) fn unlimited(model: &PlantModel) -> Option<String> {
+    let is_open = |thruster: &&Thruster| model.thrust_limits(thruster).is_none();
+    let names: Vec<&str> =
+        model.thrusters.iter().filter(is_open).map(|thruster| thruster.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "the greatest thrust of {} is not known, so that the simulator does not limit it; state max_rpm, or a measured table",
+            names.join(", ")
+        )
+    })
 }
 
 fn sdf(model: &PlantModel, link: &Link, comment: &str, name: &str) -> String {
@@ -140,7 +154,7 @@ fn sdf(model: &PlantModel, link: &Link, comment: &str, name: &str) -> String {
     }
     text += &hydrodynamics(model);
     for (thruster, id) in model.thrusters.iter().zip(&names) {
-        text += &thruster_plugin(thruster, id, name);
+        text += &thruster_plugin(model, thruster, id, name);
     }
     text + "  </model>\n</sdf>\n"
 }
@@ -229,25 +243,17 @@ fn propeller(thruster: &Thruster, id: &str) -> String {
 /// The diameter that the coefficients are written for, m; only C ρ D⁴ counts.
 const DIAMETER: f64 = 0.1;
 
-fn thruster_plugin(thruster: &Thruster, id: &str, name: &str) -> String {
+/// Thrust that no vehicle reaches, N: Thruster clips at 1000 N where it is told nothing.
+const UNLIMITED: f64 = 1e9;
+
+fn thruster_plugin(model: &PlantModel, thruster: &Thruster, id: &str, name: &str) -> String {
     let scale = DENSITY * DIAMETER.powi(4);
     let coefficient = match &thruster.curve {
         ThrustCurve::Quadratic { input: seaplant::ThrusterInput::Speed, law } => law.forward,
         // Commands, pulse widths and forces tell no speed: it is for the eye alone.
         _ => 1e-3,
     };
-    let limits = match &thruster.curve {
-        ThrustCurve::Table { tables, .. } => {
-            let forces = tables.iter().flat_map(|table| table.points()).map(|(_, force)| force);
-            let (low, high) = forces.fold((0.0_f64, 0.0_f64), |(l, h), f| (l.min(f), h.max(f)));
-            format!(
-                "      <max_thrust_cmd>{}</max_thrust_cmd>\n      <min_thrust_cmd>{}</min_thrust_cmd>\n",
-                number(high),
-                number(low)
-            )
-        }
-        ThrustCurve::Quadratic { .. } => String::new(),
-    };
+    let [low, high] = model.thrust_limits(thruster).unwrap_or([-UNLIMITED, UNLIMITED]);
     format!(
         "    <!-- {}: publish newtons to /model/{name}/joint/{id}_joint/cmd_thrust -->
     <plugin filename=\"gz-sim-thruster-system\" name=\"gz::sim::systems::Thruster\">
@@ -257,12 +263,16 @@ fn thruster_plugin(thruster: &Thruster, id: &str, name: &str) -> String {
       <propeller_diameter>{}</propeller_diameter>
       <thrust_coefficient>{}</thrust_coefficient>
       <velocity_control>true</velocity_control>
-{limits}    </plugin>
+      <max_thrust_cmd>{}</max_thrust_cmd>
+      <min_thrust_cmd>{}</min_thrust_cmd>
+    </plugin>
 ",
         harmless(&thruster.name).replace("--", "- -"),
         number(DENSITY),
         number(DIAMETER),
-        number(coefficient / scale)
+        number(coefficient / scale),
+        number(high),
+        number(low)
     )
 }
 
@@ -298,4 +308,34 @@ fn world(comment: &str, name: &str) -> String {
         number(GRAVITY),
         number(DENSITY)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sdf_of(curve: serde_json::Value) -> (String, Vec<String>) {
+        let file: seaplant::exchange::PlantFile = serde_json::from_value(serde_json::json!({
+            "schema": "seaplant/plant/1", "name": "sled", "source": "worked by hand",
+            "axes": ["surge"], "mass_matrix": [100.0],
+            "thruster": [{
+                "name": "main", "position_m": [0.0, 0.0, 0.0], "direction": [1.0, 0.0, 0.0],
+                "curve": curve
+            }]
+        }))
+        .expect("a table");
+        let made = Gazebo.files(&file.model().expect("possible")).expect("made");
+        (String::from_utf8(made.files[0].bytes.clone()).expect("text"), made.notes)
+    }
+
+    #[test]
+    fn thrust_is_limited_to_what_the_vehicle_states_and_never_by_default() {
+        let law = |input: &str| serde_json::json!({ "kind": "quadratic", "input": input, "forward": 2000.0, "reverse": 1500.0 });
+        let (text, _) = sdf_of(law("command"));
+        assert!(text.contains("<max_thrust_cmd>2000.0</max_thrust_cmd>"), "{text}");
+        assert!(text.contains("<min_thrust_cmd>-1500.0</min_thrust_cmd>"), "{text}");
+        let (text, notes) = sdf_of(law("speed"));
+        assert!(text.contains("<max_thrust_cmd>1000000000.0</max_thrust_cmd>"), "{text}");
+        assert!(notes.iter().any(|note| note.contains("thrust of main is not known")), "{notes:?}");
+    }
 }

@@ -47,6 +47,7 @@ impl Exporter for Octave {
             ("AXES", own),
             ("MASS", block(&SYNTAX.mass(model, "M"), "")),
             ("FORCES", block(&SYNTAX.forces(model), "")),
+            ("HELD", block(&SYNTAX.held(model), "")),
         ];
         let bytes = fill(include_str!("templates/plant.m"), &places).into_bytes();
         let path = "seaplant_plant.m".to_owned();

@@ -1,7 +1,6 @@
 //! A module for NumPy.
 
-use seaplant::exchange::{Actuation, PlantModel};
-use seaplant::results::Parameter;
+use seaplant::exchange::PlantModel;
 use seaplant::{ThrustCurve, ThrustTable};
 
 use crate::code::{Syntax, block, bracket, input_of, names, number, numbers, own};
@@ -37,7 +36,8 @@ impl Exporter for Python {
     }
 }
 
-fn module(model: &PlantModel, remarks: &Remarks<'_>) -> String {
+/// The module as text.
+pub(crate) fn module(model: &PlantModel, remarks: &Remarks<'_>) -> String {
     let places = [
         ("REMARKS", commented(&remarks.lines(), "#").trim_end().to_owned()),
         ("NAMES", name_list(model)),
@@ -46,6 +46,7 @@ fn module(model: &PlantModel, remarks: &Remarks<'_>) -> String {
         ("OWN", own(model).map(|x| x.to_string()).join(", ")),
         ("MASS", block(&SYNTAX.mass(model, "mass"), "    ")),
         ("FORCES", block(&SYNTAX.forces(model), "    ")),
+        ("HELD", block(&SYNTAX.held(model), "    ")),
         ("ACTUATORS", actuators(model)),
     ];
     fill(include_str!("templates/plant.py"), &places).trim_end().to_owned() + "\n"
@@ -73,7 +74,11 @@ fn actuators(model: &PlantModel) -> String {
         let name = harmless(&thruster.name).replace('"', "'");
         text += &format!("    \"{name}\",  # input {}\n", input_of(&thruster.curve));
     }
-    text += "]\n\nALLOCATION = np.array(\n    [\n";
+    let neutral = numbers(model.thrusters.iter().map(|thruster| thruster.curve.neutral()));
+    text += &format!(
+        "]\n\nNEUTRAL = [{neutral}]\n\"\"\"Inputs with which propellers stand still.\"\"\"\n"
+    );
+    text += "\nALLOCATION = np.array(\n    [\n";
     for thruster in &model.thrusters {
         text += &format!("        [{}],\n", numbers(thruster.unit_wrench()));
     }
@@ -83,14 +88,12 @@ fn actuators(model: &PlantModel) -> String {
     for thruster in &model.thrusters {
         text += &format!("    lambda x, volts: {},\n", curve(&thruster.curve));
     }
-    let axes = |of: fn(&Actuation) -> &Option<Parameter>, otherwise: f64| {
-        numbers(c::by_axis(model, of, otherwise))
-    };
+    let fitted = c::fitted(model);
     let places = [
-        ("LAG", axes(|x| &x.lag, 0.0)),
-        ("FORCE_LAG", axes(|x| &x.force_lag, 0.0)),
-        ("DELAY", axes(|x| &x.delay, 0.0)),
-        ("RATIO", axes(|x| &x.reverse_ratio, 1.0)),
+        ("LAG", numbers(fitted.lag_s)),
+        ("FORCE_LAG", numbers(fitted.force_lag_s)),
+        ("DELAY", numbers(fitted.delay_s)),
+        ("RATIO", numbers(fitted.reverse_ratio)),
     ];
     text + "]\n" + &fill(WRENCH, &places)
 }

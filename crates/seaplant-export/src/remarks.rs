@@ -217,7 +217,7 @@ pub(crate) fn without_actuation(model: &PlantModel) -> Option<String> {
     let found = actuation(model);
     (!found.is_empty()).then(|| {
         format!(
-            "not applied here: {}; the formats c, python and fmu apply it, or apply it to thrust before it comes in",
+            "not applied here: {}; the formats c, rust, python, casadi, fmu and ros2 apply it, or apply it to thrust before it comes in",
             found.join("; ")
         )
     })
@@ -243,7 +243,8 @@ fn effects(model: &PlantModel) -> Option<String> {
     })
 }
 
-/// What the verdicts say against a plant, part by part; nothing of a usable one.
+/// What the verdicts and the signs of its drag say against a plant, part by part; nothing of a
+/// usable one.
 pub fn doubts(model: &PlantModel) -> Vec<String> {
     let of = |judgement: &Judgement| {
         let word = match judgement.verdict.trust {
@@ -254,7 +255,8 @@ pub fn doubts(model: &PlantModel) -> Vec<String> {
         let axes: Vec<&str> = judgement.axes.iter().map(|dof| dof.name()).collect();
         Some(format!("{word}: {}: {}", axes.join("-"), judgement.verdict.reason))
     };
-    model.judgements.iter().filter_map(of).collect()
+    let negative = model.negative_drag().into_iter().map(|reason| format!("DO NOT USE: {reason}"));
+    model.judgements.iter().filter_map(of).chain(negative).collect()
 }
 
 fn judgement(of: &Judgement) -> Vec<String> {

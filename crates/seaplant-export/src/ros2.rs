@@ -1,4 +1,4 @@
-//! Parameters of ROS 2 nodes.
+//! A package for ROS 2: the plant as a node, and its numbers as parameters.
 
 use nalgebra::Matrix6;
 use seaplant::Dof;
@@ -6,9 +6,11 @@ use seaplant::exchange::PlantModel;
 use seaplant::plant::Product;
 
 use crate::code::{identifiers, names, number, numbers, own};
+use crate::gazebo::{escaped, xml_comment};
 use crate::json::damping;
-use crate::remarks::{commented, constants, harmless, other_products, without_actuation};
-use crate::{Error, Exported, ExportedFile, Exporter, c};
+use crate::remarks::{Remarks, commented, constants, harmless, other_products};
+use crate::template::fill;
+use crate::{Error, Exported, ExportedFile, Exporter, c, python};
 
 pub(crate) struct Ros2;
 
@@ -18,26 +20,59 @@ impl Exporter for Ros2 {
     }
 
     fn about(&self) -> &'static str {
-        "a parameter file for ROS 2 nodes, units and frames in the names"
+        "a ROS 2 package: a node that publishes the plant's motion, and a parameter file"
     }
 
     fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
         let mut remarks = c::remarks(model, "ros2");
-        if !model.thrusters.is_empty() {
-            remarks.limits.extend(without_actuation(model));
-        }
-        remarks.limits.push(
-            "matrices are flat, row by row, with zeros at axes that are not known: read axis_known first".to_owned(),
-        );
-        let mut text = commented(&remarks.lines(), "#");
-        text += "/**:\n  ros__parameters:\n    seaplant:\n";
-        for line in entries(model) {
-            text += &format!("      {line}\n");
-        }
-        let path = "seaplant_plant.yaml".to_owned();
-        let file = ExportedFile { path, bytes: text.into_bytes() };
-        Ok(Exported { files: vec![file], notes: remarks.notes() })
+        remarks.limits.extend([
+            "matrices of the parameter file are flat, row by row, with zeros at axes that are not known: read axis_known first".to_owned(),
+            "the node takes and gives body axes x forward, y port, z up and a world of east, north, up (REP 103); plant.py and the parameters have the frames above".to_owned(),
+        ]);
+        let file = |path: &str, text: String| ExportedFile {
+            path: format!("{PACKAGE}/{path}"),
+            bytes: text.into_bytes(),
+        };
+        let files = vec![
+            file("package.xml", package(model, &remarks)),
+            file("setup.py", filled(include_str!("templates/ros2/setup.py"))),
+            file("setup.cfg", include_str!("templates/ros2/setup.cfg").to_owned()),
+            file(&format!("resource/{PACKAGE}"), String::new()),
+            file("launch/plant.launch.py", include_str!("templates/ros2/launch.py").to_owned()),
+            file(&format!("config/{PACKAGE}.yaml"), parameters(model, &remarks)),
+            file(&format!("{PACKAGE}/__init__.py"), String::new()),
+            file(&format!("{PACKAGE}/plant.py"), python::module(model, &remarks)),
+            file(&format!("{PACKAGE}/node.py"), include_str!("templates/ros2/node.py").to_owned()),
+        ];
+        Ok(Exported { files, notes: remarks.notes() })
     }
+}
+
+/// What the package is called, which names its folders.
+const PACKAGE: &str = "seaplant_plant";
+
+fn filled(template: &str) -> String {
+    fill(template, &[("VERSION", env!("CARGO_PKG_VERSION").to_owned())])
+}
+
+fn package(model: &PlantModel, remarks: &Remarks<'_>) -> String {
+    let licence = model.origin.licence.as_deref().unwrap_or("none stated");
+    let places = [
+        ("VERSION", env!("CARGO_PKG_VERSION").to_owned()),
+        ("REMARKS", xml_comment(&remarks.lines())),
+        ("VEHICLE", escaped(&model.name)),
+        ("LICENCE", escaped(licence)),
+    ];
+    fill(include_str!("templates/ros2/package.xml"), &places)
+}
+
+fn parameters(model: &PlantModel, remarks: &Remarks<'_>) -> String {
+    let mut text = commented(&remarks.lines(), "#");
+    text += "/**:\n  ros__parameters:\n    seaplant:\n";
+    for line in entries(model) {
+        text += &format!("      {line}\n");
+    }
+    text
 }
 
 fn entries(model: &PlantModel) -> Vec<String> {

@@ -5,9 +5,10 @@ use std::hash::{DefaultHasher, Hasher};
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::column::{Column, Samples, Text, tell_apart};
+use crate::column::{Column, Samples, tell_apart};
 use crate::content::Origin;
 use crate::heading::Heading;
+use crate::limits::{MOST_COLUMNS, check_names, too_many_columns};
 use crate::log::{Channel, LeftOut, Log, Reason};
 use crate::note::Note;
 use crate::order::{Order, Times};
@@ -136,9 +137,12 @@ impl Assembly {
     /// The log, once all is taken in. `format` says what the file is: "MCAP".
     ///
     /// # Errors
-    /// [`Error::NoSamples`] of a log without a channel, [`Error::Io`].
+    /// [`Error::NoSamples`] of a log without a channel; those of [`Self::table`].
     pub(crate) fn log(mut self, format: &str) -> Result<Log, Error> {
         let path = self.origin.path().to_owned();
+        if self.log.channels.len() > MOST_COLUMNS {
+            return Err(too_many_columns(&path));
+        }
         if self.log.channels.is_empty() {
             return Err(Error::NoSamples { path, format: format.to_owned() });
         }
@@ -150,8 +154,11 @@ impl Assembly {
     /// The log of a table, which may hold no number.
     ///
     /// # Errors
-    /// [`Error::Io`].
+    /// [`Error::Io`]; those of [`check_names`].
     pub(crate) fn table(mut self, format: String) -> Result<Log, Error> {
+        let (channels, left_out) = (&self.log.channels, &self.log.left_out);
+        check_names(channels.iter().map(|channel| channel.name.as_str()), self.origin.path())?;
+        check_names(left_out.iter().map(|column| column.name.as_str()), self.origin.path())?;
         self.odd.notes(self.origin.path(), &mut self.log.notes);
         self.log.notes.extend(self.origin.notes());
         let first_s = self.log.channels.iter().filter_map(|c| c.time_s().first()).copied();
@@ -171,12 +178,10 @@ fn channel(
     column: Column,
 ) -> Result<Channel, LeftOut> {
     let missing = rows - column.samples.values.len();
+    let reason = column.reason();
     let (time_s, values) = timed(times, bases, rows, column.samples);
     let Heading { column: header, name, unit, .. } = column.heading;
     if values.is_empty() {
-        let reason = column
-            .text
-            .map_or(Reason::Missing, |Text { line, text, .. }| Reason::Text { line, text });
         return Err(LeftOut { column: header, name, source: 0, rows, reason });
     }
     let (source, portion) = (0, None);

@@ -7,22 +7,68 @@ use jiff::tz::TimeZone;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Cell {
     Number(f64),
+    /// `1.588` or `1,588`, unless commas separate cells.
+    Ambiguous(Ambiguous),
     Missing,
     Text,
 }
 
-/// How a file writes the decimal sign; the first number with one decides.
+/// A number whose one sign stands before three digits: a decimal sign, or one between thousands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Decimal {
+pub(crate) struct Ambiguous {
+    pub(crate) sign: Sign,
+    /// The number if `sign` is the decimal sign.
+    pub(crate) decimal: f64,
+    /// The number if `sign` separates thousands.
+    pub(crate) thousands: f64,
+}
+
+/// A sign within a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sign {
     Point,
     Comma,
-    Undecided,
+}
+
+impl Sign {
+    pub(crate) fn character(self) -> char {
+        if self == Self::Point { '.' } else { ',' }
+    }
+
+    pub(crate) fn other(self) -> Self {
+        if self == Self::Point { Self::Comma } else { Self::Point }
+    }
+}
+
+/// How a file writes numbers: the first that leaves no doubt decides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Decimal {
+    /// The decimal sign; `None` while no number has shown it.
+    pub(crate) sign: Option<Sign>,
+    /// Whether a number has shown that the other sign separates thousands.
+    pub(crate) groups: bool,
+    /// Whether commas separate cells, so that the decimal sign is a point from the start.
+    fixed: bool,
 }
 
 impl Decimal {
-    /// What may be expected of a file whose cells `delimiter` parts.
+    /// Points only.
+    pub(crate) const fn point() -> Self {
+        Self { sign: Some(Sign::Point), groups: false, fixed: true }
+    }
+
+    /// What may be expected of a file whose cells `delimiter` separates.
     pub(crate) fn of(delimiter: u8) -> Self {
-        if delimiter == b',' { Self::Point } else { Self::Undecided }
+        if delimiter == b',' {
+            Self::point()
+        } else {
+            Self { sign: None, groups: false, fixed: false }
+        }
+    }
+
+    /// Whether the decimal sign is a point whatever the cells hold.
+    pub(crate) fn is_fixed(self) -> bool {
+        self.fixed
     }
 
     /// Reads a cell.
@@ -31,34 +77,90 @@ impl Decimal {
         if cell.is_empty() {
             return Cell::Missing;
         }
-        let Ok(text) = std::str::from_utf8(cell) else { return Cell::Text };
+        let Ok(text) = std::str::from_utf8(cell) else {
+            // The en dash of Windows-1252.
+            let Some(digits) = cell.strip_prefix(b"\x96") else { return Cell::Text };
+            return self.read_negative(digits);
+        };
         match text.parse::<f64>() {
             Ok(number) if !number.is_finite() => Cell::Missing,
-            Ok(number) if *self == Self::Point => Cell::Number(number),
-            Ok(number) if !text.contains('.') => Cell::Number(number),
-            Ok(number) if *self == Self::Undecided => {
-                *self = Self::Point;
-                Cell::Number(number)
-            }
-            // 1.234 among decimal commas may be a thousand: not for us to say.
-            Ok(_) => Cell::Text,
-            Err(_) if is_absent(text) => Cell::Missing,
-            Err(_) if unquoted(text) != text => self.read(unquoted(text).as_bytes()),
-            Err(_) if text.contains(MINUS) => self.read(text.replace(MINUS, "-").as_bytes()),
-            Err(_) if *self == Self::Point => Cell::Text,
-            Err(_) => match comma_number(text) {
-                Some(number) => {
-                    *self = Self::Comma;
-                    Cell::Number(number)
+            Ok(number) if self.fixed || !text.contains('.') => Cell::Number(number),
+            Ok(number) => match single_group(text, Sign::Point) {
+                Some(thousands) => {
+                    Cell::Ambiguous(Ambiguous { sign: Sign::Point, decimal: number, thousands })
                 }
-                None => Cell::Text,
+                None => self.decided(Sign::Point, number),
             },
+            Err(_) => self.read_spelled(text),
         }
+    }
+
+    /// Reads what Rust does not take for a number.
+    fn read_spelled(&mut self, text: &str) -> Cell {
+        if is_absent(text) {
+            return Cell::Missing;
+        }
+        if unquoted(text) != text {
+            return self.read(unquoted(text).as_bytes());
+        }
+        if let Some(inside) = text.strip_prefix('(').and_then(|text| text.strip_suffix(')')) {
+            return self.read_negative(inside.as_bytes());
+        }
+        if text.contains(is_minus) {
+            return self.read(text.replace(is_minus, "-").as_bytes());
+        }
+        self.read_separated(text)
+    }
+
+    /// Reads the digits of a negative number, which have no sign of their own.
+    fn read_negative(&mut self, digits: &[u8]) -> Cell {
+        if !digits
+            .trim_ascii_start()
+            .first()
+            .is_some_and(|first| matches!(first, b'0'..=b'9' | b'.' | b','))
+        {
+            return Cell::Text;
+        }
+        match self.read(digits) {
+            Cell::Number(number) => Cell::Number(-number),
+            Cell::Ambiguous(Ambiguous { sign, decimal, thousands }) => {
+                Cell::Ambiguous(Ambiguous { sign, decimal: -decimal, thousands: -thousands })
+            }
+            Cell::Missing | Cell::Text => Cell::Text,
+        }
+    }
+
+    /// Reads `1,5`, `1,588`, `12.345.678` and `1.234,5`.
+    fn read_separated(&mut self, text: &str) -> Cell {
+        for decimal in [Sign::Comma, Sign::Point] {
+            if let Some(number) = grouped(text, decimal) {
+                let cell = self.decided(decimal, number);
+                self.groups |= cell != Cell::Text;
+                return cell;
+            }
+        }
+        let Some(decimal) = comma_number(text) else { return Cell::Text };
+        match single_group(text, Sign::Comma) {
+            Some(_) if self.fixed => Cell::Text,
+            Some(thousands) => Cell::Ambiguous(Ambiguous { sign: Sign::Comma, decimal, thousands }),
+            None => self.decided(Sign::Comma, decimal),
+        }
+    }
+
+    /// A number that shows the decimal sign; text if an earlier one showed the other.
+    fn decided(&mut self, sign: Sign, number: f64) -> Cell {
+        if *self.sign.get_or_insert(sign) == sign { Cell::Number(number) } else { Cell::Text }
     }
 }
 
-/// The minus of typography, which word processors, spreadsheets and plotting programs write.
-const MINUS: char = '\u{2212}';
+/// Whether a character stands for a minus in word processors, spreadsheets and plots: hyphens, the
+/// en dash, the minus of typography, the wide hyphen.
+fn is_minus(c: char) -> bool {
+    matches!(
+        c,
+        '\u{2010}' | '\u{2011}' | '\u{2012}' | '\u{2013}' | '\u{2212}' | '\u{fe63}' | '\u{ff0d}'
+    )
+}
 
 /// The text within quotation marks, which the CSV reader leaves alone behind a blank; within all of
 /// them at once, for a damaged file may hold nothing else.
@@ -80,6 +182,50 @@ fn comma_number(text: &str) -> Option<f64> {
         return None;
     }
     format!("{whole}.{rest}").parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+/// The number in thousands and units that one `sign` separates: 1588 of `1.588`, none of `0.588`.
+fn single_group(text: &str, sign: Sign) -> Option<f64> {
+    let (whole, groups) = groups_of(text, sign)?;
+    (groups == 1).then_some(whole)
+}
+
+/// A number whose groups of three digits leave no doubt: `12.345.678` or `1.234,5` where `decimal`
+/// is a comma.
+fn grouped(text: &str, decimal: Sign) -> Option<f64> {
+    let (whole, fraction) = match text.split_once(decimal.character()) {
+        Some((whole, fraction)) => (whole, Some(fraction)),
+        None => (text, None),
+    };
+    let (size, groups) = groups_of(whole, decimal.other())?;
+    match fraction {
+        None => (groups > 1).then_some(size),
+        Some(fraction) if fraction.starts_with(|c: char| c.is_ascii_digit()) => {
+            let digits = whole.replace(decimal.other().character(), "");
+            format!("{digits}.{fraction}").parse().ok().filter(|number: &f64| number.is_finite())
+        }
+        Some(_) => None,
+    }
+}
+
+/// A whole number whose thousands `sign` separates, and how many signs it has: one to three digits
+/// that do not start with zero, then groups of three.
+fn groups_of(text: &str, sign: Sign) -> Option<(f64, usize)> {
+    let size = text.strip_prefix(['-', '+']).unwrap_or(text);
+    let mut groups = size.split(sign.character());
+    let mut number = digits(groups.next()?).filter(|_| !size.starts_with('0'))?;
+    let mut count = 0;
+    for group in groups {
+        number = 1000.0 * number + digits(group).filter(|_| group.len() == 3)?;
+        count += 1;
+    }
+    (count > 0).then_some((if text.starts_with('-') { -number } else { number }, count))
+}
+
+/// A whole number of one to three digits.
+fn digits(text: &str) -> Option<f64> {
+    let is_group = (1..=3).contains(&text.len()) && text.bytes().all(|b| b.is_ascii_digit());
+    is_group.then(|| text.bytes().fold(0.0, |number, b| 10.0 * number + f64::from(b - b'0')))
 }
 
 /// Whether the text is one that programs write for "no value".
@@ -148,16 +294,63 @@ mod tests {
 
     #[test]
     fn the_first_decimal_sign_decides() {
-        let mut decimal = Decimal::Undecided;
+        let mut decimal = Decimal::of(b';');
         assert_eq!(decimal.read(b"7"), Cell::Number(7.0));
         assert_eq!(decimal.read(b"-1,5e1"), Cell::Number(-15.0));
         assert_eq!(decimal.read("\u{2212}1,5".as_bytes()), Cell::Number(-1.5));
-        assert_eq!(decimal, Decimal::Comma);
+        assert_eq!(decimal.sign, Some(Sign::Comma));
         assert_eq!(decimal.read(b"1.5"), Cell::Text);
 
-        let mut decimal = Decimal::Undecided;
+        let mut decimal = Decimal::of(b';');
         assert_eq!(decimal.read(b"1.5"), Cell::Number(1.5));
         assert_eq!(decimal.read(b"1,5"), Cell::Text);
+    }
+
+    #[test]
+    fn three_digits_behind_one_sign_leave_it_open() {
+        for (text, sign) in [("1.588", Sign::Point), ("-12,345", Sign::Comma)] {
+            let mut decimal = Decimal::of(b';');
+            let Cell::Ambiguous(found) = decimal.read(text.as_bytes()) else { panic!("{text}") };
+            assert_eq!((found.sign, decimal.sign), (sign, None));
+            assert_eq!((found.decimal * 1000.0).round(), found.thousands);
+        }
+        // No thousands start with zero, have four digits, or a power of ten.
+        for text in ["0.588", "1234.588", "1.588e3", "1.5880"] {
+            let mut decimal = Decimal::of(b';');
+            assert_eq!(decimal.read(text.as_bytes()), Cell::Number(text.parse().unwrap()));
+            assert_eq!(decimal.sign, Some(Sign::Point), "{text}");
+        }
+    }
+
+    #[test]
+    fn groups_of_thousands_show_the_decimal_sign() {
+        for (text, number, sign) in [
+            ("12.345.678", 12_345_678.0, Sign::Comma),
+            ("-1.234,5", -1234.5, Sign::Comma),
+            ("12,345,678", 12_345_678.0, Sign::Point),
+            ("1,234.5e1", 12_345.0, Sign::Point),
+        ] {
+            let mut decimal = Decimal::of(b';');
+            assert_eq!(decimal.read(text.as_bytes()), Cell::Number(number), "{text}");
+            assert_eq!((decimal.sign, decimal.groups), (Some(sign), true), "{text}");
+        }
+        for text in ["12.34.567", "1.234,", "01.234.567", "1.234.5678", "1.2.3", ".123.456"] {
+            assert_eq!(Decimal::of(b';').read(text.as_bytes()), Cell::Text, "{text}");
+        }
+    }
+
+    #[test]
+    fn negative_numbers_may_have_any_minus_or_parentheses() {
+        for text in ["\u{2013}1.5", "\u{2012}1.5", "\u{2010}1.5", "\u{ff0d}1.5", "(1.5)", "( 1.5 )"]
+        {
+            assert_eq!(Decimal::point().read(text.as_bytes()), Cell::Number(-1.5), "{text}");
+        }
+        assert_eq!(Decimal::of(b';').read(b"(1,5)"), Cell::Number(-1.5));
+        // The en dash of Windows-1252, and one that joins.
+        assert_eq!(Decimal::point().read(b"\x961.5"), Cell::Number(-1.5));
+        for text in ["(-1.5)", "()", "(a)", "(1.5", "1\u{2013}5", "((1))"] {
+            assert_eq!(Decimal::point().read(text.as_bytes()), Cell::Text, "{text}");
+        }
     }
 
     #[test]
@@ -171,7 +364,7 @@ mod tests {
 
     #[test]
     fn a_cell_is_a_number_or_missing_or_text() {
-        let read = |cell: &[u8]| Decimal::Point.read(cell);
+        let read = |cell: &[u8]| Decimal::point().read(cell);
         assert_eq!(read(b" +1.5e3 "), Cell::Number(1500.0));
         assert_eq!(read(b" \"1.5\" "), Cell::Number(1.5));
         assert_eq!(read("\u{2212}1.5e\u{2212}3".as_bytes()), Cell::Number(-1.5e-3));

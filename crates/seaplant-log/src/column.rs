@@ -4,8 +4,9 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use crate::Unit;
-use crate::cell::{Cell, excerpt};
+use crate::cell::{Ambiguous, Cell, excerpt};
 use crate::heading::Heading;
+use crate::log::Reason;
 use crate::note::Note;
 
 /// One column: its header, and the numbers that it holds.
@@ -13,19 +14,38 @@ pub(crate) struct Column {
     pub(crate) heading: Heading,
     pub(crate) samples: Samples,
     pub(crate) text: Option<Text>,
+    /// The signs in its numbers.
+    pub(crate) separators: Separators,
+    /// The line and the text of a number that makes all of them doubtful; these are forgotten.
+    pub(crate) doubtful: Option<(u64, String)>,
 }
 
 impl Column {
     /// A column without rows yet.
     pub(crate) fn empty(heading: Heading) -> Self {
-        Self { heading, samples: Samples::default(), text: None }
+        Self::of(heading, Samples::default())
     }
 
     /// A column called `name`, a value for each row, `NaN` where one is missing.
     pub(crate) fn new(name: String, unit: Option<Unit>, values: Vec<f64>) -> Self {
         let (nameless, instant) = (false, false);
         let heading = Heading { column: name.clone(), name, unit, nameless, instant };
-        Self { heading, samples: Samples::of(values), text: None }
+        Self::of(heading, Samples::of(values))
+    }
+
+    fn of(heading: Heading, samples: Samples) -> Self {
+        Self { heading, samples, text: None, separators: Separators::default(), doubtful: None }
+    }
+
+    /// Why it is no channel, if it holds no number.
+    pub(crate) fn reason(&self) -> Reason {
+        match (&self.doubtful, &self.text) {
+            (Some((line, text)), _) => Reason::Ambiguous { line: *line, text: text.clone() },
+            (None, Some(Text { line, text, .. })) => {
+                Reason::Text { line: *line, text: text.clone() }
+            }
+            (None, None) => Reason::Missing,
+        }
     }
 
     /// Takes one cell in, of which `found` was found.
@@ -33,12 +53,25 @@ impl Column {
     pub(crate) fn push(&mut self, row: usize, line: u64, found: Cell, cell: &[u8]) {
         match found {
             Cell::Number(value) => self.samples.push(row, value),
+            Cell::Ambiguous(number) => {
+                self.separators.meet(line, number, cell);
+                self.separators.open.push((self.samples.values.len(), number));
+                self.samples.push(row, number.decimal);
+            }
             Cell::Missing => self.samples.skip(row),
             Cell::Text => {
                 self.samples.skip(row);
-                let first = || Text { line, text: excerpt(cell), count: 0 };
-                self.text.get_or_insert_with(first).count += 1;
+                self.add_text(Text { line, text: excerpt(cell), count: 1 });
             }
+        }
+    }
+
+    /// Counts cells that hold no number, of which the first is given.
+    pub(crate) fn add_text(&mut self, more: Text) {
+        let text = self.text.get_or_insert(Text { count: 0, ..more.clone() });
+        text.count += more.count;
+        if more.line < text.line {
+            (text.line, text.text) = (more.line, more.text);
         }
     }
 
@@ -51,13 +84,16 @@ impl Column {
     pub(crate) fn note(&self, path: &Path, rows: usize) -> Option<Note> {
         let (path, column) = (path.to_owned(), self.heading.column.clone());
         let empty = self.samples.values.is_empty();
+        if let Some((line, text)) = self.doubtful.clone() {
+            return Some(Note::AmbiguousColumn { path, column, line, text });
+        }
         match &self.text {
             Some(Text { line, text, .. }) if empty => {
                 Some(Note::TextColumn { path, column, line: *line, text: text.clone() })
             }
             Some(Text { line, text, count }) => {
                 let (line, text, count) = (*line, text.clone(), *count);
-                Some(Note::NotANumber { path, column, line, text, count })
+                Some(Note::NotANumber { path, column, line, text, count, rows })
             }
             None if empty => Some(Note::AllMissing { path, column, rows }),
             None => None,
@@ -66,10 +102,32 @@ impl Column {
 }
 
 /// Text where numbers were expected.
+#[derive(Clone)]
 pub(crate) struct Text {
     pub(crate) line: u64,
     pub(crate) text: String,
     pub(crate) count: usize,
+}
+
+/// The signs in the numbers of one column.
+#[derive(Default)]
+pub(crate) struct Separators {
+    /// Numbers such as `1.588` before the file had shown its decimal sign, and those with the other
+    /// sign, in order: which of the values, and what it may be.
+    pub(crate) open: Vec<(usize, Ambiguous)>,
+    /// The line and the text of the first such number with a point, and of the first with a comma.
+    pub(crate) first: [Option<(u64, String)>; 2],
+    /// Whether a number has decimals without a doubt.
+    pub(crate) has_decimals: bool,
+    /// Whether a number but zero has no sign at all.
+    pub(crate) has_whole: bool,
+}
+
+impl Separators {
+    /// Remembers the place of a number such as `1.588`, if it is the first.
+    pub(crate) fn meet(&mut self, line: u64, number: Ambiguous, cell: &[u8]) {
+        self.first[number.sign as usize].get_or_insert_with(|| (line, excerpt(cell)));
+    }
 }
 
 /// The numbers of a column, and the rows that they stand in.
@@ -120,6 +178,22 @@ impl Samples {
         self.values.truncate(kept);
     }
 
+    /// Counts the values at these places, which rise, as missing.
+    pub(crate) fn remove(&mut self, places: &[usize]) {
+        let count = self.values.len();
+        let rows = self.rows.get_or_insert_with(|| (0..count).collect());
+        let mut removed = places.iter().peekable();
+        let mut kept = 0;
+        for place in 0..count {
+            if removed.next_if(|next| **next == place).is_none() {
+                (self.values[kept], rows[kept]) = (self.values[place], rows[place]);
+                kept += 1;
+            }
+        }
+        self.values.truncate(kept);
+        rows.truncate(kept);
+    }
+
     /// Each value with its row.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let row = |k: usize| self.rows.as_ref().map_or(k, |rows| rows[k]);
@@ -128,9 +202,13 @@ impl Samples {
 
     /// A value for each of `rows` rows, `NaN` where one is missing.
     pub(crate) fn dense(self, rows: usize) -> Vec<f64> {
-        let Some(present) = self.rows else { return self.values };
+        if self.rows.is_none() { self.values } else { self.to_dense(rows) }
+    }
+
+    /// As [`Samples::dense`], of samples that are needed further.
+    pub(crate) fn to_dense(&self, rows: usize) -> Vec<f64> {
         let mut dense = vec![f64::NAN; rows];
-        for (row, value) in present.into_iter().zip(self.values) {
+        for (row, value) in self.iter() {
             dense[row] = value;
         }
         dense

@@ -41,6 +41,36 @@ pub enum Error {
     #[error("no log file was given; name at least one")]
     NoFiles,
 
+    /// A log of so many columns that it is none.
+    #[error(
+        "{} names more than {most} columns, which is not plausible for a log; check its separators, \
+         or export only the columns that you need",
+        path.display()
+    )]
+    TooManyColumns {
+        /// The file.
+        path: PathBuf,
+        /// The most columns that are read.
+        most: usize,
+    },
+
+    /// A name so long that it is none.
+    #[error(
+        "{} names a column with {found} bytes (starting {start:?}), and {most} at most are read; \
+         check that its first line is a header",
+        path.display()
+    )]
+    LongName {
+        /// The file.
+        path: PathBuf,
+        /// The first characters of the name.
+        start: String,
+        /// Bytes of the name.
+        found: usize,
+        /// Bytes of a name that are read, at most.
+        most: usize,
+    },
+
     /// A column in memory that has not one value for each time.
     #[error(
         "column {column:?} of {} has {found} {} for {expected} times; give one for each",
@@ -222,6 +252,75 @@ pub enum Error {
         row_line: u64,
         /// The cells of that line.
         row: usize,
+    },
+
+    /// The header and the row of units below it contradict each other.
+    #[error(
+        "{}:{line}: the row of units gives {below:?} for column {column:?}, whose header states \
+         {header:?}; correct one of the two",
+        path.display()
+    )]
+    UnitsDiffer {
+        /// The file.
+        path: PathBuf,
+        /// The line of the row of units.
+        line: u64,
+        /// The column.
+        column: String,
+        /// The unit in the header.
+        header: String,
+        /// The unit below it.
+        below: String,
+    },
+
+    /// A second header, with other names or units than the first.
+    #[error(
+        "{}:{line}: a second header starts here, with {found:?} where the first has {expected:?}; \
+         split the file there, so that each part has one header",
+        path.display()
+    )]
+    SecondHeader {
+        /// The file.
+        path: PathBuf,
+        /// The line of the second header.
+        line: u64,
+        /// What it holds.
+        found: String,
+        /// What the first holds there.
+        expected: String,
+    },
+
+    /// Numbers such as `1.588`, which may be decimals or thousands, and none that tells.
+    #[error(
+        "{}:{line}: {text:?} in column {column:?} may have decimals or thousands, and no other \
+         number shows which; write thousands without a sign between them, or decimals with \
+         another number of digits",
+        path.display()
+    )]
+    AmbiguousNumber {
+        /// The file.
+        path: PathBuf,
+        /// The first line with one.
+        line: u64,
+        /// Its column.
+        column: String,
+        /// The cell.
+        text: String,
+    },
+
+    /// A table without time whose last row has no line end.
+    #[error(
+        "{}:{line}: the last row has no line end, so its last cell, {text:?}, may be cut short; add \
+         a line end if the row is complete",
+        path.display()
+    )]
+    CutRow {
+        /// The file.
+        path: PathBuf,
+        /// The line of the row.
+        line: u64,
+        /// Its last cell.
+        text: String,
     },
 
     /// Too few rows of numbers to use.

@@ -4,13 +4,16 @@ use std::path::Path;
 
 use csv::ByteRecord;
 
-use crate::cell::{Cell, Decimal, excerpt, stamp};
+use crate::cell::{Cell, Decimal, Sign, excerpt};
 use crate::column::{Column, Samples, tell_apart};
 use crate::content::{Content, Origin};
 use crate::heading::Heading;
 use crate::input::Input;
 use crate::layout::{self, Delimiter, Layout};
 use crate::note::Note;
+use crate::second_header::{self, SecondHeader};
+use crate::separators;
+use crate::time::time_cell;
 use crate::{Epoch, Error};
 
 /// A table as read, before anything is known of time.
@@ -70,7 +73,8 @@ pub(crate) type ChooseTime<'a> = &'a mut dyn FnMut(&[Heading]) -> Result<Option<
 ///
 /// # Errors
 /// Of the file: [`Error::Io`], [`Error::Binary`], [`Error::Empty`]. Of the table:
-/// [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`], [`Error::OpenQuote`],
+/// [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`], [`Error::UnitsDiffer`],
+/// [`Error::SecondHeader`], [`Error::AmbiguousNumber`], [`Error::OpenQuote`],
 /// [`Error::TooFewRows`]; those of `choose_time`.
 pub(crate) fn read(content: Content, choose_time: ChooseTime<'_>) -> Result<Grid, Error> {
     let mut input = Input::new(content)?;
@@ -210,18 +214,22 @@ impl<'a> Rows<'a> {
             if !reader.read_byte_record(&mut record).map_err(|e| self.failed(e))? {
                 break;
             }
+            let line = layout::line_of(&reader, newline, before, &record);
+            let is_cut = reader.get_ref().is_cut_before(reader.position().byte());
+            let in_archive = reader.get_ref().is_archive_cut();
+            open_quote =
+                (layout::has_open_quote(&record) && !(is_cut && in_archive)).then_some(line);
+            read += 1;
             // Half a number is another number.
-            if reader.get_ref().is_cut_before(reader.position().byte()) {
+            if is_cut && open_quote.is_none() {
+                self.leave_out_last(&record, line, in_archive || read <= layout.skip);
                 break;
             }
-            let line = layout::line_of(&reader, newline, before, &record);
-            open_quote = layout::has_open_quote(&record).then_some(line);
-            read += 1;
             if read > layout.skip {
                 if reader.position().line() > before + 1 && record.as_slice().contains(&b'\n') {
                     self.irregular.run_on.get_or_insert((0, line)).0 += 1;
                 }
-                self.take(&record, line, layout);
+                self.take(&record, line, layout)?;
                 if self.row == SAMPLED_ROWS && !reader.get_ref().is_in_part() {
                     self.make_room(reader.position().byte());
                 }
@@ -230,11 +238,24 @@ impl<'a> Rows<'a> {
         if let Some(line) = open_quote {
             return Err(Error::OpenQuote { path: self.path.to_owned(), line });
         }
+        let (columns, notes) = (&mut self.columns, &mut self.notes);
+        let (time, delimiter) = (self.time, layout.delimiter);
+        let sign = separators::settle(columns, time, self.decimal, delimiter, self.path, notes)?;
         let mut format = layout.delimiter.name().to_owned();
-        if self.decimal == Decimal::Comma {
+        if sign == Some(Sign::Comma) {
             format.push_str(", decimal comma");
         }
         Ok((reader.into_inner().into_origin(), format))
+    }
+
+    /// Notes the last row, which no line end closes; an archive that is cut is noted by itself.
+    fn leave_out_last(&mut self, record: &ByteRecord, line: u64, is_known: bool) {
+        let last = record.iter().next_back().unwrap_or_default();
+        let is_blank = record.len() <= 1 && last.trim_ascii().is_empty();
+        if !(is_known || is_blank || layout::is_comment(record)) {
+            let (path, text) = (self.path.to_owned(), excerpt(last));
+            self.notes.push(Note::CutRow { path, line, text });
+        }
     }
 
     /// Makes room for all rows at once, as many as the file seems to have: columns that grow
@@ -258,17 +279,29 @@ impl<'a> Rows<'a> {
     }
 
     /// Takes one record of the table in.
-    pub(crate) fn take(&mut self, record: &ByteRecord, line: u64, layout: &Layout) {
-        if layout::is_comment(record) {
-            return;
+    ///
+    /// # Errors
+    /// [`Error::SecondHeader`].
+    pub(crate) fn take(
+        &mut self,
+        record: &ByteRecord,
+        line: u64,
+        layout: &Layout,
+    ) -> Result<(), Error> {
+        match second_header::find(record, self.time, layout) {
+            Some(SecondHeader::Same) => {
+                self.irregular.repeated.get_or_insert((0, line)).0 += 1;
+                return Ok(());
+            }
+            Some(SecondHeader::Other { found, expected }) => {
+                let path = self.path.to_owned();
+                return Err(Error::SecondHeader { path, line, found, expected });
+            }
+            None => {}
         }
         let expected = self.columns.len();
-        if record.len() != expected && !self.fits(record, line) {
-            return;
-        }
-        if record.get(0) == layout.header.get(0) && record == &layout.header {
-            self.irregular.repeated.get_or_insert((0, line)).0 += 1;
-            return;
+        if layout::is_comment(record) || (record.len() != expected && !self.fits(record, line)) {
+            return Ok(());
         }
         let row = self.row;
         for k in 0..expected {
@@ -277,6 +310,7 @@ impl<'a> Rows<'a> {
         }
         self.lines.push(row, line);
         self.row += 1;
+        Ok(())
     }
 
     /// Counts a row of another length; whether it is to be used nevertheless.
@@ -298,34 +332,44 @@ impl<'a> Rows<'a> {
         true
     }
 
+    /// Remembers the signs of a cell, and reads `1.588` as a decimal once the file has others.
+    fn without_doubt(&mut self, k: usize, found: Cell, line: u64, cell: &[u8]) -> Cell {
+        let (sign, separators) = (self.decimal.sign, &mut self.columns[k].separators);
+        let is_sign = |b: &u8| matches!(b, b'.' | b',');
+        match found {
+            Cell::Ambiguous(number) if sign == Some(number.sign) => {
+                separators.meet(line, number, cell);
+                return Cell::Number(number.decimal);
+            }
+            Cell::Number(value) => {
+                let has_sign = sign.is_some_and(|sign| cell.contains(&(sign.character() as u8)));
+                separators.has_decimals |= has_sign;
+                separators.has_whole |= value != 0.0 && !cell.iter().any(is_sign);
+            }
+            Cell::Text => {
+                let has_digit = cell.iter().any(u8::is_ascii_digit);
+                separators.has_decimals |= has_digit && cell.iter().any(is_sign);
+            }
+            Cell::Ambiguous(_) | Cell::Missing => {}
+        }
+        found
+    }
+
     #[inline]
     fn cell(&mut self, k: usize, cell: &[u8], row: usize, line: u64) {
-        let before = self.decimal;
-        let found = match self.decimal.read(cell) {
-            found if self.time != Some(k) => found,
-            found => time_cell(&mut self.stamped, found, cell),
-        };
-        if self.decimal != before && self.decimal == Decimal::Comma {
+        let before = self.decimal.sign;
+        let mut found = self.decimal.read(cell);
+        if !self.decimal.is_fixed() {
+            found = self.without_doubt(k, found, line, cell);
+        }
+        if self.time == Some(k) {
+            found = time_cell(&mut self.stamped, found, cell);
+        }
+        if before.is_none() && self.decimal.sign == Some(Sign::Comma) && cell.contains(&b',') {
             let (path, text) = (self.path.to_owned(), excerpt(cell));
             self.decimal_comma = Some(Note::DecimalComma { path, line, text });
         }
         self.columns[k].push(row, line, found, cell);
-    }
-}
-
-/// Reads a cell of the time column, which holds numbers or date-times, never both: the first
-/// readable one tells.
-pub(crate) fn time_cell(stamped: &mut Option<bool>, found: Cell, cell: &[u8]) -> Cell {
-    match found {
-        Cell::Number(_) if *stamped.get_or_insert(false) => Cell::Text,
-        Cell::Text if *stamped != Some(false) => match stamp(cell) {
-            Some(seconds) => {
-                *stamped = Some(true);
-                Cell::Number(seconds)
-            }
-            None => Cell::Text,
-        },
-        found => found,
     }
 }
 

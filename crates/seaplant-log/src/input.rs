@@ -22,9 +22,9 @@ pub(crate) struct Input {
     scratch: Vec<u8>,
     /// How many bytes were handed out.
     given: u64,
-    /// Whether the last of them ends a line.
-    at_line_end: bool,
-    /// Where they end within a line because the archive around them ends.
+    /// Whether the last of them ends a line, or a cell in quotes.
+    at_end: bool,
+    /// Where they end within a cell.
     cut: Option<u64>,
 }
 
@@ -69,7 +69,7 @@ impl Input {
             squeeze: None,
             scratch: Vec::new(),
             given: 0,
-            at_line_end: false,
+            at_end: false,
             cut: None,
         })
     }
@@ -108,10 +108,14 @@ impl Input {
         self.squeeze = Some(Squeeze::default());
     }
 
-    /// Whether the archive around the text ends within the line before `byte`, counted in what was
-    /// handed out.
+    /// Whether the text ends within a cell before `byte`, counted in what was handed out.
     pub(crate) fn is_cut_before(&self, byte: u64) -> bool {
         self.cut.is_some_and(|cut| cut < byte)
+    }
+
+    /// Whether the archive around the text ends before its time.
+    pub(crate) fn is_archive_cut(&self) -> bool {
+        self.origin.is_cut()
     }
 
     /// Whether these are only parts of a text.
@@ -165,12 +169,12 @@ impl Read for Input {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let closing = self.closing.len();
         let n = self.squeezed(buffer)?;
-        if self.closing.len() < closing && !self.at_line_end && self.origin.is_cut() {
+        if self.closing.len() < closing && !self.at_end {
             self.cut.get_or_insert(self.given);
         }
         self.given += n as u64;
         if let Some(last) = buffer[..n].last() {
-            self.at_line_end = matches!(last, b'\n' | b'\r');
+            self.at_end = matches!(last, b'\n' | b'\r' | b'"');
         }
         Ok(n)
     }

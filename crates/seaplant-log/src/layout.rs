@@ -4,10 +4,11 @@ use std::path::Path;
 
 use csv::ByteRecord;
 
-use crate::Error;
 use crate::cell::{Cell, Decimal, decode, stamp};
 use crate::heading::{Heading, lone_unit};
 use crate::input::{Input, Newline, Squeeze};
+use crate::limits::{MOST_COLUMNS, check_names, too_many_columns};
+use crate::{Error, Unit};
 
 /// How many rows are looked at.
 pub(crate) const ROWS: usize = 300;
@@ -20,8 +21,18 @@ pub(crate) struct Layout {
     /// The header's cells as written, to know a repetition by.
     pub(crate) header: ByteRecord,
     pub(crate) header_line: u64,
+    /// The row of units as written, where there is one.
+    pub(crate) units: Option<ByteRecord>,
     /// Records before the first that may hold data.
     pub(crate) skip: usize,
+}
+
+impl Layout {
+    /// The layout, if its names are those of a log.
+    fn checked(self, path: &Path) -> Result<Self, Error> {
+        check_names(self.headings.iter().map(|heading| heading.column.as_str()), path)?;
+        Ok(self)
+    }
 }
 
 /// What parts cells.
@@ -99,7 +110,7 @@ pub(crate) fn has_open_quote(record: &ByteRecord) -> bool {
 pub(crate) fn is_comment(record: &ByteRecord) -> bool {
     let Some(cell) = record.get(0).map(<[u8]>::trim_ascii) else { return false };
     match cell.first() {
-        Some(b'#') => Decimal::Point.read(cell) != Cell::Missing,
+        Some(b'#') => Decimal::point().read(cell) != Cell::Missing,
         Some(b'%') => true,
         Some(b'/') => cell.starts_with(b"//"),
         _ => false,
@@ -129,7 +140,7 @@ impl Row {
                 filled = k + 1;
             }
             match decimal.read(cell) {
-                Cell::Number(_) => numbers += 1,
+                Cell::Number(_) | Cell::Ambiguous(_) => numbers += 1,
                 Cell::Missing => {}
                 Cell::Text if stamp(cell).is_some() => numbers += 1,
                 Cell::Text => texts += 1,
@@ -153,7 +164,7 @@ impl Row {
 }
 
 /// A commented header such as `# time, u`, its mark gone.
-fn without_mark(record: &ByteRecord) -> ByteRecord {
+pub(crate) fn without_mark(record: &ByteRecord) -> ByteRecord {
     let mut cells = record.iter();
     let first = cells.next().unwrap_or_default().trim_ascii();
     let first = first
@@ -168,23 +179,27 @@ fn without_mark(record: &ByteRecord) -> ByteRecord {
 /// Finds the table at the start of a text.
 ///
 /// # Errors
-/// [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`], [`Error::TooFewRows`],
-/// [`Error::OpenQuote`].
+/// [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`], [`Error::UnitsDiffer`],
+/// [`Error::TooFewRows`], [`Error::OpenQuote`]; those of [`check_names`].
 pub(crate) fn find(input: &Input) -> Result<Layout, Error> {
     let mut squeezed = vec![0; input.head().len() + 1];
     let written = Squeeze::default().pass(input.head(), &mut squeezed);
     squeezed.truncate(written);
-    let mut best: Option<(usize, Layout)> = None;
-    let mut open_quote = None;
+    let mut best: Option<(usize, Result<Layout, Error>)> = None;
+    let (mut open_quote, mut too_wide) = (None, false);
     let mut failed: Option<(usize, Vec<Row>)> = None;
     for delimiter in [Delimiter::Comma, Delimiter::Semicolon, Delimiter::Tab, Delimiter::Blanks] {
         let text = if delimiter == Delimiter::Blanks { &squeezed } else { input.head() };
+        if is_too_wide(text, delimiter) {
+            too_wide = true;
+            continue;
+        }
         let rows = sample(text, delimiter, input.newline());
         open_quote =
             open_quote.or(rows.last().filter(|r| has_open_quote(&r.record)).map(|r| r.line));
         match header(&rows, delimiter) {
             Some((score, at)) if best.as_ref().is_none_or(|(other, _)| score > *other) => {
-                best = Some((score, layout(&rows, at, delimiter)));
+                best = Some((score, layout(&rows, at, delimiter, input.path())));
             }
             Some(_) => {}
             None => {
@@ -196,7 +211,8 @@ pub(crate) fn find(input: &Input) -> Result<Layout, Error> {
         }
     }
     match (best, open_quote) {
-        (Some((_, layout)), _) => Ok(layout),
+        (Some((_, layout)), _) => layout?.checked(input.path()),
+        (None, _) if too_wide => Err(too_many_columns(input.path())),
         (None, Some(line)) => Err(Error::OpenQuote { path: input.path().to_owned(), line }),
         (None, None) => {
             let rows = failed.map(|(_, rows)| rows).unwrap_or_default();
@@ -221,9 +237,17 @@ pub(crate) fn find_in_sheet(sample: &[(u64, ByteRecord)], path: &Path) -> Result
     };
     let rows: Vec<Row> = sample.iter().map(row).collect();
     match header(&rows, Delimiter::Cells) {
-        Some((_, at)) => Ok(layout(&rows, at, Delimiter::Cells)),
+        Some((_, at)) => layout(&rows, at, Delimiter::Cells, path)?.checked(path),
         None => Err(why_not(&rows, sample.len() < ROWS, path)),
     }
+}
+
+/// Reports whether a line has more separators than a log may have columns. Each cell costs more
+/// memory than its separator, so this is found before a line is taken apart.
+fn is_too_wide(text: &[u8], delimiter: Delimiter) -> bool {
+    let is_separator = |byte: &&u8| **byte == delimiter.byte();
+    text.split(|byte| matches!(byte, b'\n' | b'\r'))
+        .any(|line| line.iter().filter(is_separator).count() > MOST_COLUMNS)
 }
 
 fn sample(text: &[u8], delimiter: Delimiter, newline: Newline) -> Vec<Row> {
@@ -237,8 +261,10 @@ fn sample(text: &[u8], delimiter: Delimiter, newline: Newline) -> Vec<Row> {
             break;
         }
         let line = line_of(&reader, newline, before, &record);
+        // A clone would copy the reader's buffer, which is as long as its longest record so far.
+        let own: ByteRecord = record.iter().collect();
         // A version number above the table says nothing of the decimal sign in it.
-        rows.push(Row::new(record.clone(), line, Decimal::of(delimiter.byte())));
+        rows.push(Row::new(own, line, Decimal::of(delimiter.byte())));
     }
     rows
 }
@@ -260,33 +286,63 @@ fn header(rows: &[Row], delimiter: Delimiter) -> Option<(usize, usize)> {
     scored.max().map(|(score, _, at)| (score, at))
 }
 
-fn layout(rows: &[Row], mut at: usize, delimiter: Delimiter) -> Layout {
-    let skip = at + 1;
-    let mut units = Vec::new();
-    if let Some(names) = row_of_names(rows, at) {
-        units = rows[at].record.iter().map(|cell| lone_unit(&decode(cell))).collect();
-        at = names;
-    }
-    let header = &rows[at];
+/// The table whose header, or row of units below it, is at `at`.
+///
+/// # Errors
+/// [`Error::UnitsDiffer`].
+fn layout(rows: &[Row], at: usize, delimiter: Delimiter, path: &Path) -> Result<Layout, Error> {
+    let (names, units) = match row_of_names(rows, at) {
+        Some(names) => (names, Some(at)),
+        None => (at, Some(at + 1).filter(|&below| is_comment_of_units(rows, below))),
+    };
+    let header = &rows[names];
     let mut headings: Vec<Heading> = Vec::with_capacity(header.record.len());
     for (k, cell) in header.record.iter().enumerate() {
         let mut heading = Heading::parse(&decode(cell));
-        if heading.unit.is_none() {
-            heading.unit = units.get(k).cloned().flatten();
+        let below = units.and_then(|row| lone_unit(&decode(rows[row].record.get(k)?)));
+        if let (Some(header), Some(below)) = (&heading.unit, &below)
+            && contradicts(below, header)
+        {
+            let line = rows[units.unwrap_or(at)].line;
+            let [header, below] = [header, below].map(|unit| unit.symbol().to_owned());
+            let (path, column) = (path.to_owned(), heading.column);
+            return Err(Error::UnitsDiffer { path, line, column, header, below });
         }
+        heading.unit = heading.unit.or(below);
         headings.push(heading);
     }
     let (header, header_line) = (header.record.clone(), header.line);
-    Layout { delimiter, headings, header, header_line, skip }
+    let units = units.map(|row| rows[row].record.clone());
+    Ok(Layout { delimiter, headings, header, header_line, units, skip: at + 1 })
+}
+
+/// Whether a row of units states another unit than a header; a dash states none.
+pub(crate) fn contradicts(below: &Unit, header: &Unit) -> bool {
+    !["-", "none"].contains(&below.symbol()) && !below.agrees_with(header)
 }
 
 /// If the row at `at` holds units only, the row of names above it.
 fn row_of_names(rows: &[Row], at: usize) -> Option<usize> {
     let units = &rows[at];
-    let is_unit = |cell: &[u8]| cell.trim_ascii().is_empty() || lone_unit(&decode(cell)).is_some();
     let names = at.checked_sub(1)?;
     let fits = rows[names].may_be_header() && rows[names].heads(units) && units.heads(&rows[names]);
-    (fits && units.record.iter().all(is_unit)).then_some(names)
+    (fits && holds_units(&units.record)).then_some(names)
+}
+
+/// Whether a row is a comment that holds units only, one for each name above it.
+fn is_comment_of_units(rows: &[Row], at: usize) -> bool {
+    rows.get(at).is_some_and(|row| {
+        row.comment
+            && row.filled > 0
+            && holds_units(&row.record)
+            && row.heads(&rows[at - 1])
+            && rows[at - 1].heads(row)
+    })
+}
+
+/// Whether all cells of a row that are not empty hold units.
+pub(crate) fn holds_units(record: &ByteRecord) -> bool {
+    record.iter().all(|cell| cell.trim_ascii().is_empty() || lone_unit(&decode(cell)).is_some())
 }
 
 /// Why no table was found in these rows.

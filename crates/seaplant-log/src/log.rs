@@ -76,12 +76,14 @@ pub(crate) struct LeftOut {
 }
 
 /// Why a column is no channel.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Reason {
     /// It holds no value.
     Missing,
     /// It holds text, such as this.
     Text { line: u64, text: String },
+    /// It holds numbers such as this, which may have decimals or thousands.
+    Ambiguous { line: u64, text: String },
     /// It is of a kind that is no series of numbers, in words that follow its name.
     Kind(&'static str),
 }
@@ -93,6 +95,7 @@ impl LeftOut {
         match self.reason.clone() {
             Reason::Missing => Error::AllMissing { path, column, rows: self.rows },
             Reason::Text { line, text } => Error::AllText { path, column, line, text },
+            Reason::Ambiguous { line, text } => Error::AmbiguousNumber { path, column, line, text },
             Reason::Kind(why) => Error::LeftOut { path, column, why },
         }
     }

@@ -35,6 +35,8 @@ pub enum Note {
         path: PathBuf,
         /// How many rows.
         count: usize,
+        /// All rows of the file.
+        rows: usize,
         /// The first of them.
         first_line: u64,
     },
@@ -82,6 +84,41 @@ pub enum Note {
         /// The first of them.
         first_line: u64,
     },
+    /// A last row without a line end, whose last cell may be cut short; it was left out.
+    CutRow {
+        /// The file.
+        path: PathBuf,
+        /// The line of the row.
+        line: u64,
+        /// Its last cell.
+        text: String,
+    },
+    /// Numbers with a sign between thousands; they were read without it.
+    Thousands {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The first line with one.
+        line: u64,
+        /// That cell.
+        text: String,
+        /// The number in it.
+        value: f64,
+        /// How many cells.
+        count: usize,
+    },
+    /// A column of numbers that may have decimals or thousands; it was left out.
+    AmbiguousColumn {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The first line with one.
+        line: u64,
+        /// That cell.
+        text: String,
+    },
     /// Text in a column of numbers; it counts as missing.
     NotANumber {
         /// The file.
@@ -94,6 +131,8 @@ pub enum Note {
         text: String,
         /// How many cells.
         count: usize,
+        /// The rows of the table.
+        rows: usize,
     },
     /// Rows that cannot be read; those before them were.
     UnreadableRows {
@@ -326,6 +365,9 @@ impl Note {
             | Self::SkippedRows { path, .. }
             | Self::RepeatedHeader { path, .. }
             | Self::RunOnCell { path, .. }
+            | Self::CutRow { path, .. }
+            | Self::Thousands { path, .. }
+            | Self::AmbiguousColumn { path, .. }
             | Self::NotANumber { path, .. }
             | Self::UnreadableRows { path, .. }
             | Self::TextColumn { path, .. }
@@ -353,6 +395,22 @@ impl Note {
         }
     }
 
+    /// The unit that times without one are likely in: `"ms"`, `"us"` or `"ns"` where seconds were
+    /// assumed and rows would be more than 10 s apart; `None` of other notes.
+    pub fn likely_time_unit(&self) -> Option<&'static str> {
+        /// Logs of motion have rows more often than this, s.
+        const RARE_S: f64 = 10.0;
+        match self {
+            Self::TimeUnitAssumed { period_s, .. } => match *period_s {
+                period_s if period_s <= RARE_S => None,
+                period_s if period_s <= 1e3 * RARE_S => Some("ms"),
+                period_s if period_s <= 1e6 * RARE_S => Some("us"),
+                _ => Some("ns"),
+            },
+            _ => None,
+        }
+    }
+
     /// The line that the note points at, where it points at one.
     pub fn line(&self) -> Option<u64> {
         match self {
@@ -364,6 +422,9 @@ impl Note {
             | Self::RepeatedHeader { first_line, .. }
             | Self::RunOnCell { first_line, .. } => Some(*first_line),
             Self::NotANumber { line, .. }
+            | Self::CutRow { line, .. }
+            | Self::Thousands { line, .. }
+            | Self::AmbiguousColumn { line, .. }
             | Self::ClockWrapped { line, .. }
             | Self::TextColumn { line, .. }
             | Self::DecimalComma { line, .. } => Some(*line),
@@ -431,6 +492,21 @@ impl Note {
                  quotation marks",
                 first_of(*count, "row holds", "rows hold")
             ),
+            Self::CutRow { text, .. } => write!(
+                f,
+                "the last row has no line end, so its last cell, {text:?}, may be cut short; the \
+                 row is left out: add a line end if it is complete"
+            ),
+            Self::Thousands { column, text, value, count, .. } => write!(
+                f,
+                "column {column:?} has {} separated thousands; {text:?} is read as {value}",
+                first_of(*count, "cell with", "cells with")
+            ),
+            Self::AmbiguousColumn { column, text, .. } => write!(
+                f,
+                "column {column:?} has whole numbers and numbers such as {text:?}, which may have \
+                 decimals or thousands; left out"
+            ),
             Self::NotANumber { column, text, count, .. } => write!(
                 f,
                 "column {column:?} has {} not a number (here {text:?}); counted as missing",
@@ -459,11 +535,17 @@ impl Note {
                 "the first sheet, {sheet:?}, is read, and not {}",
                 crate::lookup::list(others)
             ),
-            Self::TimeUnitAssumed { column, period_s, .. } => write!(
-                f,
-                "the time column {column:?} states no unit; seconds assumed, so a row every \
-                 {period_s:.6} s"
-            ),
+            Self::TimeUnitAssumed { column, period_s, .. } => {
+                write!(
+                    f,
+                    "the time column {column:?} states no unit; seconds assumed, so a row every \
+                     {period_s:.6} s"
+                )?;
+                match self.likely_time_unit() {
+                    Some(unit) => write!(f, "; is it {unit}?"),
+                    None => Ok(()),
+                }
+            }
             Self::TimeUnitReplaced { column, header, stated, .. } => write!(
                 f,
                 "the header of the time column {column:?} states {header}, but {stated} was asked \

@@ -60,6 +60,7 @@ pub struct TimeColumn {
 /// [`Error::Archive`], [`Error::TooMuch`], [`Error::Damaged`], [`Error::Unsupported`],
 /// [`Error::NoSheet`].
 /// Of the table: [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`],
+/// [`Error::UnitsDiffer`], [`Error::SecondHeader`], [`Error::AmbiguousNumber`],
 /// [`Error::OpenQuote`], [`Error::TooFewRows`]. Of time: [`Error::NoTime`], [`Error::NoChannel`]
 /// for a column that `options` name, [`Error::TimeUnit`], [`Error::TimeNotReadable`],
 /// [`Error::TimeGoesBackwards`]. [`Error::Option`] for a rate or an offset that cannot be.

@@ -39,8 +39,8 @@ pub struct TableColumn {
     pub unit: Option<Unit>,
     /// The value of each row; `None` where the cell holds no number.
     pub values: Vec<Option<f64>>,
-    /// The first text among the numbers, and its line.
-    text: Option<(u64, String)>,
+    /// Why it holds no number, if it does not.
+    reason: Reason,
 }
 
 /// Reads a table that needs no time column: text, the first sheet of a workbook, Parquet, Arrow,
@@ -49,13 +49,17 @@ pub struct TableColumn {
 /// Delimiter, header, units, missing values: as [`read`](crate::read()).
 ///
 /// # Errors
-/// Those of [`read`](crate::read()) but for the ones about time.
+/// Those of [`read`](crate::read()) but for the ones about time; [`Error::CutRow`] if the last row
+/// has no line end.
 pub fn read_table(path: &Path) -> Result<Table, Error> {
     let grid = format::table(Content::open(path)?)?;
     if grid.rows == 0 {
         return Err(Error::TooFewRows { path: path.to_owned(), rows: 0, needed: 1 });
     }
     let mut notes = grid.notes;
+    if let Some(error) = notes.iter().find_map(cut_row) {
+        return Err(error);
+    }
     let mut columns = Vec::with_capacity(grid.columns.len());
     for column in grid.columns {
         if column.is_margin() {
@@ -72,15 +76,20 @@ pub fn read_table(path: &Path) -> Result<Table, Error> {
     Ok(Table { path, source, columns, header_line, first_line, notes, rows, lines })
 }
 
+/// The error of a table whose last row may be cut short: few points make a curve, and each counts.
+fn cut_row(note: &Note) -> Option<Error> {
+    let Note::CutRow { path, line, text } = note else { return None };
+    Some(Error::CutRow { path: path.clone(), line: *line, text: text.clone() })
+}
+
 impl TableColumn {
     fn new(column: Column, rows: usize) -> Self {
         let mut values = vec![None; rows];
         for (row, value) in column.samples.iter() {
             values[row] = Some(value);
         }
-        let heading = column.heading;
-        let text = column.text.map(|text| (text.line, text.text));
-        Self { name: heading.name, column: heading.column, unit: heading.unit, values, text }
+        let (reason, heading) = (column.reason(), column.heading);
+        Self { name: heading.name, column: heading.column, unit: heading.unit, values, reason }
     }
 
     /// The rows without a number.
@@ -129,10 +138,7 @@ impl Table {
             name: column.name.clone(),
             source: 0,
             rows: self.rows,
-            reason: column
-                .text
-                .clone()
-                .map_or(Reason::Missing, |(line, text)| Reason::Text { line, text }),
+            reason: column.reason.clone(),
         };
         Err(left_out.error(path))
     }

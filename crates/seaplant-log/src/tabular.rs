@@ -9,6 +9,7 @@ use crate::grid::{ChooseTime, Grid};
 use crate::log::{Log, median_period};
 use crate::note::Note;
 use crate::order::{Order, Times};
+use crate::quaternion;
 use crate::time::{self, Chosen};
 use crate::wrap::{self, Wrapped};
 use crate::{Epoch, Error, ReadOptions};
@@ -45,10 +46,12 @@ fn assemble(grid: Grid, times: &Times, options: &ReadOptions) -> Result<Log, Err
         assembly.epoch(epoch);
     }
     grid.notes.into_iter().for_each(|note| assembly.note(note));
+    let attitudes = quaternion::attitudes(&grid.columns, grid.rows);
     for column in grid.columns.into_iter().filter(|column| !column.is_margin()) {
         column.note(&path, grid.rows).into_iter().for_each(|note| assembly.note(note));
         assembly.column(times, grid.rows, column);
     }
+    attitudes.into_iter().for_each(|column| assembly.column(times, grid.rows, column));
     grid.left_out.into_iter().for_each(|(column, why)| assembly.leave_out(column, why));
     assembly.table(grid.format)
 }
@@ -60,6 +63,8 @@ fn row_times(
     options: &ReadOptions,
     path: &Path,
 ) -> Result<Times, Error> {
+    let beside = chosen.nanoseconds.filter(|_| !grid.stamped);
+    let nanoseconds = beside.map(|column| grid.columns[column].samples.to_dense(grid.rows));
     let Column { samples, text, .. } = grid.columns.remove(chosen.index);
     if samples.values.is_empty() && grid.rows > 0 {
         let (line, text) = text.map_or((grid.lines.of(0), String::new()), |t| (t.line, t.text));
@@ -67,7 +72,11 @@ fn row_times(
         return Err(Error::TimeNotReadable { path, column, line, text });
     }
     let clock = Clock { column: chosen.column, seconds: chosen.seconds, stamped: grid.stamped };
-    let (mut time_s, epoch) = clock.seconds(samples.dense(grid.rows), grid, path);
+    let mut time = samples.dense(grid.rows);
+    if let Some(nanoseconds) = nanoseconds {
+        time::add_nanoseconds(&mut time, &nanoseconds);
+    }
+    let (mut time_s, epoch) = clock.seconds(time, grid, path);
     time_s.iter_mut().for_each(|time| *time += options.offset_s);
     let (times, period_s) = order(&time_s, grid, path)?;
     let (path, column) = (path.to_owned(), clock.column);
@@ -161,8 +170,9 @@ fn order(time_s: &[f64], grid: &mut Grid, path: &Path) -> Result<(Times, f64), E
     })?;
     let path = path.to_owned();
     if let Some(odd) = order.timeless {
-        let (path, count, first_line) = (path.clone(), odd.count, lines.of(odd.row));
-        grid.notes.push(Note::MissingTime { path, count, first_line });
+        let (path, rows, count, first_line) =
+            (path.clone(), grid.rows, odd.count, lines.of(odd.row));
+        grid.notes.push(Note::MissingTime { path, count, rows, first_line });
     }
     if let Some((odd, backwards_by_s)) = order.late {
         let (path, count, first_line) = (path.clone(), odd.count, lines.of(odd.row));

@@ -1,8 +1,10 @@
 //! Which column is time, and in what order its rows are.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use crate::Error;
+use crate::cell::{Cell, stamp};
 use crate::heading::Heading;
 use crate::lookup::{self, Candidate, fold};
 use crate::read::TimeColumn;
@@ -30,6 +32,8 @@ pub(crate) struct Chosen {
     pub(crate) others: Vec<String>,
     /// The header's unit and the one that was stated in its place, where they differ.
     pub(crate) replaced: Option<[String; 2]>,
+    /// The column of nanoseconds beside one of whole seconds.
+    pub(crate) nanoseconds: Option<usize>,
 }
 
 /// The time column: the one `wanted`, else one with a name of time.
@@ -51,9 +55,14 @@ pub(crate) fn choose(
                 .collect();
             let index = lookup::find(column, &candidates)?;
             let (column, others) = (headings[index].column.clone(), Vec::new());
-            Chosen { index, column, seconds: None, others, replaced: None }
+            let nanoseconds = nanoseconds_of(&headings[index], &folded(headings));
+            Chosen { index, column, seconds: None, others, replaced: None, nanoseconds }
         }
     };
+    if chosen.nanoseconds.is_some() {
+        chosen.seconds = Some(1.0);
+        return Ok(chosen);
+    }
     let heading = &headings[chosen.index];
     let of_header = heading.unit.as_ref().map(Unit::symbol);
     chosen.seconds = match wanted.unit.as_deref().or(of_header) {
@@ -78,8 +87,12 @@ fn stated_unit(symbol: &str, column: &str, path: &Path) -> Result<f64, Error> {
 }
 
 fn recognise(headings: &[Heading], path: &Path) -> Result<Chosen, Error> {
+    let names = folded(headings);
+    // Whole seconds with nanoseconds beside them come after all names of time.
+    let stamped = |heading| nanoseconds_of(heading, &names).map(|_| NAMES.len());
+    let of_time = headings.iter().enumerate().filter(|(_, h)| !is_nanoseconds(h, &names));
     let mut ranked: Vec<(usize, usize)> =
-        headings.iter().enumerate().filter_map(|(k, h)| Some((rank(h)?, k))).collect();
+        of_time.filter_map(|(k, h)| Some((rank(h).or_else(|| stamped(h))?, k))).collect();
     let instants = headings.iter().enumerate().filter(|(_, h)| h.instant);
     if let (true, [(only, _)]) = (ranked.is_empty(), &instants.collect::<Vec<_>>()[..]) {
         ranked.push((NAMES.len(), *only));
@@ -91,13 +104,54 @@ fn recognise(headings: &[Heading], path: &Path) -> Result<Chosen, Error> {
         return Err(Error::NoTime { path: path.to_owned(), columns });
     };
     let heading = &headings[index];
+    let nanoseconds = nanoseconds_of(heading, &names);
+    let stated = || heading.unit.as_ref().and_then(seconds).or_else(|| suffix_unit(&heading.name));
     Ok(Chosen {
         index,
         column: heading.column.clone(),
-        seconds: heading.unit.as_ref().and_then(seconds).or_else(|| suffix_unit(&heading.name)),
+        seconds: nanoseconds.map_or_else(stated, |_| Some(1.0)),
         others: ranked[1..].iter().map(|&(_, k)| headings[k].column.clone()).collect(),
         replaced: None,
+        nanoseconds,
     })
+}
+
+/// Spellings of whole seconds and of the nanoseconds after them, as ROS stamps are written.
+const STAMPS: [[&str; 2]; 4] =
+    [["secs", "nsecs"], ["sec", "nanosec"], ["sec", "nsec"], ["seconds", "nanoseconds"]];
+
+/// The folded names of columns, each with the first column of that name.
+fn folded(headings: &[Heading]) -> HashMap<String, usize> {
+    headings.iter().enumerate().rev().map(|(k, heading)| (fold(&heading.name), k)).collect()
+}
+
+/// The column of nanoseconds beside that of whole seconds: `stamp.nsecs` beside `stamp.secs`.
+fn nanoseconds_of(heading: &Heading, names: &HashMap<String, usize>) -> Option<usize> {
+    let name = fold(&heading.name);
+    let beside = |[whole, rest]: [&str; 2]| {
+        let stem =
+            name.strip_suffix(whole).filter(|stem| !stem.ends_with(char::is_alphanumeric))?;
+        names.get(&format!("{stem}{rest}")).copied()
+    };
+    STAMPS.into_iter().find_map(beside)
+}
+
+/// Adds the nanoseconds after whole seconds, if all of them are less than a second.
+pub(crate) fn add_nanoseconds(time_s: &mut [f64], nanoseconds: &[f64]) {
+    let is_part = |rest: &f64| rest.is_nan() || (0.0..1e9).contains(rest);
+    if time_s.len() == nanoseconds.len() && nanoseconds.iter().all(is_part) {
+        time_s.iter_mut().zip(nanoseconds).for_each(|(second, rest)| *second += 1e-9 * rest);
+    }
+}
+
+/// Whether a column holds the nanoseconds after the whole seconds of another.
+fn is_nanoseconds(heading: &Heading, names: &HashMap<String, usize>) -> bool {
+    let name = fold(&heading.name);
+    let after = |[whole, rest]: [&str; 2]| {
+        let stem = name.strip_suffix(rest);
+        stem.is_some_and(|stem| names.contains_key(&format!("{stem}{whole}")))
+    };
+    STAMPS.into_iter().any(after)
 }
 
 /// The seconds in a unit, if it measures time.
@@ -137,9 +191,44 @@ fn suffixed(name: &str) -> Option<(&str, Unit)> {
     Some((base, Unit::find_as(unit, Dimension::Time)?))
 }
 
+/// Reads a cell of the time column, which holds numbers or date-times, never both: the first
+/// readable one tells.
+pub(crate) fn time_cell(stamped: &mut Option<bool>, found: Cell, cell: &[u8]) -> Cell {
+    match found {
+        Cell::Number(_) | Cell::Ambiguous(_) if *stamped.get_or_insert(false) => Cell::Text,
+        Cell::Text if *stamped != Some(false) => match stamp(cell) {
+            Some(seconds) => {
+                *stamped = Some(true);
+                Cell::Number(seconds)
+            }
+            None => Cell::Text,
+        },
+        found => found,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn whole_seconds_are_joined_with_the_nanoseconds_beside_them() {
+        let of = |headers: &[&str]| {
+            let headings: Vec<Heading> = headers.iter().map(|h| Heading::parse(h)).collect();
+            let chosen = choose(None, &headings, Path::new("log.csv")).ok()?;
+            Some((chosen.index, chosen.nanoseconds))
+        };
+        for [whole, rest] in [
+            ["header_stamp_secs", "header_stamp_nsecs"],
+            ["header.stamp.sec", "header.stamp.nanosec"],
+            ["secs", "nsecs"],
+            ["field.stamp.sec", "field.stamp.nsec"],
+        ] {
+            assert_eq!(of(&["seq", rest, whole]), Some((2, Some(1))), "{whole}");
+        }
+        assert_eq!(of(&["header.stamp.secs", "Time", "header.stamp.nsecs"]), Some((1, None)));
+        assert_eq!(of(&["header_stamp_secs", "x"]), None);
+    }
 
     fn chosen(headers: &[&str]) -> Option<(usize, Option<f64>)> {
         let headings: Vec<Heading> = headers.iter().map(|h| Heading::parse(h)).collect();

@@ -139,6 +139,14 @@ impl Unit {
         Self::parse_as(&self.symbol, expected)
     }
 
+    /// Whether both symbols may mean the same: `kg` and `kgf` do as forces.
+    pub(crate) fn agrees_with(&self, other: &Self) -> bool {
+        meanings(&self.symbol).any(|meaning| {
+            let same = Self::find_as(&other.symbol, meaning.dimension);
+            same.is_some_and(|same| same.factor == meaning.factor)
+        })
+    }
+
     /// The symbol as the log wrote it.
     pub fn symbol(&self) -> &str {
         &self.symbol

@@ -20,7 +20,7 @@ fn delimiters_and_newlines_are_told_by_content() {
         for newline in ["\n", "\r\n", "\r", "\n\n", "\r\n\r\n"] {
             let rows: Vec<String> = cells.chunks(2).map(|row| row.join(delimiter)).collect();
             let text = rows.join(newline);
-            for text in [format!("{text}{newline}"), text.clone(), format!("\u{feff}{text}")] {
+            for text in [format!("{text}{newline}"), format!("\u{feff}{text}{newline}")] {
                 let log = read_text(&text).unwrap_or_else(|e| panic!("{text:?}: {e}"));
                 assert_eq!(u(&log), EXPECTED, "{text:?}");
                 assert_eq!(log.notes(), [], "{text:?}");
@@ -391,4 +391,33 @@ fn garbled_bytes_in_the_rows_alone_are_told() {
         ["log.csv:3: column \"u (m/s)\" has 1 cell that is not a number (here \"€Æþ\"); counted \
           as missing"]
     );
+}
+
+#[test]
+fn whole_seconds_and_nanoseconds_of_two_columns_are_one_time() {
+    let text = "header_stamp_secs,header_stamp_nsecs,u\n1700000000,5000000,1\n\
+                1700000000,950000000,2\n1700000001,0,3\n";
+    let log = read_text(text).unwrap();
+    let times: Vec<f64> = log.channel("u").unwrap().time_s().to_vec();
+    let since: Vec<f64> = times.iter().map(|t| t - 1.7e9).collect();
+    for (found, expected) in since.iter().zip([0.005, 0.95, 1.0]) {
+        assert!((found - expected).abs() < 1e-6, "{since:?}");
+    }
+    assert_eq!(log.sources()[0].epoch, seaplant_log::Epoch::Unix);
+    assert_eq!(notes(&log), [""; 0]);
+}
+
+#[test]
+fn a_quaternion_in_a_table_gives_its_angles() {
+    let half = 0.25f64;
+    let (sin, cos) = half.sin_cos();
+    let text = format!(
+        "time [s],orientation_x,orientation_y,orientation_z,orientation_w\n\
+         0,0,0,0,1\n1,0,0,{sin},{cos}\n2,,,,\n"
+    );
+    let log = read_text(&text).unwrap();
+    let yaw = log.channel("orientation.yaw").unwrap();
+    assert_eq!((yaw.values().len(), yaw.missing), (2, 1));
+    assert!((yaw.values()[1] - 0.5).abs() < 1e-12);
+    assert_eq!(yaw.unit.as_ref().map(|unit| unit.symbol()), Some("rad"));
 }

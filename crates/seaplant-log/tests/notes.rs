@@ -64,7 +64,7 @@ fn ragged_rows_lose_or_lack_cells() {
 
 #[test]
 fn a_row_of_one_cell_is_skipped() {
-    let log = read_text("time [s],u\n0,1\nrecording paused\n1,2\n2").unwrap();
+    let log = read_text("time [s],u\n0,1\nrecording paused\n1,2\n2\n").unwrap();
     assert_eq!(
         notes(&log),
         ["log.csv:3: 2 rows hold a single cell (here \"recording paused\"); skipped"]
@@ -152,8 +152,13 @@ fn seconds_are_assumed_aloud() {
     assert_eq!(
         notes(&log),
         ["log.csv: the time column \"t\" states no unit; seconds assumed, so a row every \
-          100.000000 s"]
+          100.000000 s; is it ms?"]
     );
+    let unit = |period: f64| {
+        let log = read_text(format!("t,u\n0,1\n{period},2\n")).unwrap();
+        log.notes()[0].likely_time_unit()
+    };
+    assert_eq!([10.0, 1e4, 1e7, 2e7].map(unit), [None, Some("ms"), Some("us"), Some("ns")]);
 }
 
 #[test]

@@ -22,7 +22,7 @@ use crate::figure::{Ink, hex};
 use crate::paths::Paths;
 use motion::Motions;
 use together::Togethers;
-pub(crate) use values::Values;
+pub(crate) use values::{Cut, Values};
 
 /// What a chart shows, and where the page puts it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,8 +168,8 @@ impl Charts {
 
 /// What the page's script reads.
 #[derive(Serialize)]
-pub(crate) struct Sheet<'a> {
-    pub(crate) charts: &'a [Chart],
+pub(crate) struct Sheet<'a, T> {
+    pub(crate) charts: &'a [T],
     pub(crate) inks: BTreeMap<&'static str, InkView>,
 }
 
@@ -182,8 +182,8 @@ pub(crate) struct InkView {
     dashes: &'static [f32],
 }
 
-impl<'a> Sheet<'a> {
-    pub(crate) fn of(charts: &'a [Chart]) -> Self {
+impl<'a, T: Serialize> Sheet<'a, T> {
+    pub(crate) fn of(charts: &'a [T]) -> Self {
         let view = |ink: Ink| {
             let look = ink.look();
             let (light, dark) = (hex(look.light), hex(look.dark));

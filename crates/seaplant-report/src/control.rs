@@ -1,8 +1,8 @@
 //! A controller as one page that opens in any browser without a network.
 
 use crate::Error;
-use crate::figure::{curves_scene, inline_svg, style_sheet};
-use crate::words::escaped;
+use crate::chart_page::{ChartPage, LiveChart};
+use crate::page::{Row, Table};
 
 /// What is drawn of a controller: one or two lines over a common axis, with a band.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,8 +11,10 @@ pub struct CurveChart {
     pub title: String,
     /// Below it, in words and numbers.
     pub caption: String,
-    /// What runs to the right, with its unit; of frequencies by decades.
-    pub x_label: String,
+    /// What runs to the right.
+    pub x_label: &'static str,
+    /// Its unit.
+    pub x_unit: &'static str,
     /// Whether it runs by decades.
     pub is_logarithmic: bool,
     /// What runs upwards, with its unit.
@@ -37,20 +39,16 @@ pub struct ControlTable {
 }
 
 impl ControlTable {
-    fn html(&self) -> String {
-        let cells = |cells: &[String], tag: &str| -> String {
-            let cell = |text: &String| format!("<{tag}>{}</{tag}>", escaped(text));
-            format!("<tr>{}</tr>\n", cells.iter().map(cell).collect::<String>())
-        };
-        let rows: String = self.rows.iter().map(|row| cells(row, "td")).collect();
-        format!("<div class=\"wide\"><table>\n{}{rows}</table></div>\n", cells(&self.columns, "th"))
+    fn table(&self) -> Table {
+        let rows = self.rows.iter().map(|row| Row::new(row.clone())).collect();
+        Table::new("Gains and margins", self.columns.clone(), rows).left(self.columns.len())
     }
 }
 
 /// The page of a controller: its numbers, what to mind, then its charts.
 ///
 /// # Errors
-/// [`Error::Figure`].
+/// [`Error::Figure`], [`Error::Template`], [`Error::Json`].
 ///
 /// ```
 /// use seaplant_report::{ControlTable, control_page, is_control_page};
@@ -68,38 +66,17 @@ pub fn control_page(
     notes: &[String],
     charts: &[CurveChart],
 ) -> Result<Vec<u8>, Error> {
-    let list = |lines: &[String]| -> String {
-        lines.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect()
+    let page = ChartPage {
+        mark: MARK,
+        kind: "Controller",
+        title: name.to_owned(),
+        table: table.table(),
+        notes: notes.to_vec(),
+        charts: LiveChart::of_curves(charts)?,
+        ..ChartPage::default()
     };
-    let mut figures = String::new();
-    for chart in charts {
-        figures += &format!(
-            "<figure>{}<figcaption>{}</figcaption></figure>\n",
-            inline_svg(&curves_scene(chart)?),
-            escaped(&chart.caption)
-        );
-    }
-    let name = escaped(name);
-    let mind = match notes {
-        [] => String::new(),
-        notes => format!("<h2>Mind</h2>\n<ul>\n{}</ul>\n", list(notes)),
-    };
-    let page = format!(
-        "{MARK}\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{name}: controller</title>\n<style>{STYLE}\n{}</style></head>\n<body><h1>{name}: a controller</h1>\n{}{mind}<div class=\"charts\">\n{figures}</div></body></html>\n",
-        style_sheet(),
-        table.html()
-    );
-    Ok(page.into_bytes())
+    page.bytes()
 }
-
-/// Charts stand side by side where there is room, and a wide table scrolls by itself.
-const STYLE: &str = "body{font-family:sans-serif;max-width:76rem;margin:1rem auto;padding:0 1rem}\
-h1{font-size:1.5rem}h2{font-size:1.2rem}ul,h1{max-width:48rem}\
-.wide{overflow-x:auto}table{border-collapse:collapse;font-size:.9rem}\
-th,td{padding:.3rem .7rem;text-align:left;vertical-align:top;border-bottom:1px solid #ddd}\
-td{white-space:nowrap}\
-.charts{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,30rem),1fr));gap:1rem}\
-figure{margin:0}figure svg{max-width:100%;height:auto}figcaption{font-size:.9rem}";
 
 /// What every such page begins with.
 const MARK: &str = "<!DOCTYPE html><!-- seaplant control -->";

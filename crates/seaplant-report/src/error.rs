@@ -27,6 +27,9 @@ pub enum Error {
         /// What is wrong.
         cause: String,
     },
+    /// Numbers that contradict each other.
+    #[error(transparent)]
+    Number(#[from] seaplant::Error),
     /// A page that could not be filled in.
     #[error("the report's page could not be made: {cause}; please report this with the results")]
     Template {

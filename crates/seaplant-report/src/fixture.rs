@@ -12,7 +12,7 @@ use seaplant::{
     Role, ScoredMotion, Stability, Term,
 };
 
-pub(crate) const HOSTILE: &str = "<script>alert('x')</script>/..\\\"&\u{7}日本 1";
+pub(crate) const HOSTILE: &str = "<script>alert('x')</script>/..\\\"&\u{7}\u{1b}[2J\u{202e}日本 1";
 
 pub(crate) fn parameter(value: f64, std: f64, unit: &str) -> Parameter {
     let unit = unit.to_owned();

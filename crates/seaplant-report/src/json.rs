@@ -1,5 +1,6 @@
 //! `results.json`: written, read and described.
 
+use seaplant::exchange::check_results;
 use seaplant::results::{Results, SCHEMA};
 use serde::Deserialize;
 
@@ -20,7 +21,7 @@ pub fn results_schema() -> serde_json::Value {
 ///
 /// # Errors
 /// [`Error::NoSchema`] or [`Error::Schema`] if it is another file or another version,
-/// [`Error::Json`] if it is damaged.
+/// [`Error::Json`] if it is damaged, [`Error::Number`] if numbers in it contradict each other.
 ///
 /// ```
 /// let error = seaplant_report::parse_results(r#"{"schema": "seaplant/results/99"}"#).unwrap_err();
@@ -31,7 +32,11 @@ pub fn parse_results(json: &str) -> Result<Results, Error> {
     match envelope.schema {
         None => Err(Error::NoSchema),
         Some(found) if found != SCHEMA => Err(Error::Schema { found, known: SCHEMA }),
-        Some(_) => Ok(serde_json::from_str(json)?),
+        Some(_) => {
+            let results = serde_json::from_str(json)?;
+            check_results(&results)?;
+            Ok(results)
+        }
     }
 }
 

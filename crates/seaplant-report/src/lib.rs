@@ -4,6 +4,7 @@
 //! [`render`] hands them out one by one; where they are written is the caller's.
 
 mod chart;
+mod chart_page;
 mod control;
 mod csv_files;
 mod decimate;
@@ -16,6 +17,7 @@ pub mod number;
 mod page;
 mod paths;
 mod prediction;
+mod visible;
 mod words;
 
 #[cfg(test)]
@@ -34,6 +36,7 @@ pub use figure::Figure;
 pub use json::{parse_results, results_schema};
 pub use log_page::{Track, is_log_page, log_page};
 pub use prediction::{is_prediction_page, prediction_page};
+pub use visible::is_obeyed;
 
 /// A file to write.
 #[derive(Debug)]

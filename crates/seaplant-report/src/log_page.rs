@@ -1,14 +1,12 @@
 //! The channels of a log as one page: look, and mark trials.
 
-use std::fmt::Write;
-
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use sha2::{Digest, Sha256};
-
-use crate::decimate::{decimate, runs};
+use crate::Error;
+use crate::chart::{Cut, Horizontal, Line, Panel};
+use crate::chart_page::{ChartPage, LiveChart};
+use crate::control::CurveChart;
+use crate::figure::{Ink, curves_scene, inline_svg};
 use crate::number::significant;
-use crate::words::escaped;
+use crate::visible::is_obeyed;
 
 /// A channel as it is drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,59 +21,90 @@ pub struct Track {
     pub values: Vec<f64>,
 }
 
-/// Points of a line.
-const POINTS: usize = 2000;
+/// Points of all lines of a page together, about: what a browser loads and draws without a pause.
+const POINTS: usize = 4_000_000;
 
-/// The drawing's width and height.
-const SIZE: (f64, f64) = (1000.0, 80.0);
+/// Height of a channel's panel, px.
+const PANEL_PX: u16 = 110;
 
-const STYLE: &str = include_str!("../templates/log.css");
-const SCRIPT: &str = include_str!("../templates/log.js");
-
-/// The page of a log: a chart for each channel over one time axis. Stretches that are dragged over
-/// become `[[trial]]` entries of a campaign; `logs` are the files as it names them.
-pub fn log_page(title: &str, logs: &[String], tracks: &[Track]) -> Vec<u8> {
-    let ends =
-        tracks.iter().flat_map(|track| track.time_s.first().into_iter().chain(track.time_s.last()));
-    let last = ends.copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-    let drawn: String = tracks.iter().map(|track| drawn(track, last)).collect();
-    let logs: Vec<String> = logs
-        .iter()
-        .map(|log| format!("\"{}\"", log.replace('\\', "/").replace('"', "\\\"")))
-        .collect();
-    let hash = STANDARD.encode(Sha256::digest(SCRIPT));
-    let title = escaped(title);
-    let page = format!(
-        "{MARK}\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{hash}'\"><title>{title}</title>\n<style>{STYLE}</style></head>\n<body data-last=\"{last}\" data-logs=\"{}\"><h1>{title}</h1>\n<p>{} channels over {} s. Drag over a stretch to mark a trial; its entry for campaign.toml appears below.</p>\n<pre id=\"marks\" hidden></pre>\n<main>\n{drawn}</main>\n<script>{SCRIPT}</script></body></html>\n",
-        escaped(&format!("[{}]", logs.join(", "))),
-        tracks.len(),
-        significant(last, 4),
-    );
-    page.into_bytes()
+/// The page of a log: a panel for each channel over one time axis. Stretches that are marked become
+/// `[[trial]]` entries of a campaign; `logs` are the files as it names them.
+///
+/// # Errors
+/// [`Error::Figure`], [`Error::Template`], [`Error::Json`].
+pub fn log_page(title: &str, logs: &[String], tracks: &[Track]) -> Result<Vec<u8>, Error> {
+    let ends = tracks.iter().filter_map(|track| track.time_s.last());
+    let last = ends.copied().fold(0.0, f64::max);
+    let most = POINTS / tracks.len().max(1);
+    let stills: Result<Vec<String>, Error> = tracks.iter().map(still).collect();
+    let logs: Vec<String> = logs.iter().map(|log| format!("\"{}\"", toml_text(log))).collect();
+    let chart = LiveChart {
+        id: "log".to_owned(),
+        title: "Channels over time".to_owned(),
+        x: Horizontal::seconds("time"),
+        panels: tracks.iter().map(|track| panel(track, most)).collect(),
+        description: String::new(),
+        stills: stills?,
+    };
+    let page = ChartPage {
+        mark: MARK,
+        kind: "Log",
+        title: title.to_owned(),
+        lead: vec![format!(
+            "{} channels over {} s. Drag over a stretch to see it closer; “Mark trial” then writes its \
+             entry for campaign.toml above the charts.",
+            tracks.len(),
+            significant(last, 4),
+        )],
+        charts: (!tracks.is_empty()).then_some(chart).into_iter().collect(),
+        logs: Some(format!("[{}]", logs.join(", "))),
+        ..ChartPage::default()
+    };
+    page.bytes()
 }
 
-fn drawn(track: &Track, last: f64) -> String {
-    let (width, height) = SIZE;
-    let low = track.values.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = track.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let span = (high - low).max(f64::MIN_POSITIVE);
-    let mut path = String::new();
-    for run in runs(&track.time_s) {
-        let (t, y) = (&track.time_s[run.clone()], &track.values[run]);
-        for (k, (t, y)) in decimate(t, y, POINTS).into_iter().enumerate() {
-            let letter = if k == 0 { 'M' } else { 'L' };
-            let up = height - 2.0 - (height - 4.0) * (y - low) / span;
-            // Writing to a string cannot fail.
-            let _ = write!(path, "{letter}{:.1} {up:.1}", width * t / last);
-        }
+/// `speed, m/s`, unless the column's name states its unit.
+fn label(track: &Track) -> String {
+    match &track.unit {
+        Some(unit) if track.name.contains(&format!("[{unit}]")) => track.name.clone(),
+        Some(unit) => format!("{}, {unit}", track.name),
+        None => format!("{}, unit not stated", track.name),
     }
-    let unit = track.unit.as_deref().unwrap_or("unit not stated");
-    let label =
-        format!("{} [{unit}], {} to {}", track.name, significant(low, 4), significant(high, 4));
-    let label = escaped(&label);
-    format!(
-        "<figure><figcaption>{label}</figcaption><svg viewBox=\"0 0 {width} {height}\" preserveAspectRatio=\"none\" role=\"img\" aria-label=\"{label}\"><path d=\"{path}\"/></svg></figure>\n"
-    )
+}
+
+fn panel(track: &Track, most: usize) -> Panel {
+    let cut = Cut::to_points(&track.time_s, most);
+    Panel {
+        label: label(track),
+        height: PANEL_PX,
+        x: cut.times(),
+        lines: vec![Line::new(&track.name, Ink::Force, cut.of(&track.values))],
+        ..Panel::default()
+    }
+}
+
+/// A channel on paper and without script.
+fn still(track: &Track) -> Result<String, Error> {
+    let scene = curves_scene(&CurveChart {
+        title: track.name.clone(),
+        caption: label(track),
+        x_label: "time",
+        x_unit: "s",
+        is_logarithmic: false,
+        y_label: track.unit.clone().unwrap_or_default(),
+        x: track.time_s.clone(),
+        line: (track.name.clone(), track.values.clone()),
+        beside: None,
+        band: None,
+    })?;
+    Ok(inline_svg(&scene))
+}
+
+/// A path as TOML has it between quotation marks, with what a display obeys by its number.
+fn toml_text(path: &str) -> String {
+    let path = path.replace('\\', "/").replace('"', "\\\"");
+    let shown = |c| if is_obeyed(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    path.chars().map(shown).collect()
 }
 
 /// What every such page begins with.
@@ -98,16 +127,29 @@ mod tests {
             time_s: vec![0.0, 1.0, 2.0],
             values: vec![0.0, 1.0, 0.5],
         };
-        let page = log_page("a & b", &["x\"y.csv".to_owned()], &[track]);
+        let page = log_page("a & b", &["x\"y.csv".to_owned()], &[track]).expect("a page");
         assert!(is_log_page(&page));
         let text = String::from_utf8(page).expect("text");
-        assert!(text.contains("&lt;u&gt; [m/s], 0 to 1") && !text.contains("<u>"), "{text}");
-        assert!(text.contains("M0.0 78.0L500.0 2.0L1000.0 40.0"), "{text}");
-        assert!(text.contains("a &amp; b") && text.contains("x\\&quot;y.csv"), "{text}");
+        assert!(text.contains("&lt;u&gt;") && !text.contains("<u>"), "{text}");
+        assert!(text.contains("a &amp; b"), "{text}");
+        assert!(text.contains("data-logs=\"[&quot;x\\&quot;y.csv&quot;]\""), "{text}");
+        assert!(text.contains("\"label\":\"\\u003cu>, m/s\""), "{text}");
+    }
+
+    #[test]
+    fn what_a_display_obeys_is_shown_by_its_number() {
+        let name = "u\u{1b}[2J\u{202e}".to_owned();
+        let track = Track { name, unit: None, time_s: vec![0.0, 1.0], values: vec![0.0, 1.0] };
+        let page = log_page("a\u{202e}", &["x\u{1b}.csv".to_owned()], &[track]).expect("a page");
+        let text = String::from_utf8(page).expect("text");
+        assert!(!text.contains(is_obeyed), "{text}");
+        assert!(text.contains("u\\\\u{1b}[2J\\\\u{202e}, unit not stated"), "{text}");
+        // The entry of a campaign has the name of the file.
+        assert!(text.contains("data-logs=\"[&quot;x\\u001b.csv&quot;]\""), "{text}");
     }
 
     #[test]
     fn a_log_without_channels_has_a_page() {
-        assert!(is_log_page(&log_page("empty", &[], &[])));
+        assert!(is_log_page(&log_page("empty", &[], &[]).expect("a page")));
     }
 }

@@ -5,8 +5,7 @@ use seaplant::results::Parameter;
 /// Between groups of three digits: narrow, and never broken across lines.
 const THIN_SPACE: char = '\u{202f}';
 
-/// What stands where there is no number.
-/// What stands for a number that there is none of.
+/// Stands for a number that is absent.
 pub const ABSENT: &str = "–";
 
 /// Beyond these magnitudes a number is written with a power of ten.
@@ -85,6 +84,28 @@ pub fn significant(value: f64, digits: i32) -> String {
         return with_power_of_ten(value, digits);
     }
     Decimals::significant(value, digits).write(value)
+}
+
+/// A number with so many decimals, whatever its size.
+pub fn decimals(value: f64, decimals: u8) -> String {
+    Decimals(i32::from(decimals)).write(value)
+}
+
+/// Writes the minus signs of numbers in running text as numbers have them here; what stands in
+/// backticks, and values of TOML after `=`, are for copying and stay.
+pub fn with_minus(text: &str) -> String {
+    let mut written = String::with_capacity(text.len());
+    let mut is_code = false;
+    let mut before = [' ', ' '];
+    let mut chars = text.chars().peekable();
+    while let Some(c) = chars.next() {
+        is_code ^= c == '`';
+        let starts = matches!(before[1], ' ' | '(' | '[' | '±' | '/' | '~') && before[0] != '=';
+        let is_sign = c == '-' && starts && chars.peek().is_some_and(char::is_ascii_digit);
+        written.push(if is_sign && !is_code { '−' } else { c });
+        before = [before[1], c];
+    }
+    written
 }
 
 /// A number that somebody chose, without trailing zeros.
@@ -204,6 +225,16 @@ mod tests {
         assert_eq!([0.003, 45.0, -0.5, 100.0].map(chosen), ["0.003", "45", "−0.5", "100"]);
         assert_eq!(count(123_456_u64).replace(THIN_SPACE, " "), "123 456");
         assert_eq!(rounded(f64::INFINITY, f64::NAN), "– ± – [–, –]");
+    }
+
+    #[test]
+    fn one_minus_sign_is_written_in_running_text() {
+        let said = "R² is -0.2 (-3 to -1) in run-7 of 2023-11-14; write `x = -1` or offset_s = -2";
+        let expected =
+            "R² is −0.2 (−3 to −1) in run-7 of 2023-11-14; write `x = -1` or offset_s = -2";
+        assert_eq!(with_minus(said), expected);
+        assert_eq!(decimals(-0.9967, 3), "−0.997");
+        assert_eq!(decimals(-0.0001, 3), "0.000");
     }
 
     #[test]

@@ -17,20 +17,27 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
-use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value};
+use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value, escape_formatter};
 use seaplant::Dof;
 use seaplant::results::Results;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
+pub(crate) use table::{Row, Table};
+
 use crate::chart::{Chart, Sheet};
 use crate::drawn::Drawn;
 use crate::figure::{Plate, Subject, Thumbnails, style_sheet};
+use crate::number::with_minus;
+use crate::visible::{visible, visible_json};
 use crate::{Error, words};
 
 /// Templates by the names by which they include each other.
-const TEMPLATES: [(&str, &str); 9] = [
+const TEMPLATES: [(&str, &str); 12] = [
     ("report.html", include_str!("../templates/report.html")),
+    ("charts.html", include_str!("../templates/charts.html")),
+    ("head.html", include_str!("../templates/head.html")),
+    ("scripts.html", include_str!("../templates/scripts.html")),
     ("macros.html", include_str!("../templates/macros.html")),
     ("summary.html", include_str!("../templates/summary.html")),
     ("coupled.html", include_str!("../templates/coupled.html")),
@@ -69,13 +76,44 @@ impl FigureView {
 
 /// A chart's place on the page; the script fills it.
 #[derive(Serialize)]
-struct ChartView {
-    id: String,
-    title: String,
-    description: String,
-    files: Vec<(String, String)>,
+pub(crate) struct ChartView {
+    pub(crate) id: String,
+    pub(crate) title: String,
+    pub(crate) description: String,
+    pub(crate) files: Vec<(String, String)>,
     /// What stands in its place on paper and without script, if the page does not show it anyway.
-    stills: Vec<String>,
+    pub(crate) stills: Vec<String>,
+}
+
+/// What every page brings along: styles, scripts, and the data of its charts.
+#[derive(Serialize)]
+pub(crate) struct Assets {
+    style: &'static str,
+    figure_style: String,
+    chart_style: &'static str,
+    chart_licence: &'static str,
+    scripts: Vec<&'static str>,
+    /// What the browser may run: nothing else does.
+    script_hashes: Vec<String>,
+    sheet: String,
+}
+
+impl Assets {
+    /// Those of a page with these charts, and a script of its own if it has one.
+    pub(crate) fn of(charts: &[impl Serialize], own: Option<&'static str>) -> Result<Self, Error> {
+        let scripts: Vec<&str> = SCRIPTS.into_iter().chain(own).collect();
+        let hash = |script: &&str| STANDARD.encode(Sha256::digest(script));
+        Ok(Self {
+            style: STYLE,
+            figure_style: style_sheet(),
+            chart_style: CHART_STYLE,
+            chart_licence: CHART_LICENCE,
+            script_hashes: scripts.iter().map(hash).collect(),
+            scripts,
+            // Within an element, nothing but its end may begin with this.
+            sheet: visible_json(&Sheet::of(charts))?.replace('<', "\\u003c"),
+        })
+    }
 }
 
 /// The charts of a report, and the figures that stand still.
@@ -110,14 +148,7 @@ impl Pictures<'_> {
 /// All that the templates show.
 #[derive(Serialize)]
 struct Page<'a> {
-    style: &'static str,
-    figure_style: String,
-    chart_style: &'static str,
-    chart_licence: &'static str,
-    scripts: [&'static str; 2],
-    /// What the browser may run: nothing else does.
-    script_hashes: [String; 2],
-    sheet: String,
+    assets: Assets,
     vehicle: &'a str,
     headline: Vec<headline::Finding>,
     line: String,
@@ -138,14 +169,7 @@ impl<'a> Page<'a> {
     fn of(results: &'a Results, pictures: Pictures<'_>) -> Result<Self, Error> {
         let axes = results.plants.iter();
         Ok(Self {
-            style: STYLE,
-            figure_style: style_sheet(),
-            chart_style: CHART_STYLE,
-            chart_licence: CHART_LICENCE,
-            scripts: SCRIPTS,
-            script_hashes: SCRIPTS.map(|script| STANDARD.encode(Sha256::digest(script))),
-            // Within an element, nothing but its end may begin with this.
-            sheet: serde_json::to_string(&Sheet::of(pictures.charts))?.replace('<', "\\u003c"),
+            assets: Assets::of(pictures.charts, None)?,
             vehicle: &results.vehicle,
             headline: headline::of(results),
             line: provenance::line(results),
@@ -176,11 +200,15 @@ pub(crate) fn html(results: &Results, pictures: Pictures<'_>) -> Result<String, 
     Ok(environment()?.get_template("report.html")?.render(page)?)
 }
 
-fn environment() -> Result<Environment<'static>, Error> {
+pub(crate) fn environment() -> Result<Environment<'static>, Error> {
     let mut environment = Environment::new();
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment.set_formatter(|out, state, value| match value.as_str() {
+        Some(text) if !value.is_safe() => escape_formatter(out, state, &visible(text).into()),
+        _ => escape_formatter(out, state, value),
+    });
     environment.add_filter("math", math);
     environment.add_filter("prose", prose);
     for (name, source) in TEMPLATES {
@@ -198,7 +226,7 @@ fn failures(results: &Results) -> Vec<(String, &str)> {
 
 /// Escapes a message and sets what stands between backticks as code.
 fn prose(text: &str) -> Value {
-    let escaped = minijinja::HtmlEscape(text).to_string();
+    let escaped = minijinja::HtmlEscape(&with_minus(&visible(text))).to_string();
     let mut html = String::with_capacity(escaped.len());
     let parts: Vec<&str> = escaped.split('`').collect();
     for (k, part) in parts.iter().enumerate() {
@@ -213,7 +241,7 @@ fn prose(text: &str) -> Value {
 
 /// Escapes text and lowers the subscripts of the paper's symbols.
 fn math(text: &str) -> Value {
-    let escaped = minijinja::HtmlEscape(text).to_string();
+    let escaped = minijinja::HtmlEscape(&visible(text)).to_string();
     let symbols =
         escaped.replace("d_Q", "<i>d</i><sub>Q</sub>").replace("d_L", "<i>d</i><sub>L</sub>");
     Value::from_safe_string(symbols)
@@ -228,6 +256,7 @@ mod tests {
         let html = |text| prose(text).to_string();
         assert_eq!(html("give `a <b>` and c"), "give <code>a &lt;b&gt;</code> and c");
         assert_eq!(html("one ` alone"), "one ` alone");
+        assert_eq!(html("turned\u{202e}"), "turned\\u{202e}");
     }
 
     #[test]

@@ -3,42 +3,67 @@
 use seaplant::Dof;
 use seaplant::exchange::{PlantModel, Prediction};
 
-use crate::Error;
-use crate::figure::{inline_svg, prediction_scene, style_sheet};
-use crate::words::escaped;
+use crate::chart_page::{ChartPage, LiveChart};
+use crate::control::CurveChart;
+use crate::number::significant;
+use crate::{Error, words};
 
-/// The page of a prediction: what was driven, a chart for each axis, what to mind.
+/// The page of a prediction: a chart of the velocity of each axis, and what to mind.
 ///
 /// # Errors
-/// [`Error::Figure`].
+/// [`Error::Figure`], [`Error::Template`], [`Error::Json`].
 pub fn prediction_page(
     model: &PlantModel,
     prediction: &Prediction,
     lines: &[String],
 ) -> Result<Vec<u8>, Error> {
-    let mut charts = String::new();
-    for &dof in model.plant.axes() {
-        let scene = prediction_scene(prediction, dof)?;
-        charts += &format!(
-            "<figure>{}<figcaption>{}</figcaption></figure>\n",
-            inline_svg(&scene),
-            escaped(&scene.description)
-        );
-    }
-    let lines: String = lines.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
-    let name = escaped(&model.name);
+    let curves: Vec<CurveChart> =
+        model.plant.axes().iter().map(|&dof| velocity(prediction, dof)).collect();
     let unknown: Vec<&str> = model.unknown_axes().iter().map(|dof: &Dof| dof.name()).collect();
-    let unknown = match unknown.is_empty() {
-        true => String::new(),
-        false => {
-            format!("<p>Axes without a plant, which do not move: {}.</p>\n", unknown.join(", "))
-        }
+    let unknown = (!unknown.is_empty())
+        .then(|| format!("Axes without a plant, which do not move: {}.", unknown.join(", ")));
+    let page = ChartPage {
+        mark: MARK,
+        kind: "Predicted motion",
+        title: model.name.clone(),
+        lead: unknown.into_iter().collect(),
+        notes: lines.to_vec(),
+        charts: LiveChart::of_curves(&curves)?,
+        ..ChartPage::default()
     };
-    let page = format!(
-        "{MARK}\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{name}: prediction</title>\n<style>body{{font-family:sans-serif;max-width:44rem;margin:1rem auto;padding:0 1rem}}figure{{margin:0 0 1rem}}\n{}</style></head>\n<body><h1>{name}: predicted motion</h1>\n{unknown}<ul>\n{lines}</ul>\n{charts}</body></html>\n",
-        style_sheet()
-    );
-    Ok(page.into_bytes())
+    page.bytes()
+}
+
+/// The velocity of an axis with its band.
+fn velocity(prediction: &Prediction, dof: Dof) -> CurveChart {
+    let of = |row: &[f64; 6]| row[dof.index()];
+    let velocity: Vec<f64> = prediction.velocity.iter().map(of).collect();
+    let ends: [Vec<f64>; 2] =
+        [0, 1].map(|end| prediction.band.iter().map(|row| row[dof.index()][end]).collect());
+    CurveChart {
+        title: words::capitalised(dof.name()),
+        caption: description(dof, &velocity, &ends),
+        x_label: "time",
+        x_unit: "s",
+        is_logarithmic: false,
+        y_label: format!("velocity, {}", dof.units().velocity),
+        x: prediction.time_s.clone(),
+        line: ("predicted".to_owned(), velocity),
+        beside: None,
+        band: (!prediction.band.is_empty()).then_some(ends),
+    }
+}
+
+fn description(dof: Dof, velocity: &[f64], ends: &[Vec<f64>; 2]) -> String {
+    let unit = dof.units().velocity;
+    let last = velocity.last().map_or_else(String::new, |v| significant(*v, 4));
+    let band = match (ends[0].last(), ends[1].last()) {
+        (Some(low), Some(high)) => {
+            format!(", 95 % band {} to {}", significant(*low, 4), significant(*high, 4))
+        }
+        _ => String::new(),
+    };
+    format!("{dof}: {last} {unit} at the end{band}.")
 }
 
 /// What every such page begins with.

@@ -9,7 +9,8 @@ use sha2::{Digest, Sha256};
 
 use crate::figure::thrust;
 use crate::fixture::Found;
-use crate::number::Rounded;
+use crate::number::{Rounded, with_minus};
+use crate::visible::visible;
 use crate::{Error, fixture, parse_results, render, results_schema, thrust_figure};
 
 /// A file as it is written.
@@ -64,11 +65,27 @@ fn names_of_users_are_escaped_everywhere() {
         .iter()
         .map(|chart| chart["title"].as_str().expect("a title"))
         .collect();
-    assert!(titles.iter().any(|title| title.contains(fixture::HOSTILE)), "{titles:?}");
+    assert!(titles.iter().any(|title| title.contains(&*visible(fixture::HOSTILE))), "{titles:?}");
     for artifact in &all {
         let safe = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "./-".contains(c);
         assert!(artifact.path.chars().all(safe), "{}", artifact.path);
         assert!(!artifact.path.contains("..") && !artifact.path.starts_with('/'));
+    }
+}
+
+#[test]
+fn no_file_of_a_report_holds_what_a_display_obeys() {
+    let all = artifacts(&fixture::identification());
+    assert!(text(&all, "report.html").contains("\\u{1b}[2J\\u{202e}"));
+    for File { path, bytes } in all {
+        if !path.ends_with(".html") && !path.ends_with(".svg") {
+            continue;
+        }
+        let text = String::from_utf8(bytes).expect("text");
+        let obeyed = text.find(crate::is_obeyed).map(|at| &text[at.saturating_sub(80)..at]);
+        assert_eq!(obeyed, None, "{path}");
+        // Data that scripts parse hold the number, too.
+        assert!(!text.contains("\\u001b"), "{path}");
     }
 }
 
@@ -153,7 +170,7 @@ fn every_parameter_and_every_caveat_is_on_the_page() {
         .chain(&results.caveats);
     let folded = html.to_lowercase();
     for caveat in caveats {
-        let message = caveat.message.to_lowercase();
+        let message = visible(&with_minus(&caveat.message)).to_lowercase();
         assert!(folded.contains(&message), "{message}");
     }
     for failure in &results.failures {
@@ -240,6 +257,80 @@ fn check_required(
     for (k, item) in value.as_array().into_iter().flatten().enumerate() {
         check_required(root, &schema["items"], item, &format!("{at}/{k}"));
     }
+}
+
+/// What is said of the results after the number at a place was changed.
+fn after_change(pointer: &str, number: f64) -> String {
+    let all = artifacts(&fixture::identification());
+    let mut value: serde_json::Value =
+        serde_json::from_str(text(&all, "results.json")).expect("JSON");
+    *value.pointer_mut(pointer).expect("there is a number") = number.into();
+    parse_results(&value.to_string()).expect_err("refused").to_string()
+}
+
+#[test]
+fn numbers_that_stand_twice_must_agree() {
+    let end = "; identify again, or restore the results as they were written";
+    let sway = "coupled.sway-yaw.parameters.\"mass.sway\"";
+    for (pointer, number, expected) in [
+        (
+            "/plants/surge/parameters/mass/value",
+            6485.1,
+            "plants.surge.parameters.mass is 6485.1, which makes alpha 0.000154199".to_owned(),
+        ),
+        ("/plants/surge/lumped/beta", -0.1, "but plants.surge.lumped.beta is -0.1".to_owned()),
+        ("/plants/surge/lumped/mu", -0.1, "plants.surge.parameters.linear_drag is 0".to_owned()),
+        (
+            "/methods/surge/paper/lumped/bias",
+            0.0,
+            "methods.surge.paper.parameters.bias_force is -255.5".to_owned(),
+        ),
+        (
+            "/coupled/sway-yaw/mass_matrix/value/0/0",
+            181.0,
+            format!("{sway} is 180, but coupled.sway-yaw.mass_matrix of sway and sway is 181"),
+        ),
+        (
+            "/coupled/sway-yaw/parameters/sway: v/value",
+            2.0,
+            "but coupled.sway-yaw.linear_damping of sway and sway is 0".to_owned(),
+        ),
+    ] {
+        let message = after_change(pointer, number);
+        assert!(message.contains(&expected) && message.ends_with(end), "{message}");
+    }
+}
+
+#[test]
+fn the_recommended_plant_is_that_of_its_method() {
+    let all = artifacts(&fixture::identification());
+    let mut value: serde_json::Value =
+        serde_json::from_str(text(&all, "results.json")).expect("JSON");
+    let plant = &mut value["plants"]["surge"];
+    plant["parameters"]["mass"]["value"] = 25940.4.into();
+    for (name, factor) in [("alpha", 0.5), ("beta", 0.5), ("mu", 0.5), ("bias", 0.5)] {
+        let number = plant["lumped"][name].as_f64().expect("a number");
+        plant["lumped"][name] = (factor * number).into();
+    }
+    let message = parse_results(&value.to_string()).expect_err("refused").to_string();
+    let expected = "plants.surge.parameters.mass is 25940.4, but methods.surge.";
+    assert!(message.starts_with(expected), "{message}");
+}
+
+#[test]
+fn standard_deviations_that_cannot_be_are_refused() {
+    let message = after_change("/plants/surge/parameters/quadratic_drag/std", -61.0);
+    assert!(
+        message.starts_with(
+            "plants.surge.parameters.quadratic_drag.std is -61; a standard deviation is finite"
+        ),
+        "{message}"
+    );
+    // Its variance is infinite.
+    let message = after_change("/plants/surge/nuisances/delay/std", 1e200);
+    assert!(message.contains("nuisances.delay.std is 1"), "{message}");
+    let message = after_change("/coupled/sway-yaw/parameters/mass.sway/std", -1.0);
+    assert!(message.contains("parameters.\"mass.sway\".std is -1"), "{message}");
 }
 
 #[test]

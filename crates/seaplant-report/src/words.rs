@@ -5,6 +5,7 @@ use seaplant::signal::LowPass;
 use seaplant::{CaveatCode, Dof, Method, Role, Severity, Term};
 
 use crate::number::chosen;
+use crate::visible::visible;
 
 /// "equation error", "the paper's method".
 pub(crate) fn method(method: Method) -> String {
@@ -44,7 +45,7 @@ pub(crate) const fn severity(severity: Severity) -> &'static str {
 /// A heading for a caveat: where nothing better is known, the name that `results.json` writes.
 pub(crate) fn caveat(code: CaveatCode) -> String {
     let better = match code {
-        CaveatCode::BiasOneDirection => "Bias seen from one direction",
+        CaveatCode::BiasOneDirection => "Bias tested in one direction only",
         CaveatCode::ClockOffset => "Clock offset estimated from the data",
         CaveatCode::InstrumentElsewhere => "Instrument sits elsewhere than stated",
         CaveatCode::Collinear => "Terms hard to separate",
@@ -106,8 +107,8 @@ pub(crate) fn filters(filters: &Filters) -> String {
     if all.is_empty() { "none".to_owned() } else { all.join("; ") }
 }
 
-/// Text as it may stand within an element or an attribute.
+/// Text as it may stand within an element or an attribute, [`visible`].
 pub(crate) fn escaped(text: &str) -> String {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    let text = visible(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     text.replace('"', "&quot;")
 }

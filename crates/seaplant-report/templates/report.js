@@ -1,4 +1,4 @@
-// Draws the charts of the report with uPlot, from the data in the page. Knows nothing of vehicles.
+// Draws the charts of a page with uPlot, from the data in the page. Knows nothing of vehicles.
 (() => {
   "use strict";
   const sheet = JSON.parse(document.getElementById("sheet").textContent);
@@ -36,7 +36,9 @@
     return { x: await unpack(panel.x), lines };
   }
 
-  const colour = (ink) => (night.matches ? ink.dark : ink.light);
+  // Paper is white, whatever the screen is.
+  const root = document.documentElement;
+  const colour = (ink) => (night.matches && !root.classList.contains("on-paper") ? ink.dark : ink.light);
   const token = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   // Four digits, with the sign and the point of the report's own numbers.
@@ -154,6 +156,7 @@
       this.tools();
       this.draw();
       this.figure.classList.add("live");
+      document.dispatchEvent(new CustomEvent("chart", { detail: this }));
       new ResizeObserver(() => this.resize()).observe(this.room);
       night.addEventListener("change", () => this.draw());
     }
@@ -174,30 +177,31 @@
       return this.chart.x.names.length > 0;
     }
 
-    tools() {
-      this.room.classList.toggle("counts", this.counts());
-      const bar = this.figure.querySelector(".tools");
-      const button = (label, text, act) => {
-        const made = document.createElement("button");
-        made.type = "button";
-        made.textContent = text;
-        made.setAttribute("aria-label", label);
-        made.title = label;
-        made.addEventListener("click", act);
-        bar.append(made);
-      };
-      if (!this.counts()) this.movers(button, bar);
-      button("Save what is shown as a PNG file", "PNG", () => this.save());
+    button(label, text, act) {
+      const made = document.createElement("button");
+      made.type = "button";
+      made.textContent = text;
+      made.setAttribute("aria-label", label);
+      made.title = label;
+      made.addEventListener("click", act);
+      this.bar.append(made);
     }
 
-    movers(button, bar) {
-      button("Zoom in", "+", () => this.zoom(0.5));
-      button("Zoom out", "−", () => this.zoom(2));
-      button("Move left", "◀", () => this.pan(-0.25));
-      button("Move right", "▶", () => this.pan(0.25));
-      button("Show all", "Whole", () => this.show(this.whole));
+    tools() {
+      this.room.classList.toggle("counts", this.counts());
+      this.bar = this.figure.querySelector(".tools");
+      if (!this.counts()) this.movers();
+      this.button("Save what is shown as a PNG file", "PNG", () => this.save());
+    }
+
+    movers() {
+      this.button("Zoom in", "+", () => this.zoom(0.5));
+      this.button("Zoom out", "−", () => this.zoom(2));
+      this.button("Move left", "◀", () => this.pan(-0.25));
+      this.button("Move right", "▶", () => this.pan(0.25));
+      this.button("Show all", "Whole", () => this.show(this.whole));
       this.span = document.createElement("output");
-      bar.append(this.span);
+      this.bar.append(this.span);
       this.room.tabIndex = 0;
       this.room.setAttribute("role", "application");
       this.room.setAttribute(
@@ -408,7 +412,14 @@
     }
 
     width(k) {
-      return Math.max(200, this.places[k].clientWidth);
+      const room = this.printing ? this.printing / (this.counts() ? 2 : 1) : this.places[k].clientWidth;
+      return Math.max(200, room);
+    }
+
+    // Draws for a sheet of paper, so many px wide; 0 draws for the screen again.
+    print(width) {
+      this.printing = width;
+      this.draw();
     }
 
     resize() {
@@ -427,22 +438,42 @@
     return [words.slice(0, middle).join(" "), words.slice(middle).join(" ")].filter(Boolean).join("\n");
   }
 
-  // Charts come to life when they come near: a long report opens at once.
+  const lively = [];
+
+  async function start(figure) {
+    try {
+      const chart = new LiveChart(figure, charts.get(figure.dataset.chart));
+      await chart.start();
+      lively.push(chart);
+    } catch (error) {
+      figure.querySelector(".tools").textContent = "This browser cannot draw the chart; see the files below.";
+      console.error(error);
+    }
+  }
+
+  // Charts that come near are drawn at once: a long report opens at once. The others follow while the
+  // browser has nothing else to do, so that paper and a capture of the whole page have them.
   function liven() {
+    const waiting = new Set(document.querySelectorAll("figure[data-chart]"));
+    const take = (figure) => {
+      near.unobserve(figure);
+      return waiting.delete(figure) ? start(figure) : Promise.resolve();
+    };
     const near = new IntersectionObserver(
-      (seen) => {
-        for (const { isIntersecting, target } of seen) {
-          if (!isIntersecting) continue;
-          near.unobserve(target);
-          new LiveChart(target, charts.get(target.dataset.chart)).start().catch((error) => {
-            target.querySelector(".tools").textContent = "This browser cannot draw the chart; see the files below.";
-            console.error(error);
-          });
-        }
-      },
+      (seen) => seen.filter((of) => of.isIntersecting).forEach((of) => take(of.target)),
       { rootMargin: "600px" },
     );
-    for (const figure of document.querySelectorAll("figure[data-chart]")) near.observe(figure);
+    for (const figure of waiting) near.observe(figure);
+    const idle = window.requestIdleCallback ?? ((act) => setTimeout(act, 50));
+    // What is folded has no width yet, and is drawn when it is opened.
+    const next = () =>
+      idle(async () => {
+        const figure = [...waiting].find((one) => one.offsetParent !== null);
+        if (!figure) return;
+        await take(figure);
+        next();
+      });
+    next();
   }
 
   // A table as a spreadsheet takes it.
@@ -478,21 +509,53 @@
     }
   }
 
-  // Details that are closed would be missing on paper.
+  // Details that are closed would be missing on paper, but for those that a page of its own leaves out.
+  const onePage = () => root.classList.contains("one-page");
+  const SHEET_PX = 640;
   addEventListener("beforeprint", () => {
+    root.classList.add("on-paper");
     for (const part of document.querySelectorAll("details:not([open])")) {
+      if (onePage()) break;
       part.open = true;
       part.dataset.reclose = "";
     }
+    for (const chart of lively) if (!chart.figure.querySelector(".still")) chart.print(SHEET_PX);
   });
   addEventListener("afterprint", () => {
+    root.classList.remove("on-paper");
     for (const part of document.querySelectorAll("details[data-reclose]")) {
       part.open = false;
       delete part.dataset.reclose;
     }
+    for (const chart of lively) if (chart.printing) chart.print(0);
   });
 
-  document.querySelector(".scriptless").remove();
+  // The summary by itself, on one sheet; `#one-page` at the end of the address shows it, too.
+  function summary() {
+    const button = document.querySelector(".one-page-print");
+    if (!button) return;
+    const follow = () => root.classList.toggle("one-page", location.hash === "#one-page");
+    button.hidden = false;
+    button.addEventListener("click", () => {
+      root.classList.add("one-page");
+      print();
+      follow();
+    });
+    addEventListener("hashchange", follow);
+    follow();
+  }
+
+  // A link to a folded section opens it.
+  function unfold() {
+    const target = location.hash.length > 1 && document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const fold = target && target.querySelector(":scope > details.fold");
+    if (fold) fold.open = true;
+  }
+
+  document.querySelector(".scriptless")?.remove();
+  addEventListener("hashchange", unfold);
+  unfold();
+  summary();
   document.querySelectorAll(".scroll").forEach(copyable);
   liven();
 })();

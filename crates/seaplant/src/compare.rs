@@ -1,5 +1,7 @@
 //! Whether fits of the same vehicle differ by more than chance.
 
+mod coupled;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{DMatrix, DVector};
@@ -7,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use self::coupled::{Coupled, coefficients, stated};
 use crate::exchange::PlantModel;
 use crate::plant::{Basis, Product};
 use crate::results::{Parameter, Parameters, PlantResult, Results};
@@ -17,6 +20,9 @@ use crate::{Caveat, CaveatCode, Dof, Method};
 pub struct Differences {
     /// Each degree of freedom that two fits or more have.
     pub dofs: BTreeMap<Dof, DofDifference>,
+    /// Each further coefficient of plants of several axes, by name: `mass.sway-yaw`, `yaw: |v|r`,
+    /// `lever.z`; empty if there are not two such plants.
+    pub coefficients: BTreeMap<String, ParameterDifference>,
     /// What makes the tests doubtful.
     pub caveats: Vec<Caveat>,
 }
@@ -26,7 +32,7 @@ pub struct Differences {
 pub enum Compared<'a> {
     /// A fit.
     Fit(&'a Results),
-    /// A plant file or published table, each axis by itself.
+    /// A plant file or published table.
     Table(&'a PlantModel),
 }
 
@@ -115,17 +121,26 @@ const LEVEL: f64 = 0.05;
 /// # Ok::<(), seaplant::Error>(())
 /// ```
 pub fn differences(compared: &[Compared<'_>], method: Option<Method>) -> Differences {
+    let together: Vec<Option<Coupled<'_>>> =
+        compared.iter().map(|one| Coupled::of(*one, method)).collect();
     let mut dofs = BTreeMap::new();
     for dof in Dof::ALL {
-        let plants: Vec<Option<Own>> =
-            compared.iter().map(|one| Own::of(*one, dof, method)).collect();
+        let coupled = |k: usize| together[k].as_ref().filter(|plant| plant.has(dof));
+        let is_coupled = (0..compared.len()).filter_map(coupled).count() > 1;
+        let of = |(k, one): (usize, &Compared<'_>)| {
+            let single = || Own::of(*one, dof, method);
+            let coupled = || Own::of_coupled(coupled(k)?, dof);
+            if is_coupled { coupled().or_else(single) } else { single().or_else(coupled) }
+        };
+        let plants: Vec<Option<Own>> = compared.iter().enumerate().map(of).collect();
         if plants.iter().flatten().count() > 1 {
             dofs.insert(dof, of_dof(&plants));
         }
     }
-    correct(&mut dofs);
+    let mut coefficients = coefficients(&together);
+    correct(&mut dofs, &mut coefficients);
     let caveats = caveats(compared, &dofs);
-    Differences { dofs, caveats }
+    Differences { dofs, coefficients, caveats }
 }
 
 /// The names of parameters, in the order of `[m, d_Q, d_L, b]`.
@@ -143,8 +158,13 @@ impl Own {
     fn of(compared: Compared<'_>, dof: Dof, method: Option<Method>) -> Option<Self> {
         match compared {
             Compared::Fit(fit) => Some(Self::of_fit(plant(fit, dof, method)?)),
-            Compared::Table(model) => Self::of_table(model, dof),
+            Compared::Table(model) => Self::of_model(model, dof),
         }
+    }
+
+    /// An axis of a plant of several.
+    fn of_coupled(plant: &Coupled<'_>, dof: Dof) -> Option<Self> {
+        Some(Self { method: plant.method(dof), ..Self::of_model(&plant.model, dof)? })
     }
 
     fn of_fit(plant: &PlantResult) -> Self {
@@ -163,7 +183,7 @@ impl Own {
         }
     }
 
-    fn of_table(model: &PlantModel, dof: Dof) -> Option<Self> {
+    fn of_model(model: &PlantModel, dof: Dof) -> Option<Self> {
         if !model.plant.axes().contains(&dof) {
             return None;
         }
@@ -180,17 +200,7 @@ impl Own {
         ];
         let place = |basis: Basis| model.plant.structure().index_of(&basis);
         let places = bases.map(|(basis, _)| place(basis));
-        let stated = |k: usize| {
-            let at = places[k]?;
-            let sign = bases[k].1;
-            let interval = model.interval(at).map(|ends| ends.map(|end| sign * end));
-            Some(Stated {
-                value: sign * model.plant.coefficients()[at],
-                std: model.std(at),
-                interval95: interval.map(|[a, b]| [a.min(b), a.max(b)]),
-                unit: bases[k].0.unit(),
-            })
-        };
+        let stated = |k: usize| Some(stated(model, places[k]?, bases[k].1, bases[k].0.unit()));
         let correlation = model.covariance.as_ref().map(|covariance| {
             let of = |i: usize, j: usize| {
                 let (a, b) = (places[i]?, places[j]?);
@@ -296,13 +306,17 @@ fn homogeneity(estimates: &[Gaussian]) -> Option<DifferenceTest> {
 }
 
 /// Decides by Holm's method, among the tests of whole plants and among those of parameters.
-fn correct(dofs: &mut BTreeMap<Dof, DofDifference>) {
+fn correct(
+    dofs: &mut BTreeMap<Dof, DofDifference>,
+    coefficients: &mut BTreeMap<String, ParameterDifference>,
+) {
     let mut plants = Vec::new();
     let mut parameters = Vec::new();
     for difference in dofs.values_mut() {
         plants.extend(&mut difference.test);
         parameters.extend(difference.parameters.values_mut().filter_map(|p| p.test.as_mut()));
     }
+    parameters.extend(coefficients.values_mut().filter_map(|p| p.test.as_mut()));
     for mut tests in [plants, parameters] {
         tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
         let count = tests.len();
@@ -450,7 +464,7 @@ mod tests {
         let given = [(Dof::Surge, 0.01), (Dof::Sway, 0.04), (Dof::Heave, 0.03), (Dof::Yaw, 0.9)];
         let mut dofs: BTreeMap<Dof, DofDifference> =
             given.into_iter().map(|(dof, p)| (dof, of(p))).collect();
-        correct(&mut dofs);
+        correct(&mut dofs, &mut BTreeMap::new());
         // 0.01 · 4 < 0.05; then 0.03 · 3 > 0.05 ends it, though 0.03 and 0.04 are below 0.05 alone.
         let differing: Vec<Dof> = dofs
             .iter()

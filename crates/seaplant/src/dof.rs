@@ -1,13 +1,9 @@
 //! The six degrees of freedom, by name.
 
 use std::fmt;
-use std::str::FromStr;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::{Error as _, SeqAccess, Unexpected, Visitor, value::SeqAccessDeserializer};
-use serde::{Deserialize, Deserializer, Serialize};
-
-use crate::Error;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// A degree of freedom of a marine vehicle, in SNAME order.
 ///
@@ -117,71 +113,8 @@ impl Dof {
     }
 }
 
-/// Sets of axes that have a name.
-const SETS: [(&str, &[Dof]); 3] =
-    [("six", &Dof::ALL), ("planar", &Dof::PLANAR), ("vertical", &Dof::VERTICAL)];
-
-/// Reads axes, which a file states as a list, or by the name of a common set: `six`, `planar`
-/// (surge, sway, yaw) or `vertical` (surge, heave, pitch).
-///
-/// # Errors
-/// Of what is neither, and of a name that no axis has.
-///
-/// # Example
-/// ```
-/// use seaplant::{Dof, axes_by_name};
-/// let axes = axes_by_name(serde_json::json!("planar"))?;
-/// assert_eq!(axes, [Dof::Surge, Dof::Sway, Dof::Yaw]);
-/// assert_eq!(axes_by_name(serde_json::json!(["heave"]))?, [Dof::Heave]);
-/// # Ok::<(), serde_json::Error>(())
-/// ```
-pub fn axes_by_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Dof>, D::Error> {
-    struct Axes;
-    impl<'de> Visitor<'de> for Axes {
-        type Value = Vec<Dof>;
-
-        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str(
-                "a list such as [\"surge\", \"yaw\"], or \"six\", \"planar\" (surge, sway, yaw) or \"vertical\" (surge, heave, pitch)",
-            )
-        }
-
-        fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<Vec<Dof>, E> {
-            let named = SETS.iter().find(|(known, _)| *known == name);
-            let named = named.map(|(_, axes)| axes.to_vec());
-            named.ok_or_else(|| E::invalid_value(Unexpected::Str(name), &self))
-        }
-
-        fn visit_seq<A: SeqAccess<'de>>(self, listed: A) -> Result<Vec<Dof>, A::Error> {
-            Vec::deserialize(SeqAccessDeserializer::new(listed))
-        }
-    }
-    let axes = deserializer.deserialize_any(Axes)?;
-    match axes.iter().enumerate().find(|(k, dof)| axes[..*k].contains(dof)) {
-        Some((_, twice)) => Err(D::Error::custom(format!("{twice} stands twice among the axes"))),
-        None => Ok(axes),
-    }
-}
-
-/// The schema of what [`axes_by_name`] reads.
-pub fn schema_of_axes(generator: &mut SchemaGenerator) -> Schema {
-    let listed = generator.subschema_for::<Vec<Dof>>();
-    json_schema!({ "anyOf": [{ "enum": SETS.map(|(name, _)| name) }, listed] })
-}
-
 impl fmt::Display for Dof {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
-    }
-}
-
-impl FromStr for Dof {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self, Error> {
-        Self::ALL
-            .into_iter()
-            .find(|dof| dof.name() == text)
-            .ok_or_else(|| Error::UnknownDof { found: text.to_owned() })
     }
 }

@@ -42,6 +42,14 @@ pub enum Error {
         /// What is wrong, and what to do.
         reason: String,
     },
+    /// A number of results that contradicts another, or that no estimate has.
+    #[error("{key} {reason}; identify again, or restore the results as they were written")]
+    ResultsNumber {
+        /// Which number: `plants.surge.parameters.mass`.
+        key: String,
+        /// What is wrong.
+        reason: String,
+    },
     /// A rigid body that cannot be.
     #[error("the rigid body {reason}")]
     RigidBody {

@@ -7,6 +7,7 @@ mod filter_error;
 mod filtered;
 pub(crate) mod fit;
 pub(crate) mod method;
+pub(crate) mod model;
 mod nomoto;
 pub mod online;
 mod output_error;
@@ -25,7 +26,8 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub use coupled::{
-    Actuator, AxisNoise, CoupledFit, CurrentDrift, Tried, fit_coupled, fit_coupled_freely,
+    Actuator, AxisNoise, CoupledFit, CoupledPlan, CurrentDrift, Tried, fit_coupled,
+    fit_coupled_freely,
 };
 pub(crate) use coupled::{LikelihoodStep, NEGLIGIBLE_POWER, damping_power};
 pub use equation_error::{DelayedFit, EquationError, EquationErrorStatistics, Shard, ShardClock};
@@ -33,6 +35,7 @@ pub use filter_error::{Candidate, Decision, FilterError, SteadyTest, first_delay
 pub(crate) use filter_error::{MOST_SEARCHED, MOST_TRIALS, drive_over, first_look};
 pub(crate) use fit::{Estimate, Fit};
 pub(crate) use method::Method;
+pub(crate) use model::simulated_speed;
 pub use nomoto::{NomotoFit, NomotoOrder, RudderLaw, SteeringTrial, fit_nomoto};
 pub use output_error::{Loss, OutputError, OutputErrorBootstrap, OutputErrorIntervals};
 pub use paper::Paper;

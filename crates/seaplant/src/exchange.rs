@@ -7,10 +7,12 @@
 
 mod actuate;
 mod cancel;
+mod check;
 mod draws;
 mod driven;
 mod file;
 mod follows;
+mod limits;
 mod manoeuvre;
 mod of_results;
 mod predict;
@@ -22,19 +24,20 @@ use nalgebra::DMatrix;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use crate::results::{Consequence, Driven};
 pub use actuate::Drive;
+pub use check::check_results;
 pub use draws::Draws;
-pub use driven::{Disturbance, Driven};
+pub use driven::Disturbance;
 pub use file::{
     Coriolis, Derived, Entries, FileCoefficient, FileRigidBody, FileThruster, PLANT_SCHEMA,
     PlantFile,
 };
-pub use follows::Consequence;
-pub use manoeuvre::{Approach, Manoeuvre, ManoeuvreNumber};
+pub use manoeuvre::{Approach, Manoeuvre, ManoeuvreNumber, SOLAS_RUDDER_RATE};
 pub use predict::Prediction;
 pub use scenario::{Outcome, Scenario};
 
-use crate::plant::{Basis, Buoyancy, GRAVITY, Plant, RigidBody};
+use crate::plant::{Basis, Buoyancy, GRAVITY, Plant, Product, RigidBody};
 use crate::results::{Parameter, Verdict};
 use crate::{Caveat, Dof, Thruster};
 
@@ -175,11 +178,29 @@ impl PlantModel {
         [0, 1, 2].map(|axis| self.plant.coefficient(&Basis::Lever(axis)).unwrap_or(0.0))
     }
 
+    /// Drag that would drive the vehicle: linear and quadratic damping of an axis by its own
+    /// velocity that is below zero, in words.
+    pub fn negative_drag(&self) -> Vec<String> {
+        let own = |dof: &Dof| {
+            [("linear", Product::linear(*dof)), ("quadratic", Product::quadratic(*dof))]
+                .map(|(name, product)| (*dof, name, Basis::Product(*dof, product)))
+        };
+        let in_words = |(dof, name, term): (Dof, &str, Basis)| {
+            let value = self.plant.coefficient(&term).filter(|value| *value < 0.0)?;
+            let unit = self.plant.structure().unit_of(&term);
+            Some(format!(
+                "{dof}: {name} drag is {value} {unit}, below zero, so that water would drive the vehicle; check its sign, or fit other terms or trials"
+            ))
+        };
+        self.plant.axes().iter().flat_map(own).filter_map(in_words).collect()
+    }
+
     /// The reasons not to use a part of the plant; none of a plant that may be used.
     pub fn reasons_against(&self) -> Vec<String> {
         let names = |axes: &[Dof]| axes.iter().map(|dof| dof.name()).collect::<Vec<_>>().join("-");
         let bad =
             self.judgements.iter().filter(|j| j.verdict.trust == crate::results::Trust::DoNotUse);
-        bad.map(|j| format!("{}: {}", names(&j.axes), j.verdict.reason)).collect()
+        let judged = bad.map(|j| format!("{}: {}", names(&j.axes), j.verdict.reason));
+        judged.chain(self.negative_drag()).collect()
     }
 }

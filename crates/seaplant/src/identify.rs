@@ -6,14 +6,15 @@ mod figures;
 mod nomoto;
 mod stages;
 mod unsteady;
+mod verdict;
 
 use std::collections::BTreeMap;
 
-pub use coupled::{CoupledPlan, compare_coupled, plant_of_result, score_coupled};
+pub use coupled::{compare_coupled, score_coupled};
 pub use stages::{Stage, stages};
-pub(crate) use unsteady::Judged;
 
 use convert::{accumulated, empty_results, steady_result};
+use verdict::verdict;
 
 use crate::diagnose::{
     Strokes, implausible, lateness, lateness_caveat, reverse_elsewhere, steady_against_unsteady,
@@ -25,15 +26,15 @@ use crate::estimate::{
     EquationError, EquationErrorStatistics, FilterError, Fit, Method, OutputError, Paper, Records,
     Sriv, TotalLeastSquares, WeightedLeastSquares, first_delays,
 };
-use crate::exchange::{Consequence, Draws, PlantModel};
-use crate::judge::{score_plant, verdict};
+use crate::exchange::{Draws, PlantModel};
+use crate::judge::score_plant;
 use crate::results::{
-    AccumulatedPlant, Failure, Identification, Results, SteadyResult, SubsetResult,
+    AccumulatedPlant, Consequence, Failure, Identification, Results, SteadyResult, SubsetResult,
 };
 use crate::trial::ThrustError;
 use crate::{
-    AxisRecord, Caveat, Dof, Error, LumpedParameters, Model, Role, Terms, Trial, Vehicle,
-    VelocitySource,
+    AxisRecord, Caveat, CoupledPlan, Dof, Error, LumpedParameters, Model, Role, Terms, Trial,
+    Vehicle, VelocitySource, parallel,
 };
 
 /// What to identify, and how.
@@ -355,7 +356,7 @@ impl Work<'_> {
                 condition: fit.condition,
             })
         };
-        Terms::subsets().into_iter().filter_map(of).collect()
+        parallel::map(&Terms::subsets(), |terms| of(*terms)).into_iter().flatten().collect()
     }
 
     fn steady(&self, recommended: Option<&Fit>, found: &mut Identification) {

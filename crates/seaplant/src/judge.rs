@@ -5,6 +5,7 @@ mod choose;
 mod colour;
 mod coupling;
 mod cross;
+mod judged;
 mod linear;
 mod null;
 mod score;
@@ -16,18 +17,19 @@ pub(crate) use asked::{Drift, NOT_WHITE, another_plant, beyond, confirms, widene
 pub use asked::{Part, PlantChange};
 pub(crate) use choose::{Contender, choose, impossible, is_better};
 pub(crate) use colour::LAGS;
-pub use colour::{box_pierce, robust_covariance};
+pub use colour::box_pierce;
 pub(crate) use coupling::Coupling;
 pub(crate) use cross::left_out;
+pub(crate) use judged::Judged;
 pub(crate) use linear::windows_of;
 pub(crate) use null::Nulls;
 pub use null::{NullModel, NullScore};
-pub use score::score_plant;
+pub use score::{Score, TrialScore, score_plant};
 pub(crate) use score::{Scored, records, score};
 pub(crate) use thrust::{feedback, one_speed, reversed};
 pub(crate) use verdict::{
     KNOWN_DRAG, KNOWN_MASS, MORE, PREDICTS, WIDEST_DRAG, WIDEST_MASS, free_error, intervals,
-    verdict, vouched,
+    vouched,
 };
 pub use verdict::{Trust, Verdict};
-pub(crate) use working::{drag_at, simulated_speed, working_speed};
+pub(crate) use working::{drag_at, working_speed};

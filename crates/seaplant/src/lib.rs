@@ -61,6 +61,7 @@
 //! [`FilterError::default().fit(&records)`](estimate::FilterError::fit); a plant of several axes is
 //! fitted by [`estimate::fit_coupled`].
 
+mod axes;
 mod bollard;
 mod caveat;
 mod clock;
@@ -76,53 +77,59 @@ pub mod exchange;
 mod excursion;
 mod identify;
 mod judge;
-mod model;
 pub mod monte_carlo;
 pub mod motion;
 mod navigation;
 mod parallel;
 pub mod plant;
 pub mod quantity;
+mod random;
 pub mod regression;
 pub mod results;
 mod series;
 pub mod signal;
 mod simulate;
+mod statistics;
 mod terms;
 mod thrust;
 mod trial;
 pub mod twin;
 mod vehicle;
 
+pub use axes::{axes_by_name, schema_of_axes};
 pub use bollard::{BollardFit, fit_bollard_pull};
 pub use caveat::{Caveat, CaveatCode, Severity};
 pub use clock::{ClockOffset, OffsetPair, estimate_offset};
 pub use compare::{
     Compared, DifferenceTest, Differences, DofDifference, ParameterDifference, Stated, differences,
 };
-pub use dof::{Dof, Units, axes_by_name, schema_of_axes};
+pub use dof::{Dof, Units};
 pub use error::Error;
+pub use estimate::CoupledPlan;
 pub use estimate::fit::{Estimate, Fit};
 pub use estimate::method::Method;
+pub use estimate::model::Model;
 pub use evaluate::{Agreement, Comparison, PositionComparison, ScoredMotion, evaluate};
 pub use identify::{
-    CoupledPlan, IdentifyOptions, Stage, accumulated_plant, compare_coupled, identify,
-    identify_watched, plant_of_result, score_coupled, stages, steady_drag,
+    IdentifyOptions, Stage, accumulated_plant, compare_coupled, identify, identify_watched,
+    score_coupled, stages, steady_drag,
 };
-pub use judge::{box_pierce, robust_covariance, score_plant};
-pub use model::{Model, ThrustModel, VelocitySensor};
+pub use judge::{box_pierce, score_plant};
 pub use navigation::{Beside, MeanAcceleration, Motion, Navigated, Recording, navigate};
 pub use plant::lumped::{LumpedParameters, PhysicalParameters, Stability};
+pub use quantity::ThrusterInput;
 pub use quantity::channel::{Quantity, Surface};
+pub use results::plant_of_result;
 pub use series::{Gap, Grid, Timed};
 pub use simulate::{Response, State, simulate};
+pub use statistics::robust_covariance;
 pub use terms::{Term, Terms};
-pub use thrust::{QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
+pub use thrust::{QuadraticThrust, ThrustCurve, ThrustModel, ThrustTable};
 pub use trial::{
     AxisRecord, CoupledRecord, CoupledThruster, Role, ThrusterTrack, Trial, TrialSetup,
     UniformAxis, UniformStretch, VelocityReport, VelocitySource, lever_axes,
 };
 pub use vehicle::{
     Fin, PropellerCurve, SEA_WATER_KG_M3, Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle,
-    VehicleEffect, Windage,
+    VehicleEffect, VelocitySensor, Windage,
 };

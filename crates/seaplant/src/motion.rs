@@ -2,6 +2,7 @@
 
 mod attitude;
 mod flow;
+mod held;
 mod products;
 mod rate;
 mod simulate;

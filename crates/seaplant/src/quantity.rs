@@ -2,6 +2,9 @@
 
 pub(crate) mod channel;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 /// What a wind is measured against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum WindFrame {
@@ -76,6 +79,44 @@ impl Kind {
             Self::Angle => "rad",
             Self::Voltage => "V",
             Self::Acceleration => "m/s^2",
+        }
+    }
+}
+
+/// What a thruster curve reads.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum ThrusterInput {
+    /// Propeller speed, rad/s.
+    Speed,
+    /// Pulse width, µs.
+    Pwm,
+    /// Command, −1 to 1.
+    Command,
+    /// Force itself, N.
+    Force,
+}
+
+impl ThrusterInput {
+    /// The name that channels and curves use.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::Pwm => "pwm",
+            Self::Command => "command",
+            Self::Force => "force",
+        }
+    }
+
+    /// The unit in which Seaplant holds this input.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Speed => "rad/s",
+            Self::Pwm => "us",
+            Self::Command => "1",
+            Self::Force => "N",
         }
     }
 }

@@ -3,10 +3,11 @@
 //! Every number that a report shows stands here, or in the series beside it.
 
 mod campaign;
+mod consequence;
 mod coupled;
+mod model;
 mod online;
 mod plant;
-mod score;
 mod series;
 mod steady;
 mod steering;
@@ -17,19 +18,21 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::exchange::Consequence;
-pub use crate::judge::{NullModel, NullScore, Part, PlantChange, Trust, Verdict};
+pub use crate::judge::{
+    NullModel, NullScore, Part, PlantChange, Score, TrialScore, Trust, Verdict,
+};
 use crate::{Caveat, Dof, Error, Method};
 
+pub use crate::estimate::online::{OnlineHistory, PlantChanged};
 pub use campaign::{
     AxisResult, BollardPullResult, FileOffset, SensorResult, ThrusterResult, TrialResult,
 };
-pub use online::{CoupledOnline, OnlineHistory, PlantChanged};
+pub use consequence::{Consequence, Driven};
+pub use online::CoupledOnline;
 pub use plant::{
     AccumulatedPlant, Parameter, Parameters, PlantResult, RegressionResult, SteadyTestResult,
     SubsetResult, ThrustPart, TruePlant,
 };
-pub use score::{Score, TrialScore};
 pub use series::{
     ComparisonFigure, FittedModel, Identification, Series, SpectrumFigure, SteadyFigure,
 };
@@ -39,7 +42,7 @@ pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
 pub use coupled::{
     AxisChange, AxisScore, Coefficient, Correlation, CoupledPlant, CoupledScore, Identifiability,
-    MatrixResult, PrimeCoefficient, PrimeSystem, TermDecision, ToldBy,
+    MatrixResult, PrimeCoefficient, PrimeSystem, TermDecision, ToldBy, plant_of_result,
 };
 
 /// The name and version of this contract.

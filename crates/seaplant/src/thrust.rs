@@ -1,47 +1,10 @@
 //! From what a thruster is told, or how fast it turns, to the force it gives.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+mod model;
 
-use crate::Error;
+pub use model::ThrustModel;
 
-/// What a thruster curve reads.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum ThrusterInput {
-    /// Propeller speed, rad/s.
-    Speed,
-    /// Pulse width, µs.
-    Pwm,
-    /// Command, −1 to 1.
-    Command,
-    /// Force itself, N.
-    Force,
-}
-
-impl ThrusterInput {
-    /// The name that channels and curves use.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Speed => "speed",
-            Self::Pwm => "pwm",
-            Self::Command => "command",
-            Self::Force => "force",
-        }
-    }
-
-    /// The unit in which Seaplant holds this input.
-    pub const fn unit(self) -> &'static str {
-        match self {
-            Self::Speed => "rad/s",
-            Self::Pwm => "us",
-            Self::Command => "1",
-            Self::Force => "N",
-        }
-    }
-}
+use crate::{Error, ThrusterInput};
 
 /// Thrust against the square of an input, with its own coefficient each way.
 ///

@@ -10,6 +10,7 @@ mod records;
 mod report;
 mod signals;
 mod slopes;
+mod start;
 
 use std::collections::BTreeMap;
 
@@ -33,6 +34,7 @@ use plausible::{coarse_thrust, mask, suspicious_units};
 use records::Records;
 pub use report::VelocityReport;
 pub(crate) use report::may_be_late;
+pub(crate) use start::starting_velocity;
 
 /// What a trial is for.
 #[derive(

@@ -12,7 +12,7 @@ mod faults;
 mod instruments;
 mod motion;
 mod propellers;
-pub(crate) mod random;
+mod random;
 mod spec;
 mod strength;
 mod truth;
@@ -34,11 +34,12 @@ pub use truth::{TrueNuisances, TrueParameters, TrueSteady, TrueVehicle, Truth};
 pub use whole::{Driving, WholeTwinSpec, make_whole};
 
 use crate::navigation::Recording;
+use crate::random::normal;
 use crate::{CoupledPlan, Dof, Error, PhysicalParameters, Role, Trial, TrialSetup, Vehicle};
 use command::Pilot;
 use instruments::{Observer, Single, record};
 use motion::{Moved, move_vehicle};
-use random::{Streams, normal};
+use random::Streams;
 use vehicle::InstrumentNoise;
 use water::Water;
 

@@ -1,10 +1,12 @@
 //! The vehicle: where its thrusters push and where its instruments sit.
 
 mod actuators;
+mod velocity_sensor;
 
 use nalgebra::{Rotation3, Unit, Vector3};
 
 pub use actuators::{Fin, PropellerCurve, VehicleEffect, Windage};
+pub use velocity_sensor::VelocitySensor;
 
 use crate::plant::{Buoyancy, RigidBody};
 use crate::{Dof, Error, ThrustCurve};

@@ -8,8 +8,8 @@ import shutil
 import tempfile
 from collections.abc import Mapping
 from os import PathLike
-from pathlib import Path
-from typing import Any, Literal
+from pathlib import Path, PurePath
+from typing import Any, Literal, get_args
 
 from seaplant.errors import InputError
 
@@ -17,6 +17,9 @@ _LIST = "seaplant-files.json"
 """The list of a folder's files that the command line keeps, too."""
 
 _SCHEMA = "seaplant/files/1"
+
+_LONGEST_SHOWN = 200
+"""Characters of a path that an error shows."""
 
 Made = Literal["campaign", "report", "export"]
 """What files are: those of a campaign go with all that was made of an earlier one, those of a
@@ -29,7 +32,8 @@ def write_files(
     """Writes files below a folder: all are made aside before one is moved into place.
 
     Raises `InputError` if one would replace a file that Seaplant did not write, unless
-    ``force``, or would be written through a link.
+    ``force``, or would be written through a link, or if the folder's list names anything but
+    regular files inside the folder.
     """
     target = Path(folder)
     listed = _listed(target)
@@ -57,13 +61,50 @@ def write_files(
 
 
 def _listed(folder: Path) -> dict[str, Any]:
-    """The files that a folder's list names; none if there is no list, or another."""
+    """The files that a folder's list names; none if there is no list, or another.
+
+    Raises `InputError` if an entry is anything but a relative path to a regular file inside the
+    folder, reached through no link: no entry of such a list is used.
+    """
+    if not (folder / _LIST).is_file():
+        return {}
     try:
         read = json.loads((folder / _LIST).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
     is_ours = isinstance(read, dict) and read.get("schema") == _SCHEMA
-    return dict(read["files"]) if is_ours else {}
+    listed = read.get("files") if is_ours else {}
+    if not isinstance(listed, dict) or not all(map(_is_entry, listed.values())):
+        return {}
+    for path in listed:
+        fault = _fault(folder, path)
+        if fault:
+            raise InputError(
+                f"{folder / _LIST} lists `{path[:_LONGEST_SHOWN]}`, but {fault}; a list with "
+                "such an entry is not used: remove it, or choose another folder"
+            )
+    return listed
+
+
+def _is_entry(entry: object) -> bool:
+    return (
+        isinstance(entry, dict)
+        and entry.get("made") in get_args(Made)
+        and isinstance(entry.get("sha256"), str)
+    )
+
+
+def _fault(folder: Path, path: str) -> str | None:
+    """Finds what is wrong with a path that a list names; `None` if it may be used."""
+    plain = PurePath(path)
+    if plain.anchor or ".." in plain.parts or plain.as_posix() != path:
+        return "that is not a relative path inside the folder"
+    on_the_way = (folder.joinpath(*plain.parts[: k + 1]) for k in range(len(plain.parts)))
+    link = next((reached for reached in on_the_way if reached.is_symlink()), None)
+    if link is not None:
+        return f"{link} is a symbolic link"
+    file = folder / path
+    return f"{file} is not a regular file" if file.exists() and not file.is_file() else None
 
 
 def _after(listed: Mapping[str, Any], files: Mapping[str, bytes], made: Made) -> dict[str, Any]:

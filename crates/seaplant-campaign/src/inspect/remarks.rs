@@ -5,7 +5,8 @@ use std::fmt;
 use seaplant_log::{Channel, Dimension};
 
 use super::angles::{unit_misfit, unwrapped, wraps};
-use super::runs::{Run, distinct, quantile, runs, runs_within};
+use super::runs::{Run, distinct, quantile, runs_within};
+use crate::missing_code::{MissingCode, missing_codes};
 use crate::propose::words::{HEADING, PITCH, ROLL, is_input, words};
 
 /// Something odd, with the numbers that say so.
@@ -219,55 +220,17 @@ fn constant(facts: &Facts<'_>) -> Option<Remark> {
     (count > 1 && facts.channel.is_constant()).then_some(Remark::Constant { value, count })
 }
 
-/// What instruments write where they have no measurement, as it is and in thousandths.
-const SENTINELS: &[f64] = &[
-    999.0,
-    9999.0,
-    99999.0,
-    999_999.0,
-    9999.9,
-    999.9,
-    99.99,
-    999.99,
-    32767.0,
-    32768.0,
-    65535.0,
-    32.767,
-    32.768,
-    65.535,
-    327.67,
-    327.68,
-    655.35,
-    2_147_483_647.0,
-    2_147_483_648.0,
-    4_294_967_295.0,
-    1e20,
-    1e30,
-    1e37,
-];
-
 /// Values that mark the absence of one; they are taken out of `facts`.
 fn sentinels(facts: &mut Facts<'_>) -> Vec<Remark> {
-    /// So many spans of all other values apart, and often.
-    const FAR: f64 = 3.0;
-    const OFTEN: usize = 2;
-    let known = |x: f64| SENTINELS.contains(&x.abs());
-    let others = || facts.values.iter().copied().filter(|x| !known(*x));
-    let low = others().fold(f64::INFINITY, f64::min);
-    let high = others().fold(f64::NEG_INFINITY, f64::max);
-    if low > high {
-        return Vec::new();
-    }
-    let far = |x: f64| (x - high).max(low - x) > FAR * (high - low).max(high.abs().max(low.abs()));
-    let mut suspects: Vec<f64> =
-        facts.values.iter().copied().filter(|x| known(*x) && far(*x)).collect();
-    suspects.sort_by(f64::total_cmp);
-    let suspects: Vec<Run> = runs(&suspects).into_iter().filter(|s| s.len() >= OFTEN).collect();
-    let keep = |x: f64| suspects.iter().all(|suspect| suspect.value != x);
+    let codes = missing_codes(&facts.values);
+    let keep = |x: f64| codes.iter().all(|code| code.value != x);
     let kept = facts.time_s.iter().zip(&facts.values).filter(|(_, x)| keep(**x));
     let (time_s, values) = kept.map(|(t, x)| (*t, *x)).unzip();
-    let remark = |s: &Run| Remark::Sentinel { value: facts.with_unit(s.value), count: s.len() };
-    let found = suspects.iter().map(remark).collect();
+    let remark = |code: &MissingCode| Remark::Sentinel {
+        value: facts.with_unit(code.value),
+        count: code.count,
+    };
+    let found = codes.iter().map(remark).collect();
     (facts.time_s, facts.values) = (time_s, values);
     found
 }

@@ -19,12 +19,8 @@ impl Run {
     }
 }
 
-/// All runs, single samples included, in order.
-pub(super) fn runs(values: &[f64]) -> Vec<Run> {
-    runs_within(values, |_| true)
-}
-
-/// All runs; none goes on at a sample that does not follow on the one before.
+/// All runs, single samples included, in order; none goes on at a sample that does not follow on
+/// the one before.
 pub(super) fn runs_within(values: &[f64], follows: impl Fn(usize) -> bool) -> Vec<Run> {
     let mut found: Vec<Run> = Vec::new();
     for (k, &value) in values.iter().enumerate() {
@@ -60,8 +56,10 @@ mod tests {
 
     #[test]
     fn runs_part_a_series_where_it_changes() {
-        let found: Vec<(usize, f64)> =
-            runs(&[1.0, 1.0, 2.0, 1.0]).iter().map(|run| (run.len(), run.value)).collect();
+        let found: Vec<(usize, f64)> = runs_within(&[1.0, 1.0, 2.0, 1.0], |_| true)
+            .iter()
+            .map(|run| (run.len(), run.value))
+            .collect();
         assert_eq!(found, [(2, 1.0), (1, 2.0), (1, 1.0)]);
         assert_eq!(distinct(&[1.0, 1.0, 2.0, 1.0]), 2);
     }

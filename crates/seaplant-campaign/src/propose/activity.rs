@@ -31,7 +31,7 @@ const LEAST_SAMPLES: usize = 10;
 
 /// A series in SI units, s after the session's first sample.
 #[derive(Clone, Debug, PartialEq)]
-struct Series {
+pub(super) struct Series {
     time_s: Vec<f64>,
     values: Vec<f64>,
 }
@@ -186,11 +186,11 @@ pub(super) fn driven(
         if velocity.values.len() < LEAST_SAMPLES {
             return None;
         }
-        let (usual, meant) = match dof {
-            Dof::Surge | Dof::Heave => (0.05, 1.0),
-            Dof::Sway => (0.05, 0.9),
-            Dof::Yaw => (0.1, 1.0),
-            Dof::Roll | Dof::Pitch => (0.3, 0.3),
+        let usual = customary(dof);
+        let meant = match dof {
+            Dof::Surge | Dof::Heave | Dof::Yaw => 1.0,
+            Dof::Sway => 0.9,
+            Dof::Roll | Dof::Pitch => 0.3,
         };
         let follows = inputs.iter().map(|input| velocity.follows(input)).fold(0.0, f64::max);
         let size = velocity.rms() / (velocity.rms() + usual);
@@ -202,8 +202,25 @@ pub(super) fn driven(
     scores
 }
 
+/// A translation of this correlation with the rate of turn is a swing of its instrument.
+const SWINGS: f64 = 0.8;
+
+/// A velocity of a vehicle in slow motion, m/s or rad/s.
+pub(super) const fn customary(dof: Dof) -> f64 {
+    match dof {
+        Dof::Surge | Dof::Sway | Dof::Heave => 0.05,
+        Dof::Yaw => 0.1,
+        Dof::Roll | Dof::Pitch => 0.3,
+    }
+}
+
 /// The body velocity along a degree of freedom, measured or derived.
-fn velocity(log: &Log, session: &Session, mapped: &[Mapped], dof: Dof) -> Option<Series> {
+pub(super) fn velocity(
+    log: &Log,
+    session: &Session,
+    mapped: &[Mapped],
+    dof: Dof,
+) -> Option<Series> {
     let find = |quantity: &Quantity| {
         let found = mapped.iter().find(|mapped| mapped.quantity() == quantity)?;
         Some(series(log, session, found))
@@ -247,7 +264,11 @@ fn ground_speed(find: &impl Fn(&Quantity) -> Option<Series>, dof: Dof) -> Option
 }
 
 impl Series {
-    fn within(&self, window: &Window) -> Self {
+    pub(super) fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    pub(super) fn within(&self, window: &Window) -> Self {
         let pairs = self.time_s.iter().zip(&self.values);
         let inside = pairs.filter(|(t, _)| (window.from_s..=window.to_s).contains(*t));
         let (time_s, values) = inside.map(|(t, x)| (*t, *x)).unzip();
@@ -302,9 +323,15 @@ impl Series {
         Self { time_s: self.time_s.clone(), values }
     }
 
-    fn rms(&self) -> f64 {
+    pub(super) fn rms(&self) -> f64 {
         let sum: f64 = self.values.iter().map(|x| x * x).sum();
         (sum / self.values.len() as f64).sqrt()
+    }
+
+    /// Whether it goes with a turn, as the velocity of an instrument away from the axis does.
+    pub(super) fn swings_with(&self, turn: &Series) -> bool {
+        let turn: Vec<f64> = self.time_s.iter().map(|t| turn.held_at(*t)).collect();
+        correlation(&turn, &self.values).abs() > SWINGS
     }
 
     /// The squared correlation with an input, signed-squared and lagged as a hull would.

@@ -44,7 +44,7 @@ fn wind(
     words: &[String],
     is: &impl Fn(Dimension) -> bool,
 ) -> Option<(Quantity, Option<&'static str>)> {
-    const FELT: &str = "is it the wind felt on board (relative) or over ground (true)?";
+    const FELT: &str = "is it the wind measured on board (relative) or over ground (true)?";
     let has = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
     // By the bow, and of the wind over ground: no frame that channels have.
     if has(&["theoretical"]) {

@@ -1,12 +1,13 @@
 //! campaign.toml, as far as a log tells it.
 
-use seaplant::Quantity;
 use seaplant::quantity::Attitude;
+use seaplant::{Dof, Quantity};
 use seaplant_log::{Log, Note, ReadOptions, Stamp, TimeColumn};
 
 use super::ProposedTrial;
 use super::mapping::{Mapped, Mapping};
 use super::ros_thruster::UNTOLD;
+use super::together::measures_all;
 use super::vehicle_text::is_of_receiver;
 use super::write::{Page, quoted, seconds};
 
@@ -29,7 +30,7 @@ pub(super) fn write(
     for trial in trials {
         write_trial(&mut page, mapping, trial);
     }
-    coupled(&mut page, mapping);
+    coupled(&mut page, mapping, trials);
     channels(&mut page, mapping);
     let left_out = by_reason(&mapping.left_out);
     if !left_out.is_empty() {
@@ -41,7 +42,7 @@ pub(super) fn write(
 
 fn questions(log: &Log, mapping: &Mapping, trials: &[ProposedTrial]) -> Vec<String> {
     let mut found = Vec::new();
-    found.extend(assumed_time(log).map(|column| {
+    found.extend(assumed_time(log).map(|(column, _)| {
         format!("time column {} states no unit; seconds are assumed", quoted(column))
     }));
     let dofs = trials.iter().map(|trial| (&trial.name, dof_question(trial)));
@@ -107,20 +108,29 @@ fn dof_question(trial: &ProposedTrial) -> String {
         return "no motion is recognised in it, so its dof is not known; surge is a placeholder"
             .to_owned();
     };
+    if !trial.together.is_empty() {
+        let axes: Vec<String> = trial.together.iter().map(ToString::to_string).collect();
+        return format!(
+            "it moves {} together, so one plant of several axes is proposed; if one axis was to be tested, write `dof`",
+            axes.join(", ")
+        );
+    }
     let near = others.iter().filter(|other| other.1 > NEAR * best.1);
     let near: Vec<String> = near.map(|(dof, _)| dof.to_string()).collect();
     let also = match &near[..] {
         [] => String::new(),
-        [one] => format!("; so does {one}"),
-        several => format!("; so do {}", several.join(" and ")),
+        [one] => format!("; {one} responds nearly as much"),
+        several => format!("; {} respond nearly as much", several.join(" and ")),
     };
-    format!("was {} meant? it responds most to the inputs{also}", best.0)
+    format!("is this a {0} trial? {0} responds most to the inputs{also}", best.0)
 }
 
-/// The first time column whose unit was assumed.
-fn assumed_time(log: &Log) -> Option<&str> {
+/// The first time column whose unit was assumed, and the unit that it may have instead.
+fn assumed_time(log: &Log) -> Option<(&str, &'static str)> {
     log.notes().iter().find_map(|note| match note {
-        Note::TimeUnitAssumed { column, .. } => Some(column.as_str()),
+        Note::TimeUnitAssumed { column, .. } => {
+            Some((column.as_str(), note.likely_time_unit().unwrap_or("ms")))
+        }
         _ => None,
     })
 }
@@ -140,12 +150,12 @@ fn reading(page: &mut Page, log: &Log, options: &ReadOptions) {
     if !time.is_empty() {
         page.line(&format!("time = {{ {} }}", time.join(", ")));
     }
-    if let Some(column) = assumed_time(log) {
+    if let Some((column, unit)) = assumed_time(log) {
         page.line("");
         page.comment(
             "decide: the logs' time states no unit, and seconds are assumed; otherwise write",
         );
-        let entry = format!("time = {{ column = {}, unit = \"ms\" }}", quoted(column));
+        let entry = format!("time = {{ column = {}, unit = {} }}", quoted(column), quoted(unit));
         page.comment(&entry);
     }
 }
@@ -161,8 +171,10 @@ fn write_trial(page: &mut Page, mapping: &Mapping, trial: &ProposedTrial) {
             page.line("]");
         }
     }
+    // Without `dof` a trial serves the plant of several axes alone.
+    let mark = if trial.together.is_empty() { "" } else { "# " };
     page.explained(
-        &format!("dof = [\"{}\"]", trial.dof),
+        &format!("{mark}dof = [\"{}\"]", trial.dof),
         &format!("decide: {}", dof_question(trial)),
     );
     if trial.hold_out {
@@ -182,7 +194,7 @@ fn write_trial(page: &mut Page, mapping: &Mapping, trial: &ProposedTrial) {
         Some((from, to)) => {
             format!("thrusters work from {from:.1} to {to:.1} s after the log's first sample")
         }
-        None => format!("decide: {IDLE}; this is the whole log"),
+        None => format!("decide: {IDLE}; these are the ends of the log"),
     };
     page.explained(&format!("from_s = {}", seconds(window.from_s)), &why);
     page.line(&format!("to_s = {}", seconds(window.to_s)));
@@ -206,12 +218,14 @@ fn own_channels(mapping: &Mapping, session: usize) -> Vec<&Mapped> {
     mapping.sessions[session].iter().filter(differs).collect()
 }
 
-/// Rudders and fins act in plants of several axes, and boats move along three at once.
-fn coupled(page: &mut Page, mapping: &Mapping) {
+/// Proposes a plant of several axes: for rudders and fins, which act in one, for boats, which move
+/// along three axes at once, and for logs that move or measure several axes.
+fn coupled(page: &mut Page, mapping: &Mapping, trials: &[ProposedTrial]) {
     let is_angle = |quantity: &Quantity| matches!(quantity, Quantity::SurfaceAngle { .. });
     let (is_boat, has_rudder) = (is_boat(mapping), mapping.has(is_angle));
-    if !is_boat && !has_rudder {
-        return;
+    let together = trials.iter().any(|trial| !trial.together.is_empty());
+    if !is_boat && (together || !has_rudder) {
+        return whole(page, mapping, trials);
     }
     page.line("");
     if is_boat {
@@ -237,6 +251,49 @@ fn coupled(page: &mut Page, mapping: &Mapping) {
     }
     if has_rudder {
         page.comment(hold);
+    }
+}
+
+/// Proposes one plant for the axes that the trials move together; where none does and all are
+/// measured, as an alternative.
+fn whole(page: &mut Page, mapping: &Mapping, trials: &[ProposedTrial]) {
+    let axes = plant_axes(mapping, trials);
+    let six = measures_all(mapping);
+    if axes.is_none() && !six {
+        return;
+    }
+    page.line("");
+    if let Some(axes) = axes {
+        page.comment("One plant of several axes, with their couplings, for what moves together.");
+        page.line("[[plant]]");
+        page.explained(&axes, "decide: the axes of one plant");
+    } else {
+        page.comment(
+            "All six axes are measured. If trials move several of them at once, fit one plant",
+        );
+        page.comment("with their couplings, too: remove the `#` from the two lines below.");
+        page.comment("[[plant]]");
+        page.comment("axes = \"six\"");
+    }
+    page.comment(
+        "State [rigid_body] and [buoyancy] in vehicle.toml, if they are known: added mass is",
+    );
+    page.comment("then reported apart.");
+}
+
+/// The `axes` line of the plant for all that the trials move together; `None` if they move each
+/// axis alone.
+fn plant_axes(mapping: &Mapping, trials: &[ProposedTrial]) -> Option<String> {
+    let moved = |dof: &Dof| trials.iter().any(|trial| trial.together.contains(dof));
+    let axes: Vec<Dof> = Dof::ALL.into_iter().filter(moved).collect();
+    let names: Vec<String> = axes.iter().map(|dof| quoted(&dof.to_string())).collect();
+    match &axes[..] {
+        [] => None,
+        [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw] if measures_all(mapping) => {
+            Some("axes = \"six\"".to_owned())
+        }
+        [Dof::Surge, Dof::Sway, Dof::Yaw] => Some("axes = \"planar\"".to_owned()),
+        _ => Some(format!("axes = [{}]", names.join(", "))),
     }
 }
 

@@ -6,7 +6,8 @@ use seaplant_log::{Channel, Dimension, Unit};
 
 use super::afloat;
 use super::words::{
-    COMMAND, HEADING, PITCH, ROLL, counts_turns, tells_of_thruster, unit_by_name, words,
+    COMMAND, HEADING, PITCH, ROLL, counts_turns, is_named_thruster, tells_of_thruster,
+    unit_by_name, words,
 };
 use crate::inspect::looks_like_degrees;
 use crate::units::dimension_of;
@@ -148,12 +149,20 @@ const FOREIGN: &[(&[&str], &str)] = &[
         &["beam", "beam1", "beam2", "beam3", "beam4"],
         "of one beam of the instrument; map its velocity along x, y and z",
     ),
+    (&["layout"], LAYOUT),
     (&["light", "lights", "camera", "tilt", "pan", "gripper", "winch"], "of an accessory"),
     (
         &["quality", "status", "valid", "flag", "mode", "count", "counter", "index"],
         "a state, not a measurement",
     ),
 ];
+/// Why the description of a list of numbers is not mapped.
+pub(super) const LAYOUT: &str = "of the shape of a list, not a measurement";
+/// Why the numbers of a quaternion are not mapped.
+pub(super) const QUATERNION: &str = "of a quaternion, whose angles have channels of their own";
+pub(super) const NO_UNIT: &str = "no unit is stated; add unit = \"...\"";
+const LONE_QUATERNION: &str = "of a quaternion, whose angles are read where its columns end in x, y, z and w, with a norm of 1";
+const OF_THRUSTER: &str = "of a thruster, it seems; if it is its input, map it as thruster.NAME.speed, .pwm, .command or .force, with its unit";
 pub(super) const ACCELERATION: &str =
     "an acceleration, but not along x, y or z of an accelerometer";
 /// Why an accelerometer is not mapped.
@@ -170,6 +179,9 @@ const WORLD: &[&str] = &["ned", "enu", "world", "global", "north", "east", "loca
 /// `context` is what its file is called: `dvl.csv` tells that `velocity x` is a DVL's.
 pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
     let own = words(&channel.name);
+    if is_of_quaternion(&own) {
+        return Err(LONE_QUATERNION.to_owned());
+    }
     let has = |word: &str| own.iter().any(|own| own == word);
     if let Some(claim) = felt(channel, &own) {
         return Ok(claim);
@@ -209,6 +221,10 @@ pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
     }
     let rule = best_rule(&all, stated.as_ref());
     let rule = rule.ok_or_else(|| unknown(stated.as_ref()))?;
+    let is_force = matches!(rule.quantity, Quantity::Wrench(_) | Quantity::SupplyVoltage);
+    if is_named_thruster(&own) && !is_force {
+        return Err(OF_THRUSTER.to_owned());
+    }
     Ok(of_rule(channel, rule, named))
 }
 
@@ -234,6 +250,13 @@ fn felt(channel: &Channel, own: &[String]) -> Option<Claim> {
         why: why(channel, unit).to_owned(),
         doubt: missing.then(|| "no unit is stated; add unit = \"m/s2\" or \"g\"".to_owned()),
     })
+}
+
+/// Whether a name is that of one of the numbers of a quaternion.
+fn is_of_quaternion(own: &[String]) -> bool {
+    let has = |known: &[&str]| own.iter().any(|word| known.contains(&word.as_str()));
+    has(&["qw", "qx", "qy", "qz"])
+        || has(&["quaternion", "quat", "orientation"]) && has(&["x", "y", "z", "w"])
 }
 
 fn unknown(unit: Option<&Unit>) -> String {
@@ -262,7 +285,7 @@ fn of_rule(channel: &Channel, rule: &Rule, named: Option<&'static str>) -> Claim
     let missing = channel.unit.is_none() && unit.is_none();
     let doubts = [
         rule.doubt.map(str::to_owned),
-        missing.then(|| "no unit is stated; add unit = \"...\"".to_owned()),
+        missing.then(|| NO_UNIT.to_owned()),
         doubt_of_values(channel, &rule.quantity),
     ];
     let doubts: Vec<String> = doubts.into_iter().flatten().collect();
@@ -305,11 +328,13 @@ fn thruster(channel: &Channel, words: &[String], unit: Option<&Unit>) -> Option<
     let named = tells_of_thruster(words);
     let (input, unit, why) = match unit {
         Some(unit) => (thruster_input(unit, named)?, None, why(channel, None).to_owned()),
-        None if named => by_values(channel)?,
+        None if named => by_values(channel, words)?,
         None => return None,
     };
     let quantity = Quantity::Thruster { name: thruster_name(&channel.name), input };
-    Some(Claim { quantity, strength: 2, unit, negate: false, why, doubt: None })
+    let doubt = (input == ThrusterInput::Speed && channel.unit.is_none() && unit.is_none())
+        .then(|| "no unit is stated; add unit = \"rpm\", \"rev/s\" or \"rad/s\"".to_owned());
+    Some(Claim { quantity, strength: 2, unit, negate: false, why, doubt })
 }
 
 fn thruster_input(unit: &Unit, named: bool) -> Option<ThrusterInput> {
@@ -323,7 +348,14 @@ fn thruster_input(unit: &Unit, named: bool) -> Option<ThrusterInput> {
 }
 
 /// What the values of a thruster's column without a unit must be.
-fn by_values(channel: &Channel) -> Option<(ThrusterInput, Option<&'static str>, String)> {
+fn by_values(
+    channel: &Channel,
+    words: &[String],
+) -> Option<(ThrusterInput, Option<&'static str>, String)> {
+    let has = |known: &[&str]| words.iter().any(|word| known.contains(&word.as_str()));
+    if has(&["speed", "velocity", "omega"]) && !has(&["pwm"]) {
+        return Some((ThrusterInput::Speed, None, "by its name".to_owned()));
+    }
     let (min, max) = (channel.min()?, channel.max()?);
     if min >= 800.0 && max <= 2200.0 {
         let why = "by its name and its values, which are pulse widths".to_owned();

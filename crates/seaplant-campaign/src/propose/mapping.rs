@@ -6,9 +6,9 @@ use std::path::Path;
 use seaplant::{Quantity, ThrusterInput};
 use seaplant_log::{Channel, Log};
 
-use super::autopilot;
 use super::claim::{Claim, VELOCITY_SAYS_MORE, claim};
 use super::session::Session;
+use super::{angles, autopilot};
 use super::{pd0, px4, ros};
 use crate::inspect::{Remark, remarks, short};
 
@@ -56,7 +56,8 @@ pub(super) fn map(log: &Log, sessions: &[Session]) -> Mapping {
         .map(|channel| channel.column.as_str())
         .collect();
     for session in sessions {
-        let claims = mapping.claims(log, session, &moving);
+        let mut claims = mapping.claims(log, session, &moving);
+        angles::state_units(log, &mut claims);
         let mut of_session = choose(log, session, claims);
         mapping.leave_out_acceleration(&mut of_session);
         for mapped in &of_session {
@@ -147,7 +148,7 @@ fn claim_moving(log: &Log, channel: &Channel, moving: &BTreeSet<&str>) -> Result
     let known = [autopilot::claim, px4::claim, ros::claim, pd0::claim];
     let claim = match known.iter().find_map(|claim| claim(log, channel)) {
         Some(claim) => claim?,
-        None => claim(channel, &context)?,
+        None => angles::ask_frame(log, channel, claim(channel, &context)?),
     };
     if matches!(claim.quantity, Quantity::Thruster { .. }) {
         return Ok(claim);

@@ -5,13 +5,12 @@ use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::{Dof, Quantity};
 use seaplant_log::{Channel, Dimension, Log};
 
-use super::claim::{ACCELERATION, COMMANDED, Claim, WORLD_VELOCITY};
+use super::claim::{ACCELERATION, COMMANDED, Claim, LAYOUT, QUATERNION, WORLD_VELOCITY};
 use super::ros_thruster;
 use super::words::{COMMAND, words};
 
 const BY_REP_103: &str = "by its message and REP 103";
 const NORTH_IS_X: &str = "by its message and REP 103, with north for the x of its frame";
-const QUATERNION: &str = "of a quaternion, whose angles have channels of their own";
 const PRESSURE: &str =
     "a pressure; log the depth in metres, or work it out and log it in a table beside";
 const NOTHING: &str = "its message and field are not recognised as a quantity";
@@ -85,6 +84,7 @@ fn of_message(log: &Log, channel: &Channel, field: &Field<'_>) -> Option<Result<
         "roll" | "pitch" | "yaw" if is_quaternion(log, channel) => attitude(field, last),
         "x" | "y" | "z" => vector(log, channel, field, axis(last)),
         "throttle" => Err(THROTTLE.to_owned()),
+        _ if field.path.starts_with("layout.") => Err(LAYOUT.to_owned()),
         "fluid_pressure" => Err(PRESSURE.to_owned()),
         "data" if field.topic.ends_with("/rel_alt") => Ok(Claim {
             unit: Some("m"),

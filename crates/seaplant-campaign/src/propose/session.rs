@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use seaplant_log::{Channel, Log};
+use seaplant_log::{Channel, Epoch, Log};
 
 /// Files of one recording: together they make a trial.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,8 +38,8 @@ impl Session {
     }
 }
 
-/// Files that share most of their columns are recordings of one kind at several times;
-/// files that share none and overlap in time were logged side by side.
+/// Files that overlap in time were logged side by side, unless they share most of their columns and
+/// count time each from its own start: those are recordings of one kind at several times.
 pub(super) fn sessions(log: &Log) -> Vec<Session> {
     let mut found: Vec<Session> = Vec::new();
     for source in 0..log.sources().len() {
@@ -56,7 +56,10 @@ pub(super) fn sessions(log: &Log) -> Vec<Session> {
             let together = start_s <= session.end_s && session.start_s <= end_s;
             let near =
                 loner || session.sources.iter().any(|&other| folder(other) == folder(source));
-            let repeats = session.sources.iter().any(|other| are_alike(log, *other, source));
+            let repeats = session.sources.iter().any(|&other| {
+                are_alike(log, other, source)
+                    && !(is_of_calendar(log, other) && is_of_calendar(log, source))
+            });
             together && near && !repeats
         };
         match found.iter_mut().rev().find(joins) {
@@ -69,6 +72,11 @@ pub(super) fn sessions(log: &Log) -> Vec<Session> {
         }
     }
     found
+}
+
+/// Whether a file's clock counts from 1970, so that an overlap is one in fact.
+fn is_of_calendar(log: &Log, source: usize) -> bool {
+    log.sources()[source].epoch == Epoch::Unix
 }
 
 /// Whether two files have more than half of their columns in common.

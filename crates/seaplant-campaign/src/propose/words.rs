@@ -89,7 +89,12 @@ fn is_numbered(word: &str) -> bool {
 
 /// Whether words tell of a thruster.
 pub(super) fn tells_of_thruster(words: &[String]) -> bool {
-    words.iter().any(|word| THRUSTER.contains(&word.as_str()) || is_numbered(word))
+    is_named_thruster(words) || words.iter().any(|word| is_numbered(word))
+}
+
+/// Whether words name a thruster or a part of one; `t1` alone may be something else.
+pub(super) fn is_named_thruster(words: &[String]) -> bool {
+    words.iter().any(|word| THRUSTER.contains(&word.as_str()))
 }
 
 /// Whether a unit counts turns, as those of propellers do and those of gyros do not.

@@ -182,7 +182,7 @@ impl VehicleFile {
         for (kind, entry) in all {
             let key = format!("{} `{}`", kind.name(), entry.name);
             if !names.insert(&entry.name) || entry.name == "wind" {
-                let reason = "has the name of another one; give each rudder, fin and thruster its own name, and none of them `wind`";
+                let reason = "is used twice; give each rudder, fin and thruster its own name, other than `wind`";
                 return Err(Error::value(path, key, reason));
             }
             if entry.name.is_empty() || entry.name.chars().any(char::is_control) {

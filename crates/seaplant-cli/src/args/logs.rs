@@ -97,7 +97,7 @@ pub struct Plot {
     /// Draw only columns whose name contains this; may be given several times.
     #[arg(long, value_name = "TEXT")]
     pub only: Vec<String>,
-    /// The page to write (.html): drag over a stretch to get the lines of its trial for campaign.toml.
+    /// The page to write (.html): zoom to a stretch and mark it for the lines of its trial in campaign.toml.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
     /// Also overwrite a file that is not such a page; never an input.

@@ -30,7 +30,8 @@ pub struct Simulate {
     /// A profile, a table of inputs, or the log or files that were logged side by side.
     #[arg(value_name = "INPUTS", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
-    /// A constant force from rest, as "surge 200 N" or "yaw 5 N m"; repeat it for each axis.
+    /// A constant force from rest, as "surge 200 N", "yaw 5 N m" or "surge 60 %" of what the thrusters
+    /// give; repeat it for each axis.
     #[arg(long = "step", value_name = "FORCE", conflicts_with = "logs", requires = "duration_s")]
     pub steps: Vec<String>,
     /// Duration of the simulation, s.

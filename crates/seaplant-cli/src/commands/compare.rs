@@ -5,7 +5,10 @@ use anyhow::{Result, bail};
 use schemars::JsonSchema;
 use seaplant::exchange::PlantModel;
 use seaplant::results::{Parameter, Results};
-use seaplant::{Compared, DifferenceTest, Differences, Dof, DofDifference, Stated, differences};
+use seaplant::{
+    Compared, DifferenceTest, Differences, Dof, DofDifference, ParameterDifference, Stated,
+    differences,
+};
 use seaplant_report::number::{ABSENT, Rounded, significant};
 use serde::Serialize;
 
@@ -70,6 +73,14 @@ fn words(comparison: &Comparison) -> String {
         text += &format!("\n{STRONG}{dof}{STRONG:#}: {}\n", verdict(difference));
         text += &table(*dof, difference);
     }
+    let couplings = &comparison.differences.coefficients;
+    if !couplings.is_empty() {
+        text += &format!("\n{STRONG}further coefficients{STRONG:#}\n");
+        text += &lines_of(
+            couplings.iter().map(|(name, row)| (name.clone(), row)),
+            comparison.results.len(),
+        );
+    }
     text += "\n";
     push_caveats(&mut text, &comparison.differences.caveats);
     text
@@ -97,16 +108,26 @@ fn p_value(test: &DifferenceTest) -> String {
 }
 
 fn table(dof: Dof, difference: &DofDifference) -> String {
+    let names = ["mass", "quadratic_drag", "linear_drag", "bias_force"];
+    let rows = names.into_iter().filter_map(|name| {
+        let shown = if name == "mass" && dof.is_rotation() { "inertia" } else { name };
+        Some((shown.replace('_', " "), difference.parameters.get(name)?))
+    });
+    lines_of(rows, difference.methods.len())
+}
+
+/// A row for each number: what each of the plants has, and how well chance explains it.
+fn lines_of<'a>(
+    rows: impl Iterator<Item = (String, &'a ParameterDifference)>,
+    plants: usize,
+) -> String {
     let mut table = plain_table();
-    let fits = difference.methods.len();
     let mut head = vec![String::new()];
-    head.extend((1..=fits).map(|k| format!("[{k}]")));
+    head.extend((1..=plants).map(|k| format!("[{k}]")));
     head.extend(["unit", "chance", ""].map(str::to_owned));
     table.set_header(head);
-    for name in ["mass", "quadratic_drag", "linear_drag", "bias_force"] {
-        let Some(parameter) = difference.parameters.get(name) else { continue };
-        let name = if name == "mass" && dof.is_rotation() { "inertia" } else { name };
-        let mut row = vec![format!("  {}", name.replace('_', " "))];
+    for (name, parameter) in rows {
+        let mut row = vec![format!("  {name}")];
         row.extend(parameter.estimates.iter().map(|estimate| with_std(estimate.as_ref())));
         let unit = parameter.estimates.iter().flatten().next().map(|p| p.unit.clone());
         row.push(unit.unwrap_or_default());
@@ -115,7 +136,7 @@ fn table(dof: Dof, difference: &DofDifference) -> String {
         row.push(if differs { "differs".to_owned() } else { String::new() });
         table.add_row(row);
     }
-    align(&mut table, 1..fits + 1);
+    align(&mut table, 1..plants + 1);
     format!("{}\n", table.to_string().trim_end())
 }
 

@@ -191,7 +191,7 @@ fn saturation(runs: &[Run]) -> impl Iterator<Item = String> + '_ {
     let told = runs.iter().filter(|run| run.tracked.saturated > TOLD_SATURATED);
     told.map(|run| {
         format!(
-            "in {} some axis is at its limit for {:.0} % of the time, where margins say nothing; ask for less bandwidth, or for slower paths",
+            "in {} some axis is at its limit for {:.0} % of the time, where margins do not hold; reduce the bandwidth, or follow slower paths",
             run.name,
             100.0 * run.tracked.saturated
         )

@@ -32,7 +32,7 @@ fn words(paths: &[PathBuf], notes: &[String]) -> String {
         text += &format!("{}\n", path.display());
     }
     for note in notes {
-        text += &format!("{WARNING}mind:{WARNING:#} {note}\n");
+        text += &format!("{WARNING}note:{WARNING:#} {note}\n");
     }
     text
 }

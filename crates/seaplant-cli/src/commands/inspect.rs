@@ -7,7 +7,7 @@ use seaplant_campaign::{
     inspect_survey,
 };
 use seaplant_log::{Log, Survey};
-use seaplant_report::number::{or_absent, significant};
+use seaplant_report::number::{or_absent, significant, with_minus};
 
 use crate::args::Inspect;
 use crate::commands::{contains_any, read_options};
@@ -96,7 +96,7 @@ fn words(inspection: &Inspection) -> String {
     text += &folded(&constant);
     for channel in varying {
         for remark in &channel.remarks {
-            text += &format!("{WARNING}{}:{WARNING:#} {remark}\n", channel.column);
+            text += &format!("{WARNING}{}:{WARNING:#} {}\n", channel.column, with_minus(remark));
         }
         if let Some(longest) = channel.longest_gap_s {
             let longest = significant(longest, 3);
@@ -104,7 +104,7 @@ fn words(inspection: &Inspection) -> String {
         }
     }
     for note in &inspection.notes {
-        text += &format!("{WARNING}note:{WARNING:#} {note}\n");
+        text += &format!("{WARNING}note:{WARNING:#} {}\n", with_minus(note));
     }
     if several {
         inspection.files.iter().for_each(|file| text += &clock(file));
@@ -167,25 +167,31 @@ fn folded(channels: &[&ChannelSummary]) -> String {
     format!("{FAINT}constant:{FAINT:#} {}{more}\n", named.join(", "))
 }
 
-/// Later than this a clock counts from 1970 or another day, not from the start of the log, s.
+/// Later than this a clock counts from long before the log, whatever its file states, s.
 const LATE_S: f64 = 1e6;
 
-/// What the times of a file are shown from: its first sample, where its clock counts from long
-/// before.
-fn start_s(inspection: &Inspection, path: &str) -> f64 {
-    let file = inspection.files.iter().find(|file| file.path == path);
-    let first = file.and_then(|file| file.span_s).map_or(0.0, |[first, _]| first);
-    if first > LATE_S { first } else { 0.0 }
+/// Whether times are shown from the first sample of a file, as `from_s` of a trial counts them: its
+/// clock counts from another instant.
+fn is_shifted(file: &InspectedFile, first: f64) -> bool {
+    first > LATE_S || (first > 0.0 && file.epoch != InspectedEpoch::Unstated)
 }
 
-/// When a file whose clock counts from 1970 starts, and how long it lasts.
+/// The time that those of a file are shown from.
+fn start_s(inspection: &Inspection, path: &str) -> f64 {
+    let file = inspection.files.iter().find(|file| file.path == path);
+    let first = file.and_then(|file| Some((file, file.span_s?[0])));
+    first.filter(|(file, first)| is_shifted(file, *first)).map_or(0.0, |(_, first)| first)
+}
+
+/// When a file starts whose times are shown from there, and how long it lasts.
 fn span(file: &InspectedFile) -> String {
-    let Some([first, last]) = file.span_s.filter(|[first, _]| *first > LATE_S) else {
+    let Some([first, last]) = file.span_s.filter(|[first, _]| is_shifted(file, *first)) else {
         return String::new();
     };
     let start = match (file.epoch, instant(first)) {
         (InspectedEpoch::Unix, Some(instant)) => format!("starts {instant} UTC"),
-        _ => format!("starts at {first:.3} s"),
+        (InspectedEpoch::Unstated, _) => format!("starts at {first:.3} s"),
+        (epoch, _) => format!("starts {first:.3} s after {}", epoch.name()),
     };
     format!("{start}, lasts {}; times below count from there\n", lasting(last - first))
 }
@@ -232,11 +238,13 @@ fn apart(offset: &InspectedOffset) -> String {
     }
     text += "\n";
     if let Some(clock) = &offset.clock {
-        text += &format!("  their measurements ask to move {name} by {}\n", in_words(clock));
+        text +=
+            &format!("  by their measurements, move {name} by {}\n", with_minus(&in_words(clock)));
     }
     if let Some(offset_s) = offset.by_satellite_s {
         text += &format!(
-            "  satellite time asks to move {name} by {offset_s:+.1} s, to within a second\n"
+            "  by satellite time, move {name} by {} s, to within a second\n",
+            with_minus(&format!("{offset_s:+.1}"))
         );
     }
     if let Some(refused) = &offset.refused {
@@ -270,8 +278,8 @@ mod tests {
         assert_eq!(lasting(7_260.0), "2 h 1 min");
     }
 
-    #[test]
-    fn estimates_are_marked() {
+    /// A file of one channel, 40 000 s long, whose clock starts at `first_s`.
+    fn inspection(epoch: InspectedEpoch, first_s: f64) -> Inspection {
         let file = InspectedFile {
             path: "a.csv".to_owned(),
             bytes: 1_000_000_000,
@@ -280,8 +288,8 @@ mod tests {
             surveyed: true,
             parts: 16,
             bytes_read: 8_400_000,
-            epoch: InspectedEpoch::default(),
-            span_s: None,
+            epoch,
+            span_s: Some([first_s, first_s + 40_000.0]),
         };
         let channel = ChannelSummary {
             file: file.path.clone(),
@@ -291,8 +299,8 @@ mod tests {
             read: 33_000,
             missing: 0,
             rate_hz: Some(100.0),
-            first_s: 0.0,
-            last_s: 40_000.0,
+            first_s,
+            last_s: first_s + 40_000.0,
             gaps: None,
             longest_gap_s: None,
             min: -1.0,
@@ -300,17 +308,35 @@ mod tests {
             remarks: Vec::new(),
             estimated: vec!["count".to_owned()],
         };
-        let inspection =
-            Inspection { files: vec![file], channels: vec![channel], ..Inspection::default() };
-        let words = anstream::adapter::strip_str(&words(&inspection)).to_string();
+        Inspection { files: vec![file], channels: vec![channel], ..Inspection::default() }
+    }
+
+    fn shown(inspection: &Inspection) -> String {
+        anstream::adapter::strip_str(&words(inspection)).to_string().replace('\u{202f}', "")
+    }
+
+    #[test]
+    fn times_of_an_autopilot_count_from_its_first_sample() {
+        let words = shown(&inspection(InspectedEpoch::Start, 112.3));
+        assert!(
+            words.contains("starts 112.300 s after the autopilot started, lasts 11 h"),
+            "{words}"
+        );
+        let row: Vec<&str> = words.lines().last().unwrap_or_default().split_whitespace().collect();
+        assert_eq!(row[6..8], ["0", "40000.0"], "{words}");
+        // A clock of which nothing is known keeps its own times: they are those of the table.
+        let words = shown(&inspection(InspectedEpoch::Unstated, 112.3));
+        assert!(words.contains("112.300"), "{words}");
+    }
+
+    #[test]
+    fn estimates_are_marked() {
+        let words = shown(&inspection(InspectedEpoch::default(), 0.0));
         assert!(words.contains("surveyed: 8.4 MB in 16 parts were read."), "{words}");
         let row: Vec<&str> = words.lines().last().unwrap_or_default().split_whitespace().collect();
         assert_eq!(
             row,
-            [
-                "u", "[m/s]", "m/s", "≈", "4000000", "100", "0", "40", "000.0", "–", "−1.000",
-                "1.000"
-            ]
+            ["u", "[m/s]", "m/s", "≈", "4000000", "100", "0", "40000.0", "–", "−1.000", "1.000"]
         );
     }
 }

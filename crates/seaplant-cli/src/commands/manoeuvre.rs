@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use seaplant::exchange::{Approach, Draws, ManoeuvreNumber, PlantModel};
-use seaplant_campaign::{ManoeuvreEntry, Profile};
+use seaplant_campaign::{ManoeuvreEntry, ManoeuvreKind, Profile};
 use seaplant_export::doubts;
 use seaplant_report::number::significant;
 use serde_json::json;
@@ -27,13 +27,15 @@ pub fn run(
     }
     let approach = Approach {
         rudder: entry.rudder.clone(),
+        rudder_rate: entry.rudder_rate(),
         drive: profile.drive(model)?,
         speed: profile.start.velocity.get(&seaplant::Dof::Surge).copied().unwrap_or(0.0),
         longest_s: profile.duration_s,
     };
     let draws = Draws { count: usize::from(arguments.draws), seed: arguments.seed };
     let numbers = model.manoeuvre(entry.manoeuvre(), &approach, draws)?;
-    let mut notes = model.notes.clone();
+    let mut notes: Vec<String> = rudder(entry).into_iter().collect();
+    notes.extend(model.notes.iter().cloned());
     notes.extend(doubts(model));
     if model.covariance.is_none() {
         notes.push(
@@ -52,6 +54,15 @@ pub fn run(
     Ok(ExitCode::SUCCESS)
 }
 
+/// How fast the rudder turns, where nobody stated it.
+fn rudder(entry: &ManoeuvreEntry) -> Option<String> {
+    let is_assumed = entry.rudder_deg_per_s.is_none() && entry.kind != ManoeuvreKind::Stop;
+    is_assumed.then(|| {
+        let rate = significant(entry.rudder_rate().to_degrees(), 2);
+        format!("the rudder turns at {rate}°/s, as SOLAS asks of ships; state rudder_deg_per_s")
+    })
+}
+
 fn words(model: &PlantModel, numbers: &[ManoeuvreNumber], notes: &[String]) -> String {
     let length = model.size_m.map(|[length, ..]| length);
     let mut table = plain_table();
@@ -62,7 +73,7 @@ fn words(model: &PlantModel, numbers: &[ManoeuvreNumber], notes: &[String]) -> S
     let mut text =
         format!("{STRONG}{}{STRONG:#}\n{}\n\n", model.name, table.to_string().trim_end());
     for note in notes {
-        let _ = writeln!(text, "{WARNING}mind:{WARNING:#} {note}");
+        let _ = writeln!(text, "{WARNING}note:{WARNING:#} {note}");
     }
     text
 }

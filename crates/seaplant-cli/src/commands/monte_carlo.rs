@@ -96,12 +96,12 @@ fn spec_of(arguments: &MonteCarlo) -> Result<TwinFile> {
         TwinFile::Whole(spec) => {
             if !arguments.dofs.is_empty() {
                 bail!(
-                    "--dof is of twins of single axes, and `vehicle` makes this one a whole vehicle: state `axes` in its file"
+                    "--dof is for twins of single axes; this twin has `vehicle` and all its axes: state `axes` in its file"
                 );
             }
             if !arguments.methods.is_empty() {
                 bail!(
-                    "--method is of twins of single axes, and `vehicle` makes this one a whole vehicle, which is fitted by filter error: leave it out"
+                    "--method is for twins of single axes; this twin has `vehicle`, whose plant of several axes is fitted by filter error: leave it out"
                 );
             }
             spec.disturbances = disturbances.unwrap_or_else(|| spec.disturbances.clone());

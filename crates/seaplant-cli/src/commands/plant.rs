@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use seaplant::Method;
 use seaplant::exchange::PlantModel;
-use seaplant_campaign::read_plant_file;
+use seaplant_campaign::{nearest_published, read_plant_file};
 
 use super::validate::read_results;
 
@@ -34,6 +34,9 @@ pub fn read_plant(path: &Path, method: Option<Method>) -> Result<PlantModel> {
 pub fn read_table(path: &Path) -> Result<Option<PlantModel>> {
     // A file that does not exist is for the reader of results to report: it says what to give.
     if !path.exists() && !path.to_string_lossy().starts_with("published:") {
+        if let Some(near) = nearest_published(path) {
+            bail!("there is no file `{}`; did you mean `{near}`?", path.display());
+        }
         return Ok(None);
     }
     let Some(file) = read_plant_file(path)? else { return Ok(None) };

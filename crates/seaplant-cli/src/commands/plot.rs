@@ -45,7 +45,7 @@ pub fn run(arguments: &Plot, output: Output) -> Result<ExitCode> {
                 shown.len()
             );
         }
-        write_file(path, &page(arguments, &shown, start, path), permit, is_log_page)?;
+        write_file(path, &page(arguments, &shown, start, path)?, permit, is_log_page)?;
     }
     let names = |of: &[&Channel]| of.iter().map(|c| c.column.clone()).collect::<Vec<_>>();
     let result =
@@ -60,7 +60,7 @@ fn start_s(log: &Log) -> f64 {
     first.fold(f64::INFINITY, f64::min)
 }
 
-fn page(arguments: &Plot, shown: &[&Channel], start: f64, path: &Path) -> Vec<u8> {
+fn page(arguments: &Plot, shown: &[&Channel], start: f64, path: &Path) -> Result<Vec<u8>> {
     let base = path.parent().unwrap_or(Path::new(""));
     let named =
         |log: &std::path::PathBuf| log.strip_prefix(base).unwrap_or(log).display().to_string();
@@ -72,7 +72,7 @@ fn page(arguments: &Plot, shown: &[&Channel], start: f64, path: &Path) -> Vec<u8
         values: channel.values().to_vec(),
     };
     let tracks: Vec<Track> = shown.iter().map(track).collect();
-    log_page(&logs.join(", "), &logs, &tracks)
+    Ok(log_page(&logs.join(", "), &logs, &tracks)?)
 }
 
 fn words(shown: &[&Channel], constant: &[&Channel], start: f64, page: Option<&Path>) -> String {

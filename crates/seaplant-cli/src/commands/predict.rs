@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, anyhow, bail};
 use seaplant::Dof;
 use seaplant::exchange::{Consequence, Draws, Drive, Outcome, PlantModel, Prediction, Scenario};
-use seaplant_campaign::{HoldEntry, Profile, StartEntry, input_table};
+use seaplant_campaign::{ForceEntry, HoldEntry, Profile, StartEntry, input_table};
 use seaplant_export::doubts;
 use seaplant_report::number::significant;
 use seaplant_report::{is_prediction_page, prediction_page};
@@ -58,7 +58,7 @@ pub fn inputs_alone(arguments: &Simulate) -> Result<Option<InputsAlone>> {
 fn stepped(arguments: &Simulate) -> Result<Profile> {
     let mut force = BTreeMap::new();
     for step in &arguments.steps {
-        let (dof, value) = quantity(step, "--step", |dof| dof.units().force)?;
+        let (dof, value) = step_force(step)?;
         if force.insert(dof, value).is_some() {
             bail!("--step gives {dof} twice; give each axis once");
         }
@@ -74,6 +74,24 @@ fn stepped(arguments: &Simulate) -> Result<Profile> {
     };
     profile.check(Path::new("--for"))?;
     Ok(profile)
+}
+
+/// `surge 200 N`, or `surge 60 %` of what the thrusters give there.
+fn step_force(text: &str) -> Result<(Dof, ForceEntry)> {
+    const FLAG: &str = "--step";
+    match text.trim_end().strip_suffix('%') {
+        Some(part) => {
+            let (dof, percent) = quantity(&format!("{} %", part.trim_end()), FLAG, |_| "%")?;
+            if percent.abs() > 100.0 {
+                bail!("{FLAG} \"{text}\" is more than all; give at most 100 %");
+            }
+            Ok((dof, ForceEntry::Percent(format!("{percent} %"))))
+        }
+        None => {
+            let (dof, value) = quantity(text, FLAG, |dof| dof.units().force)?;
+            Ok((dof, ForceEntry::Si(value)))
+        }
+    }
 }
 
 /// `surge 200 N`: an axis, a number, and the axis's unit.
@@ -240,11 +258,11 @@ fn words(
             table.add_row(row);
         }
         align(&mut table, 2..3);
-        let _ = writeln!(text, "\nEach axis by itself:\n{}", table.to_string().trim_end());
+        let _ = writeln!(text, "\nEach axis alone:\n{}", table.to_string().trim_end());
     }
     text.push('\n');
     for note in notes {
-        let _ = writeln!(text, "{WARNING}mind:{WARNING:#} {note}");
+        let _ = writeln!(text, "{WARNING}note:{WARNING:#} {note}");
     }
     text
 }
@@ -263,5 +281,11 @@ mod tests {
         assert!(error("yaw 5 N").contains("yaw is in N m"), "{}", error("yaw 5 N"));
         assert!(error("surge N").contains("has no number"));
         assert!(error("200 N").contains("names no axis"));
+        let part = |text: &str| step_force(text).map_err(|error| error.to_string());
+        let percent = |text: &str| ForceEntry::Percent(text.to_owned());
+        assert_eq!(part("surge 60 %"), Ok((Dof::Surge, percent("60 %"))));
+        assert_eq!(part("yaw -5%"), Ok((Dof::Yaw, percent("-5 %"))));
+        assert_eq!(part("surge 200 N"), Ok((Dof::Surge, ForceEntry::Si(200.0))));
+        assert!(part("surge 160 %").expect_err("too much").contains("at most 100 %"));
     }
 }

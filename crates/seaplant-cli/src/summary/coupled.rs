@@ -8,7 +8,7 @@ use seaplant::estimate::RudderLaw;
 use seaplant::results::{
     AxisScore, Coefficient, CoupledPlant, NomotoResult, Parameter, SecondOrder, ToldBy,
 };
-use seaplant_report::number::{Rounded, or_absent};
+use seaplant_report::number::{Rounded, decimals, or_absent};
 
 use super::{align, beside_truth, plain_table, push_caveats, spoken_verdict};
 use crate::output::{FAINT, STRONG};
@@ -67,30 +67,39 @@ pub(super) fn steering(model: &NomotoResult) -> String {
     let _ = writeln!(text, "{}", table.to_string().trim_end());
     let held: Vec<f64> = model.hold_out_r2.values().flatten().copied().collect();
     let worst = held.iter().copied().reduce(f64::min);
-    let held = worst.map_or(String::new(), |r2| format!(", held out {r2:.3} at worst"));
-    let _ = writeln!(text, "  R² of yaw rate {:.3}{held}", model.fit_r2);
+    let held = worst.map_or(String::new(), |r2| format!(", held out {} at worst", decimals(r2, 3)));
+    let _ = writeln!(text, "  R² of yaw rate {}{held}", decimals(model.fit_r2, 3));
     push_caveats(&mut text, &model.caveats);
     text.push('\n');
     text
 }
 
-/// In the order of the axes, then mass, damping, the rest.
+/// Axis by axis, mass before damping before what else acts there; what acts on several axes is last.
 fn coefficients(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
-    let rank = |name: &str, x: &Coefficient| {
-        let first = x.on.first().copied().unwrap_or(Dof::Surge);
-        let kind =
-            usize::from(!name.starts_with("mass.")) + usize::from(!name.contains(['.', ':']));
-        (kind, first, x.on.len(), name.chars().count())
-    };
-    let mut sorted: Vec<(&String, &Coefficient)> = plant.parameters.iter().collect();
-    sorted.sort_by_key(|(name, x)| rank(name, x));
     let mut table = plain_table();
-    for (name, x) in sorted {
-        let truth = truth.map(|truth| truth.get(name).copied().unwrap_or(0.0));
-        table.add_row(row(name, x, truth));
+    for place in plant.axes.iter().map(|&dof| Some(dof)).chain([None]) {
+        let mut rows: Vec<(&String, &Coefficient)> =
+            plant.parameters.iter().filter(|(_, x)| only_axis(x) == place).collect();
+        rows.sort_by_key(|(name, _)| (!name.starts_with("mass."), name.chars().count()));
+        if !rows.is_empty() {
+            let heading = place.map_or("several axes", Dof::name);
+            table.add_row([format!("  {STRONG}{heading}{STRONG:#}")]);
+        }
+        for (name, x) in rows {
+            let truth = truth.map(|truth| truth.get(name).copied().unwrap_or(0.0));
+            table.add_row(row(name, x, truth));
+        }
     }
     align(&mut table, 1..4);
     table.to_string().trim_end().to_owned()
+}
+
+/// The axis that a coefficient acts on; `None` of one that acts on several.
+fn only_axis(x: &Coefficient) -> Option<Dof> {
+    match x.on[..] {
+        [only] => Some(only),
+        _ => None,
+    }
 }
 
 fn row(name: &str, x: &Coefficient, truth: Option<f64>) -> Vec<String> {
@@ -108,7 +117,7 @@ fn row(name: &str, x: &Coefficient, truth: Option<f64>) -> Vec<String> {
         ToldBy::Nothing => format!("{FAINT}hardly determined by these trials{FAINT:#}"),
     };
     let mut row = vec![
-        format!("  {name}"),
+        format!("    {name}"),
         value,
         format!("± {std}"),
         format!("[{low95}, {high95}]"),
@@ -124,15 +133,15 @@ fn scores(plant: &CoupledPlant) -> String {
     let mut table = plain_table();
     for (dof, AxisScore { mean_abs_error, null_error, r2, .. }) in &score.by_axis {
         let alone = plant.single_axes.get(dof).map(|score| match score.r2 {
-            Some(r2) => format!("by itself {r2:.3}"),
-            None => "by itself it diverges".to_owned(),
+            Some(r2) => format!("alone {}", decimals(r2, 3)),
+            None => "alone it diverges".to_owned(),
         });
         let unit = dof.units().velocity;
         table.add_row(vec![
             format!("    {dof}"),
             format!("e = {}", or_absent(*mean_abs_error, 3)),
             format!("{unit}, {} for a model that never moves", or_absent(Some(*null_error), 3)),
-            r2.map_or(String::new(), |r2| format!("R² {r2:.3}")),
+            r2.map_or(String::new(), |r2| format!("R² {}", decimals(r2, 3))),
             alone.unwrap_or_default(),
         ]);
     }

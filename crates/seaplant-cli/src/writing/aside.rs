@@ -18,6 +18,8 @@ pub(super) struct Hidden {
     /// Locked as long as the program runs; let go before the folder is.
     _lock: fs::File,
     folder: TempDir,
+    /// Whether it stays for the next run to clear.
+    kept: bool,
 }
 
 /// Names of what is not complete begin so.
@@ -52,7 +54,7 @@ impl Hidden {
         // Where files cannot be locked, age alone tells what is left over.
         let _ = lock.try_lock();
         unfinished.push(Unfinished { aside: aside.path().to_owned(), made: made.to_owned() });
-        Ok(Self { _lock: lock, folder: aside })
+        Ok(Self { _lock: lock, folder: aside, kept: false })
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -64,30 +66,58 @@ impl Drop for Hidden {
     fn drop(&mut self) {
         // An interrupt waits until the folder is gone.
         let mut unfinished = unfinished();
-        let _ = fs::remove_dir_all(self.folder.path());
+        if self.kept {
+            self.folder.disable_cleanup(true);
+        } else {
+            let _ = fs::remove_dir_all(self.folder.path());
+        }
         unfinished.retain(|of| of.aside != self.folder.path());
     }
 }
 
-/// Removes what runs that were killed left in a folder.
-pub(super) fn remove_leftovers(folder: &Path) {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    for entry in entries {
-        let is_ours = entry.file_name().to_string_lossy().starts_with(ASIDE);
-        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
-        if is_ours && is_folder && is_left_over(&entry.path()) {
-            // It may be another's; what cannot be removed does no harm.
-            let _ = fs::remove_dir_all(entry.path());
-        }
+/// A hidden folder whose program was killed. Its lock is held, so that no other run clears it.
+pub(super) struct Leftover {
+    folder: PathBuf,
+    _lock: Option<fs::File>,
+}
+
+impl Leftover {
+    pub(super) fn path(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Removes it. It may be another's; what cannot be removed does no harm.
+    pub(super) fn remove(self) {
+        let _ = fs::remove_dir_all(&self.folder);
     }
 }
 
-/// Whether the program that made a hidden folder is gone.
-fn is_left_over(aside: &Path) -> bool {
-    match fs::File::options().write(true).open(aside.join(LOCK)) {
-        Ok(lock) => lock.try_lock().is_ok(),
+/// What runs that were killed left in a folder.
+pub(super) fn leftovers(folder: &Path) -> impl Iterator<Item = Leftover> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.filter_map(|entry| {
+        let is_ours = entry.file_name().to_string_lossy().starts_with(ASIDE);
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        if is_ours && is_folder { left_over(entry.path()) } else { None }
+    })
+}
+
+/// A hidden folder, if the program that made it is gone.
+fn left_over(folder: PathBuf) -> Option<Leftover> {
+    let lock = folder.join(LOCK);
+    match lock.symlink_metadata() {
+        // A pipe or a link is not ours, and opening a pipe would never end.
+        Ok(data) if !data.is_file() => None,
+        Ok(_) => {
+            let lock = fs::File::options().write(true).open(lock).ok()?;
+            lock.try_lock().ok()?;
+            Some(Leftover { folder, _lock: Some(lock) })
+        }
         // One that was made a moment ago has no lock yet.
-        Err(_) => age(aside).is_some_and(|age| age > YOUNG),
+        Err(_) if age(&folder).is_some_and(|age| age > YOUNG) => {
+            Some(Leftover { folder, _lock: None })
+        }
+        Err(_) => None,
     }
 }
 
@@ -142,7 +172,7 @@ impl Aside {
         path: &str,
         content: impl FnOnce(&mut fs::File) -> io::Result<()>,
     ) -> Result<()> {
-        let new = self.new_file(self.files.len());
+        let new = Self::new_file(self.path(), self.files.len());
         write_whole(&new, content)?.sync_all()?;
         self.files.push((path.to_owned(), hash_of(&new)?));
         Ok(())
@@ -162,7 +192,13 @@ impl Aside {
         &self.files
     }
 
-    pub(super) fn new_file(&self, k: usize) -> PathBuf {
-        self.path().join(format!("{k}.new"))
+    /// Leaves the folder to the next run, which puts back what is in it.
+    pub(super) fn keep(&mut self) {
+        self.hidden.kept = true;
+    }
+
+    /// The place of a file within the folder, by its number.
+    pub(super) fn new_file(aside: &Path, k: usize) -> PathBuf {
+        aside.join(format!("{k}.new"))
     }
 }

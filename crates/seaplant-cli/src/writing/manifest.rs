@@ -5,11 +5,11 @@ use std::fs;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::aside::Aside;
+use super::listed_path::fault;
 use super::{sync_folder, write_whole};
 
 /// What it is called.
@@ -59,12 +59,33 @@ pub(super) struct Manifest {
 
 /// Whether the files of a folder are of one run, as far as its list says.
 pub fn is_complete(folder: &Path) -> bool {
-    Manifest::read(folder).complete
+    Manifest::parse(folder).complete
 }
 
 impl Manifest {
-    /// The list in a folder; an empty one if there is none, or it cannot be read.
-    pub(super) fn read(folder: &Path) -> Self {
+    /// Reads the list in a folder; an empty one if there is none, or it is not such a list.
+    ///
+    /// # Errors
+    /// If an entry is anything but a relative path to a regular file inside the folder, reached
+    /// through no link: whoever wrote that means another's files, so no entry is used.
+    pub(super) fn read(folder: &Path) -> Result<Self> {
+        let manifest = Self::parse(folder);
+        for path in manifest.files.keys() {
+            if let Some(fault) = fault(folder, path) {
+                let list = folder.join(MANIFEST);
+                bail!(
+                    "{} lists `{}`, but {fault}; a list with such an entry is not used: remove \
+                     it, or choose another --out",
+                    list.display(),
+                    path.chars().take(LONGEST_SHOWN).collect::<String>()
+                );
+            }
+        }
+        Ok(manifest)
+    }
+
+    /// The list in a folder, whatever its entries are.
+    fn parse(folder: &Path) -> Self {
         let read = || -> Option<Self> {
             let bytes = seaplant_campaign::read_bounded(&folder.join(MANIFEST), MOST_BYTES).ok()?;
             serde_json::from_slice(&bytes).ok()
@@ -73,17 +94,11 @@ impl Manifest {
         read().filter(|manifest| manifest.schema == SCHEMA).unwrap_or_else(empty)
     }
 
-    pub(super) fn is_empty(&self) -> bool {
-        self.files.is_empty()
-    }
-
     /// Whether a file is there as Seaplant wrote it.
     pub(super) fn made(&self, path: &str, folder: &Path) -> bool {
         let Some(Entry { sha256, before, .. }) = self.files.get(path) else { return false };
-        let file = folder.join(path);
-        // A link leads to what somebody else put there.
-        !file.is_symlink()
-            && hash_of(&file).is_ok_and(|found| found == *sha256 || Some(found) == *before)
+        let found = hash_of(&folder.join(path));
+        found.is_ok_and(|found| found == *sha256 || Some(found) == *before)
     }
 
     /// The list once new files are in place.
@@ -115,9 +130,20 @@ impl Manifest {
         self.files.iter().filter(is_stale).map(|(path, _)| path.clone()).collect()
     }
 
+    /// Puts the list back in its place; none if it names nothing.
+    pub(super) fn restore(&self, folder: &Path, aside: &Path) -> Result<()> {
+        if !self.files.is_empty() {
+            return self.write(folder, aside);
+        }
+        match fs::remove_file(folder.join(MANIFEST)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error.into()),
+            _ => Ok(()),
+        }
+    }
+
     /// Puts the list in its place, whole.
-    pub(super) fn write(&self, folder: &Path, aside: &Aside) -> Result<()> {
-        let new = aside.path().join(MANIFEST);
+    pub(super) fn write(&self, folder: &Path, aside: &Path) -> Result<()> {
+        let new = aside.join(MANIFEST);
         let text = serde_json::to_string_pretty(self)? + "\n";
         write_whole(&new, |out| out.write_all(text.as_bytes()))?.sync_all()?;
         fs::rename(&new, folder.join(MANIFEST))?;
@@ -129,8 +155,17 @@ impl Manifest {
 /// A hundred thousand files take a few of these.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// The SHA-256 of a file.
+/// Characters of a path that an error shows.
+const LONGEST_SHOWN: usize = 200;
+
+/// Computes the SHA-256 of a regular file, in hexadecimal digits.
+///
+/// # Errors
+/// If it cannot be read, or is a link, a pipe or a device, which is not opened.
 pub(super) fn hash_of(path: &Path) -> io::Result<String> {
+    if !path.symlink_metadata()?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
+    }
     let (mut hash, mut file) = (Sha256::new(), fs::File::open(path)?);
     let mut part = vec![0; 64 * 1024];
     loop {

@@ -236,15 +236,109 @@ def test_paper_and_no_script_show_figures_that_stand_still(
     browser: Browser, report: Path
 ) -> None:
     with Reader(browser, report) as page:
-        alive(page.locator(MOTION).first)
+        all_drawn(page)
         page.emulate_media(media="print")
-        assert page.locator(".panels:visible").count() == 0
+        drawn = page.locator(".panels:visible")
+        assert drawn.count() > 0
+        for panels in drawn.all():
+            figure = panels.locator("xpath=ancestor::figure")
+            assert figure.locator(".still").count() == 0, "either a figure or its still"
         stills = page.locator(".still").count()
         assert stills == 4 + 7 and page.locator(".still:visible").count() == stills
         (SHOTS / "report.pdf").write_bytes(page.pdf())
     with Reader(browser, report, java_script_enabled=False) as page:
+        page.locator("#paper .fold > summary").click()
         assert page.locator(".still:visible").count() == stills
         assert page.get_by_text("need JavaScript").is_visible()
+
+
+def all_drawn(page: Page) -> None:
+    """Waits until every chart that is not folded has drawn itself, wherever it is."""
+    page.wait_for_function(
+        """() => [...document.querySelectorAll("figure.chart")]
+            .every((figure) => figure.offsetParent === null || figure.classList.contains("live"))"""
+    )
+
+
+def test_a_capture_of_the_whole_page_has_every_chart(browser: Browser, report: Path) -> None:
+    with Reader(browser, report) as page:
+        all_drawn(page)
+        assert page.evaluate("scrollY") == 0
+        page.screenshot(path=SHOTS / "whole.png", full_page=True)
+        screens = page.evaluate("document.documentElement.scrollHeight / innerHeight")
+        page.locator("#paper .fold > summary").click()
+        unfolded = page.evaluate("document.documentElement.scrollHeight / innerHeight")
+        assert screens < 0.75 * unfolded, f"{screens:.0f} of {unfolded:.0f} screens"
+
+
+def test_charts_fit_the_paper_and_come_back(browser: Browser, report: Path) -> None:
+    with Reader(browser, report) as page:
+        chart = alive(page.locator("#surge figure.chart").first)
+        width = "chart => chart.querySelector('.uplot').clientWidth"
+        before = chart.evaluate(width)
+        page.evaluate("dispatchEvent(new Event('beforeprint'))")
+        assert chart.evaluate(width) <= 640
+        page.evaluate("dispatchEvent(new Event('afterprint'))")
+        assert chart.evaluate(width) == before
+
+
+def pages(pdf: bytes) -> int:
+    return len(re.findall(rb"/Type\s*/Page\b", pdf))
+
+
+def test_the_summary_by_itself_is_one_page(browser: Browser, report: Path) -> None:
+    with Reader(browser, report) as page:
+        page.evaluate("location.hash = 'one-page'")
+        page.wait_for_function("document.documentElement.classList.contains('one-page')")
+        assert page.locator(".card:visible").count() == 4
+        assert page.locator("#paper:visible, #surge:visible, nav:visible").count() == 0
+        page.screenshot(path=SHOTS / "one-page.png", full_page=True)
+        pdf = page.pdf(path=SHOTS / "one-page.pdf", format="A4", prefer_css_page_size=True)
+        assert pages(pdf) == 1
+
+
+def test_a_link_to_the_tables_unfolds_them(browser: Browser, report: Path) -> None:
+    with Reader(browser, report) as page:
+        table = page.get_by_text("Identified plants, as Table 5").first
+        assert not table.is_visible()
+        page.locator("nav a[href='#paper']").click()
+        assert table.is_visible()
+
+
+def test_a_stretch_of_a_log_is_zoomed_and_marked_as_a_trial(
+    browser: Browser, report: Path
+) -> None:
+    logs = sorted((report.parent / "logs" / "surge-1").glob("*.csv"))
+    look = report.parent / "look.html"
+    run("plot", *logs, "--out", look)
+    with Reader(browser, look) as page:
+        chart = alive(page.locator("figure.chart").first)
+        chart.locator(".panels").focus()
+        page.keyboard.press("+")
+        chart.get_by_role("button", name="Mark what is shown").click()
+        entry = page.locator("#marks").inner_text()
+        low, high = span(chart)
+        assert f"from_s = {low:.1f}" in entry and f"to_s = {high:.1f}" in entry
+        assert "thrusters.csv" in entry
+        page.screenshot(path=SHOTS / "plot.png")
+        chart.get_by_role("button", name="Forget the last mark").click()
+        assert not page.locator("#marks").is_visible()
+
+
+def test_pages_of_simulations_and_controllers_zoom(browser: Browser, report: Path) -> None:
+    folder = report.parent / "made"
+    motion = folder.parent / "motion.html"
+    run("simulate", report.parent, "--step", "surge 200 N", "--for", "60", "--out", motion)
+    run("control", report.parent, "--bandwidth", "surge 0.02 Hz", "--out", folder)
+    for page_file in [motion, folder / "control.html"]:
+        with Reader(browser, page_file) as page:
+            chart = alive(page.locator("figure.chart").first)
+            assert "axis" in chart.locator(".u-axis").first.get_attribute("class")
+            before = span(chart)
+            chart.locator(".panels").focus()
+            page.keyboard.press("+")
+            assert span(chart) != before
+            page.screenshot(path=SHOTS / f"{page_file.stem}.png", full_page=True)
 
 
 def test_a_day_at_ten_hertz_is_thinned_and_zoomed(browser: Browser, tmp_path: Path) -> None:

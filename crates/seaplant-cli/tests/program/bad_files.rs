@@ -282,7 +282,7 @@ fn what_one_method_cannot_do_does_not_stop_the_others() {
     let workshop = Workshop::new();
     let text = workshop.read("log.csv");
     let three_seconds: Vec<&str> = text.lines().take(31).collect();
-    workshop.write("log.csv", three_seconds.join("\n"));
+    workshop.write("log.csv", three_seconds.join("\n") + "\n");
     let why = "surge by paper: trial `run 1`, at 10.0 Hz and without its gaps, in surge has 30 \
                samples and needs at least 80; use a longer stretch of log\n";
     let identify = workshop.seaplant(&["identify", "campaign.toml", "--out", "out"]).assert();

@@ -330,3 +330,18 @@ fn the_published_schemas_are_the_programs() {
         );
     }
 }
+
+#[test]
+fn every_row_of_a_table_has_as_many_cells_as_its_head() {
+    let cells = |row: &str| row.replace("\\|", "").matches('|').count();
+    for page in book().into_iter().chain(beside()) {
+        let mut head = None;
+        for line in page.parts().0 {
+            let count = line.starts_with('|').then(|| cells(line));
+            if let (Some(head), Some(count)) = (head, count) {
+                assert_eq!(count, head, "{}: {line}", page.path.display());
+            }
+            head = head.filter(|_| count.is_some()).or(count);
+        }
+    }
+}

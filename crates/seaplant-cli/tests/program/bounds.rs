@@ -123,11 +123,15 @@ fn no_more_threads_are_made_than_a_system_has() {
 fn what_is_of_single_axes_is_refused_for_a_whole_vehicle() {
     let workshop = Workshop::empty();
     workshop.write("whole.toml", "vehicle = \"published:rexrov\"\n");
-    for option in [["--dof", "surge"], ["--method", "paper"]] {
+    for (option, what_to_do) in [
+        (["--dof", "surge"], "state `axes` in its file"),
+        (["--method", "paper"], "fitted by filter error: leave it out"),
+    ] {
         let words = ["monte-carlo", "whole.toml", option[0], option[1]];
         let refused = workshop.seaplant(&words).assert().code(1);
         let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
-        assert!(said.contains("`vehicle` makes this one a whole vehicle"), "{said}");
+        assert!(said.contains("this twin has `vehicle`"), "{said}");
+        assert!(said.contains(what_to_do), "{said}");
     }
 }
 
@@ -151,4 +155,18 @@ fn a_gap_of_a_year_is_no_trial_but_either_side_of_it_is() {
     let mass = |found| number(found, "plants.surge.parameters.mass.value");
     // The same samples, but for the thrust that is held past the last.
     assert_within("mass", mass(&found), mass(&sound), 1e-3);
+}
+
+#[test]
+fn a_campaign_of_too_many_trials_is_refused_before_its_logs_are_read() {
+    let workshop = Workshop::new();
+    let campaign = workshop.read("campaign.toml");
+    let (head, rest) = campaign.split_once("[[trial]]").expect("a trial");
+    let (_, tail) = rest.split_once("[channels]").expect("channels");
+    let trial = |k: usize| format!("[[trial]]\nname = \"t{k}\"\nlog = \"absent.csv\"\n");
+    let trials: String = (0..10_001).map(trial).collect();
+    workshop.write("campaign.toml", format!("{head}{trials}[channels]{tail}"));
+    let message = workshop.refusal();
+    let words = "trial: makes more than 10000 trials; split the campaign";
+    assert!(message.contains(words), "{message}");
 }

@@ -35,7 +35,7 @@ fn inspect_tells_how_far_clocks_are_apart_and_what_to_write() {
     for says in [
         "clock of autopilot.csv: seconds since a start that is not stated, 0.000 to 199.950",
         "dvl.csv and autopilot.csv: overlap by 158.7 s with the recorded clocks",
-        "their measurements ask to move dvl.csv by +41.25",
+        "by their measurements, move dvl.csv by +41.25",
         "the rate of attitude.heading",
         "in campaign.toml, under [[trial]]: offset_s = { \"dvl.csv\" = 41.25",
     ] {

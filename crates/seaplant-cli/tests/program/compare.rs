@@ -82,3 +82,16 @@ fn a_fit_stands_beside_a_published_table() {
     let refused = workshop.failure(&["compare", "results", "published:wam"]);
     assert!(refused.contains("did you mean `wam-v-vrx`"), "{refused}");
 }
+
+#[test]
+fn published_plants_of_several_axes_stand_beside_each_other_with_their_couplings() {
+    let workshop = Workshop::empty();
+    let both = ["published:remus-100-prestero-2001", "published:otter-mss"];
+    let found = workshop.json(&["compare", both[0], both[1], "--json"]);
+    let coupling = &found["coefficients"]["mass.sway-yaw"]["estimates"];
+    assert_eq!(coupling[0]["value"], -1.93, "{found}");
+    let words = workshop.success(&["compare", both[0], both[1]]);
+    assert!(words.contains("further coefficients") && words.contains("mass.sway-yaw"), "{words}");
+    let refused = workshop.failure(&["compare", "otter-mss", both[0]]);
+    assert!(refused.contains("did you mean `published:otter-mss`"), "{refused}");
+}

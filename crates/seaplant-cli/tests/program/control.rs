@@ -35,7 +35,7 @@ fn a_controller_is_written_with_its_margins() {
     assert!(workshop.read("made/ardusub.param").contains("ATC_RAT_YAW_P,"));
     let page = workshop.read("made/control.html");
     for words in [
-        "<td>surge</td>",
+        "<th scope=\"row\">surge</th>",
         "surge: phase of the open loop",
         "yaw: a step",
         "error while it follows a sine",
@@ -64,6 +64,30 @@ fn what_cannot_be_is_told_with_what_would_do() {
     assert!(fails(&["--lqr", "surge 0.1 m"]).contains("surge 0.1 m 400 N"));
     let output = seaplant().args(["control", BLUEROV, "--law", "magic"]).output().expect("runs");
     assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn settings_that_would_take_hours_are_refused_at_once() {
+    let workshop = Workshop::empty();
+    for (words, told) in [
+        (["--delay", "surge 1e12 s"], "the surge delay, s, is 1000000000000; it must be from 0 to"),
+        (["--delay", "roll 1e7 s"], "the roll delay, s, is 10000000; it must be from 0 to"),
+        (
+            ["--sample-hz", "1e12"],
+            "the sampling rate, Hz, is 1000000000000; it must be from 0.1 to",
+        ),
+        (["--sample-hz", "1e-12"], "the sampling rate, Hz, is 0.000000000001; it must be from 0.1"),
+        (
+            ["--bandwidth", "surge 1e-12 Hz"],
+            "the surge bandwidth, Hz, is 0.000000000001; it must be",
+        ),
+    ] {
+        let words = [&["control", BLUEROV, "--bandwidth", "surge 0.1 Hz"], &words[..]].concat();
+        for anyway in [&[][..], &["--anyway"]] {
+            let message = workshop.failure(&[&words[..], anyway].concat());
+            assert!(message.starts_with(told), "{message}");
+        }
+    }
 }
 
 /// The sled's results with another verdict on surge.

@@ -90,7 +90,7 @@ fn formats_stand_beside_each_other_and_what_was_edited_stays() {
     workshop.success(&export("c"));
     workshop.success(&export("ros2"));
     workshop.success(&export("c"));
-    assert!(workshop.join("out/seaplant_plant.yaml").exists());
+    assert!(workshop.join("out/seaplant_plant/config/seaplant_plant.yaml").exists());
     workshop.change("out/seaplant_plant.h", "#include <math.h>", "#include <tgmath.h>");
     let message = workshop.failure(&export("c"));
     assert!(message.contains("not as Seaplant wrote it"), "{message}");

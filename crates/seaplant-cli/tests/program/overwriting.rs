@@ -1,5 +1,7 @@
 //! What is written never takes the place of what was read, nor of what Seaplant did not write.
 
+use sha2::{Digest, Sha256};
+
 use crate::workshop::Workshop;
 
 const IDENTIFY: [&str; 4] = ["identify", "campaign.toml", "--out", "out"];
@@ -181,6 +183,40 @@ fn nothing_is_written_through_a_link() {
     assert!(workshop.refusal().ends_with(THERE));
     workshop.success(&[&IDENTIFY[..], &["--force"]].concat());
     assert_eq!(workshop.read("elsewhere/mine.txt"), "mine");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_forged_list_deletes_no_file_outside_of_the_results() {
+    let workshop = Workshop::quick();
+    let identify = ["identify", "campaign.toml"];
+    workshop.success(&[&identify[..], &["-q"]].concat());
+    workshop.write("elsewhere/log.csv", workshop.read("log.csv"));
+    let link = workshop.join("results/link");
+    std::os::unix::fs::symlink(workshop.join("elsewhere"), link).expect("a link");
+    let list = workshop.read("results/seaplant-files.json");
+    let absolute = workshop.join("log.csv").display().to_string();
+    let outside = "that is not a relative path inside the folder";
+    for (path, fault) in [
+        ("../log.csv", outside),
+        (absolute.as_str(), outside),
+        ("link/log.csv", "results/link is a symbolic link"),
+    ] {
+        // With the log's hash, it passes for a file of an earlier run that this one replaces.
+        let sha256 = sha256_of(&workshop.read("log.csv"));
+        let entry = format!("\"{path}\": {{ \"made\": \"report\", \"sha256\": \"{sha256}\" }}");
+        let forged = list.replace("\"files\": {", &format!("\"files\": {{ {entry},"));
+        workshop.write("results/seaplant-files.json", forged);
+        for force in [&[][..], &["--force"]] {
+            let message = workshop.failure(&[&identify[..], force].concat());
+            assert!(message.contains(&format!("lists `{path}`, but {fault}")), "{message}");
+        }
+    }
+}
+
+/// SHA-256 of a text in hexadecimal digits.
+fn sha256_of(text: &str) -> String {
+    Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::workshop::{SLED, Workshop, assert_within};
+use crate::workshop::{SLED, Workshop, assert_within, number};
 
 /// Estimates of a log of two minutes.
 const PART: f64 = 0.02;
@@ -78,6 +78,8 @@ fn csv_and_page_are_written_and_known_again() {
     assert!(
         page.contains("<svg") && page.contains("Axes without a plant, which do not move: sway")
     );
+    // The licence of the chart library names its home, which nothing loads.
+    let page = page.replace("https://github.com/leeoniya/uPlot", "");
     assert!(!page.contains("http://") && !page.contains("https://"), "it needs no network");
     workshop.write("other.csv", "mine");
     let step = ["simulate", "results", "--step", "surge 1 N", "--for", "5", "--out", "other.csv"];
@@ -167,4 +169,39 @@ fn disturbances_are_drawn_where_the_plant_states_them() {
     let refused =
         workshop.failure(&["simulate", "bad.toml", "--step", "surge 50 N", "--for", "60"]);
     assert!(refused.contains("disturbance of surge"), "{refused}");
+}
+
+#[test]
+fn the_zigzag_of_a_published_torpedo_states_how_fast_its_rudder_turns() {
+    let workshop = Workshop::empty();
+    let profile = |rate: &str| {
+        let start = "duration_s = 120\nstart.velocity.surge = 1.5\n[[hold]]\nforce.surge = 3.86\n";
+        format!(
+            "{start}[manoeuvre]\nkind = \"zigzag\"\nrudder = \"rudder\"\nangle_deg = 10\nheading_deg = 10\n{rate}"
+        )
+    };
+    let overshoot = |rate: &str| {
+        workshop.write("zigzag.toml", profile(rate));
+        let remus = "published:remus-100-prestero-2001";
+        let said = workshop.json(&["simulate", remus, "zigzag.toml", "--json"]);
+        let assumed = said["notes"].to_string().contains("state rudder_deg_per_s");
+        assert_eq!(assumed, rate.is_empty(), "{said}");
+        number(&said["numbers"][1], "value")
+    };
+    let (slow, fast) = (overshoot(""), overshoot("rudder_deg_per_s = 30"));
+    assert!(fast > 0.0 && slow > fast, "{slow} {fast}");
+}
+
+#[test]
+fn a_part_of_the_greatest_thrust_is_a_force() {
+    let workshop = Workshop::empty();
+    let end = |step: &str| {
+        let heavy = "published:bluerov2-heavy-von-benzon-2022";
+        let said = workshop.json(&["simulate", heavy, "--step", step, "--for", "5", "--json"]);
+        let rows = said["velocity"].as_array().expect("rows");
+        rows[rows.len() - 1][0].as_f64().expect("surge")
+    };
+    // Four thrusters of 30.4 N at 45°.
+    let force = 0.6 * 4.0 * 30.4 * 0.5_f64.sqrt();
+    assert_within("60 %", end("surge 60 %"), end(&format!("surge {force} N")), 1e-9);
 }

@@ -148,8 +148,13 @@ impl Workshop {
 
     /// Every file and folder, with the content of files.
     pub fn everything(&self) -> Vec<(PathBuf, Vec<u8>)> {
+        self.everything_in("")
+    }
+
+    /// [`Self::everything`] in a folder.
+    pub fn everything_in(&self, folder: &str) -> Vec<(PathBuf, Vec<u8>)> {
         let mut found = Vec::new();
-        let mut folders = vec![self.path().to_owned()];
+        let mut folders = vec![self.join(folder)];
         while let Some(folder) = folders.pop() {
             for entry in std::fs::read_dir(folder).expect("a folder") {
                 let path = entry.expect("an entry").path();

@@ -174,6 +174,44 @@ fn an_interrupt_leaves_nothing_half_written() {
     interrupted(|folder| folder.join("campaign.toml").exists() && unfinished(folder) > 0);
 }
 
+#[test]
+fn a_kill_while_results_are_replaced_leaves_those_before_or_those_after() {
+    let workshop = Workshop::quick();
+    workshop.write("pull.csv", "speed [rad/s],thrust [N]\n-20,-4\n-10,-1\n0,0\n10,1\n20,4\n");
+    let draw = ["thruster", "pull.csv", "--plot", "out/curve.svg"];
+    workshop.success(&[&IDENTIFY[..], &["-q"]].concat());
+    for run in ["run 2", "run 3", "run 4"] {
+        let before = workshop.everything_in("out");
+        let campaign = workshop.read("campaign.toml");
+        let last = campaign.lines().find(|line| line.starts_with("name")).expect("a name");
+        workshop.change("campaign.toml", last, &format!("name = \"{run}\""));
+        kill_while_files_are_moved(&workshop);
+        // Whatever writes to the folder next finds the kill's traces.
+        workshop.success(&draw);
+        std::fs::remove_file(workshop.join("out/curve.svg")).expect("a file");
+        if workshop.everything_in("out") != before {
+            assert!(workshop.read("out/report.html").contains(run));
+            workshop.success(&["validate", "out/results.json", "campaign.toml"]);
+        }
+    }
+}
+
+/// Kills a run as soon as the folder's list says that its files are replaced, or lets it end.
+fn kill_while_files_are_moved(workshop: &Workshop) {
+    let list = workshop.join("out/seaplant-files.json");
+    let is_moving =
+        || std::fs::read_to_string(&list).is_ok_and(|text| text.contains("\"complete\": false"));
+    let mut run = std::process::Command::new(assert_cmd::cargo::cargo_bin!("seaplant"))
+        .current_dir(workshop.path())
+        .args(IDENTIFY)
+        .arg("--quiet")
+        .spawn()
+        .expect("it starts");
+    while !is_moving() && run.try_wait().expect("a child").is_none() {}
+    let _ = run.kill();
+    run.wait().expect("it ends");
+}
+
 /// Folders of what is not complete: first that of the logs, then that of the report.
 #[cfg(unix)]
 fn unfinished(folder: &std::path::Path) -> usize {

@@ -2,8 +2,10 @@
 
 Prints the tables of ../margins.rs. Made with python-control 0.10.2, SciPy 1.17.1, NumPy 2.4.6.
 
-Margins are those that `control.stability_margins` finds on a fine frequency response; growth is the
-greatest eigenvalue of the loop, the plant held exactly by `scipy.signal.cont2discrete`.
+Margins are those that `control.stability_margins` finds on a fine frequency response of the sampled
+loop up to half of the sampling rate, and, at that rate itself, where the loop is real, what is left
+to -1; plants are held exactly by `scipy.signal.cont2discrete`, delays of whole periods are shifts, and
+a part of a period goes by a second, shorter hold. Growth is the greatest eigenvalue of the loop.
 """
 
 import control
@@ -18,6 +20,11 @@ CASES = [
     (100.0, 20.0, 80.0, 0.5, 0.10, 1.0, 0.0, True, 0.3, 0.2, 10.0),
     (12970.0, 0.0, 2231.0, 0.5, 0.05, 1.0, 40.0, False, 0.4, 0.1, 5.0),
     (0.5, 0.1, 1.5, 0.3, 0.30, 0.6, 4.0, False, 0.1, 0.05, 20.0),
+    # Heave of a BlueROV2 Heavy (von Benzon 2022), at rest and at 0.5 m/s.
+    (32.18, 33.0, 190.0, 0.0, 0.10, 1.0, 0.0, False, 0.0, 0.0, 10.0),
+    (32.18, 33.0, 190.0, 0.5, 0.10, 1.0, 0.0, False, 0.0, 0.0, 10.0),
+    # A delay of a part of a period.
+    (100.0, 20.0, 80.0, 0.5, 0.10, 1.0, 0.0, False, 0.2, 0.13, 10.0),
 ]
 
 
@@ -27,15 +34,36 @@ def gains(mass, bandwidth, damping, integral):
     return kp, 2 * damping * omega * mass, kp / integral if integral else 0.0
 
 
+def held(a, b, seconds):
+    """The state after so many seconds of a held input, by the state before and by the input."""
+    ad, bd, *_ = cont2discrete((a, b, np.eye(len(a)), np.zeros((len(a), 1))), seconds)
+    return ad, bd
+
+
 def response(case, speed):
     m, dl, dq, _, hz, zeta, ti, exact, lag, delay, rate = case
     kp, kd, ki = gains(m, hz, zeta, ti)
     slope = dl + 2 * dq * speed
     kd -= slope if exact else 0.0
-    omega = 2 * np.pi * hz * np.logspace(-2, 2, 1_201)
-    s = 1j * omega
-    late = np.exp(-s * (delay + 0.5 / rate))
-    return omega, (kd * s + kp + ki / s) * late / ((1 + lag * s) * (m * s**2 + slope * s))
+    period = 1.0 / rate
+    a = np.array([[0, 1], [0, -slope / m]])
+    b = np.array([[0.0], [1 / m]])
+    if lag:
+        a = np.block([[a, b], [np.zeros((1, 2)), np.array([[-1 / lag]])]])
+        b = np.array([[0.0], [0.0], [1 / lag]])
+    whole = int(np.floor(delay / period + 1e-9))
+    rest = delay - whole * period
+    full, now = held(a, b, period)
+    late = np.zeros_like(now)
+    if rest > 1e-9:
+        after, now = held(a, b, period - rest)
+        late = after @ held(a, b, rest)[1]
+    omega = np.pi * rate * np.logspace(-5, -1e-7, 4_001)
+    z = np.exp(1j * omega * period)
+    inputs = now[None] + late[None] / z[:, None, None]
+    state = np.linalg.solve(z[:, None, None] * np.eye(len(a)) - full, inputs)[..., 0]
+    law = kp * state[:, 0] + kd * state[:, 1] + ki * period / (z - 1) * state[:, 0]
+    return omega, law / z**whole
 
 
 def margins(case):
@@ -47,6 +75,8 @@ def margins(case):
         )
         least = np.argmin(pm)
         rising = [g for g in np.atleast_1d(gm) if g > 1]
+        if loop[-1].real < 0:
+            rising.append(-1 / loop[-1].real)
         delay = np.radians(pm[least]) / wpm[least]
         worst.append((pm[least], min(rising, default=np.inf), delay, wpm[least] / 2 / np.pi))
     least = min(worst)

@@ -83,7 +83,11 @@ impl Variables {
         }
         for dof in Dof::ALL {
             let name = VELOCITY[dof.index()];
-            let held = if knows(model, dof) { "" } else { ", held: the axis is not known" };
+            let held = match (knows(model, dof), dof.is_rotation()) {
+                (true, _) => "",
+                (false, false) => ", held: the axis is not known",
+                (false, true) => ", not read: the axis is not known, and its angle stays",
+            };
             let about = format!("{name} over ground at the beginning{held}");
             list.push(&format!("start_{name}"), about, velocity_unit(dof), Kind::Fixed, 0.0);
         }
@@ -94,7 +98,11 @@ impl Variables {
         }
         for dof in Dof::ALL {
             let name = VELOCITY[dof.index()];
-            let held = if knows(model, dof) { "" } else { "; not known, stays as it was" };
+            let held = match (knows(model, dof), dof.is_rotation()) {
+                (true, _) => "",
+                (false, false) => "; not known, stays as it was",
+                (false, true) => "; not known, holds its angle",
+            };
             let about = format!("{dof} velocity over ground in body axes{held}");
             list.push(name, about, velocity_unit(dof), Kind::Output, 0.0);
         }

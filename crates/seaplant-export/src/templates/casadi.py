@@ -4,7 +4,9 @@
 `plant()` gives f(x, u, p) -> xdot as a casadi.Function: x (13,) is north, east, down [m],
 quaternion w, x, y, z from body to world, velocity over ground in body axes [m/s, rad/s]; u (6,) is
 X, Y, Z [N], K, M, N [N m]; p holds the coefficients and the current north, east, down [m/s].
-`PARAMETERS` is p in still water. `acados_model()` gives an AcadosModel where acados is installed.
+`PARAMETERS` is p in still water. Of axes that the plant does not have, translations keep their
+velocity, and rotations their angle: p, q and r of those follow from the others, and are not read
+from x. `acados_model()` gives an AcadosModel where acados is installed.
 """
 
 import casadi as ca
@@ -38,6 +40,12 @@ def forces(theta, nu, down):
 @FORCES@    return n
 
 
+def hold(nu, down):
+    """nu (6,) with p, q and r of rotations that the plant does not have that hold their angles."""
+    nu = ca.SX(nu)
+@HELD@    return nu
+
+
 def from_world(q):
     """The matrix that takes a vector from the world to the body."""
     w, x, y, z = ca.vertsplit(q / ca.norm_2(q))
@@ -53,8 +61,9 @@ def symbols():
     x, u = ca.SX.sym("x", 13), ca.SX.sym("u", 6)
     p = ca.SX.sym("p", len(NAMES) + 3)
     theta, current = p[: len(NAMES)], p[len(NAMES) :]
-    q, nu = x[3:7], x[7:]
+    q = x[3:7]
     rotation = from_world(q)
+    nu = hold(x[7:], rotation[:, 2])
     water = rotation @ current
     relative = ca.SX(nu)
     turning = ca.cross(nu[3:], water)
@@ -95,3 +104,4 @@ def acados_model():
     model.xdot = ca.SX.sym("xdot", 13)
     model.f_impl_expr = model.xdot - model.f_expl_expr
     return model
+@ACTUATORS@

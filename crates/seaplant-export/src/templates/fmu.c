@@ -50,10 +50,14 @@ static fmi3Status fail(const Fmu *fmu, const char *message)
 
 static void begin(Fmu *fmu)
 {
+    static const double e3[3] = {0.0, 0.0, 1.0};
+    double down[3];
     const double *from = &fmu->value[START];
     memcpy(fmu->x, from, 3 * sizeof(double));
     seaplant_quaternion(from[3], from[4], from[5], &fmu->x[3]);
     memcpy(&fmu->x[7], from + 6, 6 * sizeof(double));
+    seaplant_to_body(&fmu->x[3], e3, down);
+    seaplant_hold(down, &fmu->x[7]);
 @BEGIN_ACTUATORS@}
 
 static void reset(Fmu *fmu)

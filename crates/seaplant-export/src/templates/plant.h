@@ -5,7 +5,8 @@
  * ground in body axes u, v, w [m/s], p, q, r [rad/s].
  * Input tau[6]: force and moment on the body X, Y, Z [N], K, M, N [N m].
  * Current[3]: velocity of the water north, east, down [m/s], constant and irrotational.
- * Velocities of axes that the plant does not have stay as they are.
+ * Of axes that the plant does not have, translations keep their velocity, and rotations their angle:
+ * p, q and r of those follow from the others, and are not read from x.
  */
 #ifndef SEAPLANT_PLANT_H
 #define SEAPLANT_PLANT_H
@@ -111,15 +112,25 @@ static inline void seaplant_to_body(const double q[4], const double world[3], do
     body[2] = s * (x * z + w * y) * world[0] + s * (y * z - w * x) * world[1] + (1.0 - s * (x * x + y * y)) * world[2];
 }
 
+/* Sets p, q and r of rotations that the plant does not have to those that hold their angles; `down`
+   is the world's down in body axes. */
+static inline void seaplant_hold(const double down[3], double nu[6])
+{
+    (void)down, (void)nu;
+@HELD@}
+
 /* dx/dt with other coefficients than seaplant_theta. */
 static inline int seaplant_deriv_of(const double theta[], const double x[13], const double tau[6],
                              const double current[3], double dx[13])
 {
     static const double e3[3] = {0.0, 0.0, 1.0};
-    const double *q = &x[3], *nu = &x[7];
-    double down[3], water[3], relative[6], turning[3], conjugate[4];
+    const double *q = &x[3];
+    double down[3], nu[6], water[3], relative[6], turning[3], conjugate[4];
     int i, failed;
+    for (i = 0; i < 6; ++i)
+        nu[i] = x[7 + i];
     seaplant_to_body(q, e3, down);
+    seaplant_hold(down, nu);
     seaplant_to_body(q, current, water);
     for (i = 0; i < 6; ++i)
         relative[i] = i < 3 && seaplant_own[i] ? nu[i] - water[i] : nu[i];
@@ -153,7 +164,8 @@ static inline int seaplant_step_of(const double theta[], double x[13], const dou
                             const double current[3], double h)
 {
     static const double part[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};
-    double at[13], rate[13], sum[13], norm = 0.0;
+    static const double e3[3] = {0.0, 0.0, 1.0};
+    double at[13], rate[13], sum[13], down[3], norm = 0.0;
     int i, stage, failed = 0;
     for (i = 0; i < 13; ++i)
         sum[i] = rate[i] = 0.0;
@@ -170,6 +182,8 @@ static inline int seaplant_step_of(const double theta[], double x[13], const dou
         norm += x[i] * x[i];
     for (i = 3; i < 7; ++i)
         x[i] /= sqrt(norm);
+    seaplant_to_body(&x[3], e3, down);
+    seaplant_hold(down, &x[7]);
     return failed;
 }
 

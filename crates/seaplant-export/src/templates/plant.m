@@ -8,8 +8,9 @@ function [xdot, U, M] = seaplant_plant(x, tau, V_c, beta_c, theta)
 %   theta  the coefficients, if others than those below
 %   xdot   dx/dt,  U speed [m/s],  M the mass matrix, rigid body plus added mass
 %
-% Runs in MATLAB and Octave by itself. Velocities of axes that the plant does not have stay as they
-% are. At a pitch of 90 degrees Euler angles have no rate.
+% Runs in MATLAB and Octave by itself. Of axes that the plant does not have, translations keep their
+% velocity, and rotations their angle: p, q and r of those follow from the others, and are not read
+% from x. At a pitch of 90 degrees Euler angles have no rate.
 %
 @REMARKS@
 if nargin < 3, V_c = 0; end
@@ -31,7 +32,7 @@ for k = own(own <= 3)
     moved(k) = water(k);
 end
 down = R(3, :)';
-over_ground = nu;
+@HELD@over_ground = nu;
 nu = nu - moved;
 
 M = zeros(6);

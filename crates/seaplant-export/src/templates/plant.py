@@ -3,8 +3,9 @@
 
 State x (13,): north, east, down [m]; quaternion w, x, y, z from body to world; velocity over ground
 in body axes u, v, w [m/s], p, q, r [rad/s]. Input tau (6,): X, Y, Z [N], K, M, N [N m].
-Current (3,): velocity of the water north, east, down [m/s]. Velocities of axes that the plant does
-not have stay as they are.
+Current (3,): velocity of the water north, east, down [m/s]. Of axes that the plant does not have,
+translations keep their velocity, and rotations their angle: p, q and r of those follow from the
+others, and are not read from x.
 """
 
 import numpy as np
@@ -60,14 +61,22 @@ def to_body(q, world):
     ) @ np.asarray(world, dtype=float)
 
 
+def hold(nu, down):
+    """nu (6,) with p, q and r of rotations that the plant does not have that hold their angles."""
+    nu = np.array(nu, dtype=float)
+@HELD@    return nu
+
+
 def derivative(x, tau, current=(0.0, 0.0, 0.0), theta=THETA):
     """dx/dt (13,), as scipy.integrate.solve_ivp takes it: lambda t, x: derivative(x, tau)."""
     x = np.asarray(x, dtype=float)
-    q, nu = x[3:7], x[7:]
+    q = x[3:7]
+    down = to_body(q, (0.0, 0.0, 1.0))
+    nu = hold(x[7:], down)
     water = to_body(q, current)
     relative = nu.copy()
     relative[:3] -= np.where(OWN[:3], water, 0.0)
-    rate = acceleration(relative, to_body(q, (0.0, 0.0, 1.0)), tau, theta)
+    rate = acceleration(relative, down, tau, theta)
     # In body axes a constant current turns.
     rate[:3] -= np.where(OWN[:3], np.cross(nu[3:], water), 0.0)
     position = to_body((q[0], -q[1], -q[2], -q[3]), nu[:3])
@@ -86,6 +95,7 @@ def step(x, tau, h, current=(0.0, 0.0, 0.0), theta=THETA):
     d = derivative(x + h * c, tau, current, theta)
     x = x + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)
     x[3:7] /= np.linalg.norm(x[3:7])
+    x[7:] = hold(x[7:], to_body(x[3:7], (0.0, 0.0, 1.0)))
     return x
 
 

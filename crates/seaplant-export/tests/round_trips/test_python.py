@@ -139,3 +139,78 @@ def test_rust(case, tmp_path):
     plant = module(case.file("python", "seaplant_plant.py"))
     for (x, s), row in list(zip(states, rows, strict=True))[:20]:
         assert np.allclose(row[13:], plant.step(x, s["force"], 0.02, s["current"]), rtol=1e-9)
+
+
+DRIVEN = """
+#[path = "PLANT"]
+mod plant;
+use std::io::Read;
+fn main() {
+    let mut text = String::new();
+    std::io::stdin().read_to_string(&mut text).unwrap();
+    let read = |line: &str| -> [f64; plant::THRUSTERS] {
+        let all: Vec<f64> = line.split_whitespace().map(|x| x.parse().unwrap()).collect();
+        all.try_into().unwrap()
+    };
+    let rows: Vec<[f64; plant::THRUSTERS]> = text.lines().map(read).collect();
+    let mut actuators = plant::Actuators::new(rows[0]);
+    for k in 0..STEPS {
+        let tau = actuators.wrench(rows[k / 25], 0.02, VOLTS);
+        println!("{}", tau.map(|x| format!("{x:e}")).join(" "));
+    }
+}
+"""
+
+
+def test_lag_delay_and_reverse_ratio_of_rust(case, tmp_path):
+    actuated = case.reference["actuated"]
+    if actuated is None:
+        return
+    inputs, expected = np.array(actuated["inputs"]).T, np.array(actuated["wrench"])
+    text = DRIVEN.replace("PLANT", str(case.file("rust", "seaplant_plant.rs")))
+    text = text.replace("STEPS", str(len(expected)))
+    (tmp_path / "main.rs").write_text(text.replace("VOLTS", repr(float(actuated["supply_v"]))))
+    program = tmp_path / "program"
+    command = ["rustc", "--edition=2024", "-D", "warnings", "-A", "dead_code", "-o", program]
+    subprocess.run([*command, tmp_path / "main.rs"], check=True)
+    rows = "\n".join(" ".join(map(repr, map(float, row))) for row in inputs)
+    ran = subprocess.run([program], input=rows, capture_output=True, text=True, check=True)
+    found = np.array([line.split() for line in ran.stdout.splitlines()], float)
+    assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+ACTUATED = 1e-8
+"""A lag followed by Runge-Kutta steps of 0.01 s, as a part of the greatest force."""
+
+INTEGRATED = 3e-5
+"""The same where a propeller's speed changes its sign or its lag within a step."""
+
+
+def test_lag_delay_and_reverse_ratio_of_casadi(case):
+    """The differential equation of the lags, its inputs delayed here, makes the same wrench."""
+    actuated = case.reference["actuated"]
+    if actuated is None:
+        return
+    plant = module(case.file("casadi", "seaplant_casadi.py"))
+    inputs, expected = np.array(actuated["inputs"]).T, np.array(actuated["wrench"])
+    volts, f = actuated["supply_v"], plant.actuated()
+    p = np.append(plant.PARAMETERS, volts)
+    z, count, found = plant.start(case.start(), inputs[0], volts), 6 * inputs.shape[1], []
+    for k in range(len(expected)):
+        since = [max(0, int((0.02 * (k + 0.5) - delay) // 0.5)) for delay in plant.DELAY_S]
+        u = np.concatenate([inputs[at] for at in since])
+        for half in range(2):
+
+            def rate(z, u=u):
+                out = np.zeros(len(z))
+                out[13:] = np.array(f(z, u, p)[0]).ravel()[13:]
+                return out
+
+            a = rate(z)
+            b = rate(z + 0.005 * a)
+            c = rate(z + 0.005 * b)
+            z = z + 0.01 / 6 * (a + 2 * b + 2 * c + rate(z + 0.01 * c))
+            if half == 0:
+                found.append(np.array(f(z, u, p)[1]).ravel())
+    assert count == len(u)
+    assert np.abs(np.array(found) - expected).max() < INTEGRATED * np.abs(expected).max()

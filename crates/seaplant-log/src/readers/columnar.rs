@@ -19,10 +19,11 @@ use arrow_schema::{ArrowError, DataType, Field, Fields, TimeUnit};
 use crate::cell::Decimal;
 use crate::column::Column;
 use crate::content::Origin;
-use crate::grid::{ChooseTime, Grid, Lines, tell_headings_apart, time_cell};
+use crate::grid::{ChooseTime, Grid, Lines, tell_headings_apart};
 use crate::guard::guarded;
 use crate::heading::Heading;
 use crate::note::Note;
+use crate::time::time_cell;
 use crate::unpack::{TooMuch, limit};
 use crate::{Error, Unit};
 
@@ -133,7 +134,7 @@ impl<'a> Columnar<'a> {
         } else if let Some(text) = texts(array) {
             for row in 0..array.len() {
                 let cell = if missing(row) { &b""[..] } else { text(row).as_bytes() };
-                let mut found = Decimal::Point.read(cell);
+                let mut found = Decimal::point().read(cell);
                 if self.time == Some(k) {
                     found = time_cell(&mut self.stamped, found, cell);
                 }

@@ -12,6 +12,7 @@ use std::path::Path;
 
 use crate::assemble::Assembly;
 use crate::content::Content;
+use crate::limits::too_many_columns;
 use crate::note::Note;
 use crate::readers::window::Window;
 use crate::{Epoch, Error, Log, ReadOptions};
@@ -42,13 +43,16 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
 /// topics with several instances, and roll, pitch and yaw of each quaternion `q`.
 ///
 /// # Errors
-/// [`Error::NoSamples`], [`Error::Io`].
+/// [`Error::NoSamples`], [`Error::TooManyColumns`], [`Error::Io`].
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
     let path = content.path().to_owned();
     let (origin, stream) = content.stream();
     let mut window = Window::new(stream);
     let mut logbook = Logbook::default();
     let cut = scan(&mut window, &mut logbook).map_err(|error| origin.failed(error))?;
+    if logbook.has_too_many_fields() {
+        return Err(too_many_columns(&path));
+    }
     let mut assembly = Assembly::new(origin, options);
     notes(&path, &window, &logbook, cut).into_iter().for_each(|note| assembly.note(note));
     assembly.epoch(Epoch::Start { since_1970_s: logbook.start_s() });

@@ -325,6 +325,7 @@ impl Workspace {
             match time::choose(wanted, &headings, path) {
                 Ok(mut chosen) => {
                     chosen.index = vectors[chosen.index];
+                    chosen.nanoseconds = chosen.nanoseconds.map(|k| vectors[k]);
                     chosen.column.clone_from(&self.arrays[chosen.index].name);
                     found.insert(scope.to_owned(), chosen);
                 }
@@ -338,8 +339,11 @@ impl Workspace {
 
     /// The times that a vector holds, in seconds.
     fn base(&mut self, chosen: Chosen, path: &Path, assembly: &mut Assembly) -> Base {
-        let Chosen { index, column, seconds, others, replaced } = chosen;
+        let Chosen { index, column, seconds, others, replaced, nanoseconds } = chosen;
         let mut time_s = std::mem::take(&mut self.arrays[index].values);
+        if let Some(nanoseconds) = nanoseconds {
+            time::add_nanoseconds(&mut time_s, &self.arrays[nanoseconds].values);
+        }
         if !others.is_empty() {
             let (path, column) = (path.to_owned(), column.clone());
             assembly.note(Note::TimeChosen { path, column, others });

@@ -66,10 +66,12 @@ pub(crate) fn grid(
     let mut layout = layout::find_in_sheet(&sample, &path)?;
     let mut rows = Rows::new(&path, &mut layout, notes, choose_time)?;
     for (line, record) in sample.drain(..).skip(layout.skip) {
-        rows.take(&fitted(record, rows.width()), line, &layout);
+        records.count(rows.width().saturating_sub(record.len()))?;
+        rows.take(&fitted(record, rows.width()), line, &layout)?;
     }
     while let Some((line, record)) = records.next()? {
-        rows.take(&fitted(record, rows.width()), line, &layout);
+        records.count(rows.width().saturating_sub(record.len()))?;
+        rows.take(&fitted(record, rows.width()), line, &layout)?;
     }
     let format = format!("{}, sheet {sheet:?}", Delimiter::Cells.name());
     Ok(rows.into_grid(origin, format, &layout))
@@ -81,7 +83,7 @@ fn fitted(mut record: ByteRecord, width: usize) -> ByteRecord {
     let mut filled = record.iter().filter(|cell| !cell.is_empty());
     if let (Some(only), None) = (filled.next(), filled.next())
         && width > 1
-        && Decimal::Point.read(only) == Cell::Text
+        && Decimal::point().read(only) == Cell::Text
         && stamp(only).is_none()
     {
         return ByteRecord::from(vec![only]);
@@ -184,33 +186,46 @@ impl<'a> Records<'a> {
         };
         let mut record = ByteRecord::new();
         place(&mut record, column, &text);
+        let mut filled = 1;
         while let Some(cell) = self.cell()? {
             if cell.0 != row {
                 self.ahead = Some(cell);
                 break;
             }
             place(&mut record, cell.1, &cell.2);
+            filled += 1;
         }
+        self.count(record.len().saturating_sub(filled))?;
         Ok(Some((u64::from(row) + 1, record)))
+    }
+
+    /// Counts cells, those that a sheet leaves out included: one cell in the last column makes
+    /// sixteen thousand.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`] of more than the size of the workbook allows.
+    fn count(&mut self, cells: usize) -> Result<(), Error> {
+        /// The least that a cell takes in a sheet: `<c/>`.
+        const CELL_BYTES: u64 = 4;
+        let Some(left) = self.left.checked_sub(CELL_BYTES.saturating_mul(cells as u64)) else {
+            let found = "it holds more cells, empty ones included, than its size allows".to_owned();
+            return Err(Error::Damaged { path: self.path.to_owned(), format: FORMAT, found });
+        };
+        self.left = left;
+        Ok(())
     }
 
     /// The next cell that is not empty.
     fn cell(&mut self) -> Result<Option<(u32, usize, String)>, Error> {
-        /// The least that a cell takes in a sheet: `<c/>`.
-        const CELL_BYTES: u64 = 4;
         while !self.done {
             let cell = guarded(self.path, || self.cells.next_cell())?;
             let Some(cell) = cell else {
                 self.done = true;
                 break;
             };
-            let Some(left) = self.left.checked_sub(CELL_BYTES) else {
-                let found = "it holds more cells than its size allows".to_owned();
-                return Err(Error::Damaged { path: self.path.to_owned(), format: FORMAT, found });
-            };
-            self.left = left;
             let (row, column) = cell.get_position();
             let text = text(cell.get_value(), self.from_1904);
+            self.count(1)?;
             if column as usize >= COLUMNS {
                 let found = format!("row {} has a cell past the last column", u64::from(row) + 1);
                 return Err(Error::Damaged { path: self.path.to_owned(), format: FORMAT, found });

@@ -6,6 +6,7 @@ mod checks;
 #[path = "../common/mod.rs"]
 mod common;
 mod harness;
+mod hostile;
 
 mod arrow;
 mod corpus;

@@ -113,7 +113,7 @@ impl Cut {
         Self::to_points(times, MOST_POINTS)
     }
 
-    fn to_points(times: &[f64], most: usize) -> Self {
+    pub(crate) fn to_points(times: &[f64], most: usize) -> Self {
         let samples_a_part = if times.len() <= most { 1 } else { (2 * times.len()).div_ceil(most) };
         let mut cut = Self { runs: runs(times), samples_a_part, times: Vec::new() };
         cut.times = cut.points(|part, points| {

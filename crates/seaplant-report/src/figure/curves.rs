@@ -25,7 +25,7 @@ pub(crate) fn scene(chart: &CurveChart) -> Result<Scene, Error> {
         let frame = Frame {
             x,
             y: Axis::around(all, 6),
-            x_label: Some(&chart.x_label),
+            x_label: Some(&format!("{}, {}", chart.x_label, chart.x_unit)),
             y_label: &chart.y_label,
         };
         let mut drawing = panel(&rest, frame)?;

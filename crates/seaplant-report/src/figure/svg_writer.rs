@@ -6,6 +6,7 @@ use plotters_backend::BackendCoord;
 
 use super::ink::{Ink, PAPER, hex, style_sheet};
 use super::scene::{Anchor, Mark, PER_PIXEL, Scene, Text};
+use crate::visible::{is_obeyed, numbered};
 
 /// A whole document, with its own title, description and styles.
 pub(crate) fn document(scene: &Scene) -> String {
@@ -106,7 +107,8 @@ fn write_text(svg: &mut String, text: &Text) -> std::fmt::Result {
     write!(svg, ">{}</text>", escape(&text.text))
 }
 
-/// Text as XML takes it; control characters, which it takes in no form, become a sign.
+/// Text as XML takes it, which takes no control characters in any form: blanks among them become a
+/// space, others and what turns the direction of writing are shown by their number.
 pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -116,7 +118,8 @@ pub(crate) fn escape(text: &str) -> String {
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
             '\u{fffe}' | '\u{ffff}' => escaped.push('\u{fffd}'),
-            c if c.is_control() => escaped.push(if c.is_whitespace() { ' ' } else { '\u{fffd}' }),
+            c if c.is_control() && c.is_whitespace() => escaped.push(' '),
+            c if is_obeyed(c) => escaped += &numbered(c),
             c => escaped.push(c),
         }
     }

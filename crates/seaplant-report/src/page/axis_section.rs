@@ -298,7 +298,7 @@ fn structure(plant: &PlantResult) -> Option<Table> {
         "Part".to_owned(),
         "In the model".to_owned(),
         "Twice the gain in log-likelihood".to_owned(),
-        "Gain asked for".to_owned(),
+        "Gain required".to_owned(),
         "Size, %".to_owned(),
         "The same on held-out trials".to_owned(),
     ];

@@ -86,7 +86,7 @@ fn scores(dof: Dof, plant: &CoupledPlant) -> Vec<ScoreRow> {
     let all = [
         of("Held-out trials", held_out),
         of("Fitted trials", plant.fit.by_axis.get(&dof)),
-        of("The axis by itself", plant.single_axes.get(&dof)),
+        of("The axis alone", plant.single_axes.get(&dof)),
     ];
     all.into_iter().flatten().collect()
 }

@@ -116,7 +116,7 @@ fn scores(plant: &CoupledPlant) -> Table {
         "fitted: e",
         "never moving",
         "R²",
-        "R² by itself",
+        "R² alone",
     ];
     Table::new(
         "Prediction from forces alone",
@@ -124,7 +124,7 @@ fn scores(plant: &CoupledPlant) -> Table {
         plant.axes.iter().map(row).collect(),
     )
     .left(2)
-    .noted("All axes are simulated together and freely from the start of each trial; e is the mean |simulated − measured| velocity. “Disturbance” is what forces that are not logged, as strong as they were found, do to a simulation by themselves. “By itself” is an axis with a plant of its own, on held-out trials if there are any: the difference is what coupling explains.")
+    .noted("All axes are simulated together and freely from the start of each trial; e is the mean |simulated − measured| velocity. “Disturbance” is what forces that are not logged, as strong as they were found, do to a simulation by themselves. “Alone” is an axis with a plant of its own, on held-out trials if there are any: the difference is what coupling explains.")
 }
 
 /// What the held-out trials would have of mass and drag, if they were asked.
@@ -148,7 +148,7 @@ fn changes(plant: &CoupledPlant) -> Option<Table> {
     let rows: Vec<Row> = plant.axes.iter().filter_map(row).collect();
     let head = ["Axis", "mass", "drag", "correlation", "size"];
     (!rows.is_empty()).then(|| {
-        Table::new("What held-out trials ask for", head, rows).left(1).noted("By how much mass and drag would be greater if it went by the held-out trials alone, allowing for forces that are not logged and for their own current, with 95 % intervals: a plant that holds for them has zero within. “Correlation” in time and “size” are those of what the filter fails to predict: 1 where the plant lacks nothing, and the trials are disturbed as those that were fitted.")
+        Table::new("The plant that held-out trials support", head, rows).left(1).noted("Change of mass and drag that the held-out trials alone support, allowing for unlogged forces and a current of their own, with 95 % intervals: those of a plant that holds include zero. “Correlation” in time and “size” are those of what the filter fails to predict: 1 where the plant lacks nothing, and the trials are disturbed as those that were fitted.")
     })
 }
 
@@ -301,7 +301,7 @@ fn correlation(plant: &CoupledPlant) -> Table {
     let rows = pairs.into_iter().map(|(_, row)| row).collect();
     Table::new("Correlated coefficients", ["First", "second", "correlation"], rows)
         .left(2)
-        .noted("The whole matrix of correlations is in results.json.")
+        .noted("All correlations are in results.json.")
 }
 
 #[cfg(test)]

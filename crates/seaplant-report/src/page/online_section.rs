@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::table::{Row, Table};
 use crate::number::{ABSENT, or_absent, significant};
-use crate::words;
+use crate::words::{self, escaped};
 
 /// One plant by one method.
 #[derive(Serialize)]
@@ -131,10 +131,6 @@ fn svg(history: &OnlineHistory) -> String {
         );
     }
     text + "</svg>"
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

@@ -66,7 +66,7 @@ fn note(model: &NomotoResult) -> String {
     };
     let law = match model.rudder_law {
         RudderLaw::Proportional => "",
-        RudderLaw::Sine => " ½ sin 2δ stands for δ: it explains more.",
+        RudderLaw::Sine => " δ is replaced by ½ sin 2δ, which explains more.",
     };
     format!("{course}{law} R² of yaw rate, simulated freely: {:.3} fitted; {held}.", model.fit_r2)
 }

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use crate::caveat::spoken;
 use crate::estimate::steady::SteadyFit;
 use crate::estimate::{Estimate, Fit, Method};
-use crate::identify::Judged;
-use crate::judge::{drag_at, free_error, is_better, vouched};
+use crate::judge::{Judged, drag_at, free_error, is_better, vouched};
 use crate::results::{PlantResult, Score, SteadyResult, TrialResult, TrialScore};
 use crate::{Caveat, CaveatCode, Dof, Role};
 

@@ -6,8 +6,8 @@ use super::{
     Decision, Filters, Innovations, Method, Nuisances, PhysicalEstimates, SteadyTest,
     t_quantile_975,
 };
+use crate::estimate::online::OnlineHistory;
 use crate::regression::LeastSquares;
-use crate::results::OnlineHistory;
 use crate::terms::Term;
 use crate::{
     Caveat, Dof, LumpedParameters, Model, PhysicalParameters, Terms, ThrustModel, VelocitySensor,

@@ -15,6 +15,7 @@ mod adaptive;
 mod change;
 mod colour;
 mod factor;
+mod history;
 mod instruments;
 mod joint;
 pub(crate) mod logs;
@@ -31,6 +32,7 @@ mod told;
 use nalgebra::{DMatrix, Vector6};
 
 pub use change::Change;
+pub use history::{OnlineHistory, PlantChanged};
 pub use logs::{CoefficientHistory, OnlineFit, fit_online_coupled};
 pub use options::{OnlineOptions, Scheme};
 pub use possible::Possible;

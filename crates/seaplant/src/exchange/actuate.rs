@@ -20,6 +20,9 @@ pub struct Drive {
     pub angles: BTreeMap<String, Timed>,
     /// The wind; still air if there is none.
     pub wind: Option<Wind>,
+    /// Whether propellers have turned as the first inputs say before these begin; else they stand
+    /// still until then.
+    pub already_turning: bool,
 }
 
 /// How finely a propeller that lags is followed, s: as long as a step of the simulation.
@@ -30,8 +33,9 @@ impl PlantModel {
     ///
     /// A propeller follows its input `s` by `lag ṡ = input − s`, delayed, thrust in reverse is
     /// what the curve says times the reverse ratio, and the force of all thrusters on the axis
-    /// follows theirs by its own lag, all as they were fitted for the axis. Forces beside the
-    /// thrusters act at once.
+    /// follows theirs by its own lag, all as they were fitted for the axis. Before its first input a
+    /// propeller stands still, unless [`Drive::already_turning`]. Forces beside the thrusters act at
+    /// once.
     ///
     /// # Errors
     /// [`Error::Thruster`] for an input of a thruster that the plant does not have, or a curve of
@@ -53,7 +57,8 @@ impl PlantModel {
                 continue;
             }
             let actuation = self.actuation.get(&dof).cloned().unwrap_or_default();
-            let run = Run { dof, pushing, known, supply_v: drive.supply_v.as_ref(), actuation };
+            let (supply_v, already_turning) = (drive.supply_v.as_ref(), drive.already_turning);
+            let run = Run { dof, pushing, known, supply_v, actuation, already_turning };
             forces[dof.index()] = Some(run.force(until_s)?);
         }
         Ok(forces)
@@ -130,6 +135,7 @@ struct Run<'a> {
     known: Option<&'a Timed>,
     supply_v: Option<&'a Timed>,
     actuation: Actuation,
+    already_turning: bool,
 }
 
 impl Run<'_> {
@@ -140,28 +146,36 @@ impl Run<'_> {
         let delay_s = value(&self.actuation.delay).unwrap_or(0.0);
         let ratio = value(&self.actuation.reverse_ratio).unwrap_or(1.0);
         let times = self.times(lag_s.max(force_lag_s), delay_s, until_s);
-        let mut speeds: Vec<f64> =
-            self.pushing.iter().map(|(_, input)| input.held_at(times[0] - delay_s)).collect();
+        let before = |(thruster, input): &(&Thruster, &Timed)| match self.already_turning {
+            true => input.values()[0],
+            false => thruster.curve.neutral(),
+        };
+        let mut speeds: Vec<f64> = self.pushing.iter().map(before).collect();
         let mut forces = Vec::with_capacity(times.len());
-        let mut lagging = None;
+        let mut lagging = (!self.already_turning).then_some(0.0);
         for (k, &t) in times.iter().enumerate() {
             let h = times.get(k + 1).map_or(0.0, |next| next - t);
             let mut force = 0.0;
             for ((thruster, input), speed) in self.pushing.iter().zip(&mut speeds) {
                 // In the middle of a step: at its ends a delay's rounding may name either side.
-                let goal = input.held_at(t + 0.5 * h - delay_s);
+                let goal = self.input_at(thruster, input, t + 0.5 * h - delay_s);
                 let thrust = self.thrust(thruster, after(*speed, goal, 0.5 * h, lag_s), t)?;
                 *speed = after(*speed, goal, h, lag_s);
                 let thrust = if thrust < 0.0 { ratio * thrust } else { thrust };
                 force += thruster.unit_wrench()[self.dof.index()] * thrust;
             }
-            // What has always been pushed is there at the start.
             let before = lagging.unwrap_or(force);
             lagging = Some(after(before, force, h, force_lag_s));
             let known = self.known.map_or(0.0, |known| known.held_at(t));
             forces.push(known + after(before, force, 0.5 * h, force_lag_s));
         }
         Timed::new("force", times, forces)
+    }
+
+    /// The input in force at a time.
+    fn input_at(&self, thruster: &Thruster, input: &Timed, t: f64) -> f64 {
+        let stands = !self.already_turning && t < input.first_s();
+        if stands { thruster.curve.neutral() } else { input.held_at(t) }
     }
 
     fn thrust(&self, thruster: &Thruster, input: f64, t: f64) -> Result<f64, Error> {
@@ -225,7 +239,8 @@ mod tests {
 
     #[test]
     fn thrust_is_allocated_by_curve_and_lever() {
-        let forces = boat().forces(&drive(100.0, -100.0), 1.0).expect("known");
+        let turning = Drive { already_turning: true, ..drive(100.0, -100.0) };
+        let forces = boat().forces(&turning, 1.0).expect("known");
         let surge = forces[0].as_ref().expect("pushed");
         assert!((surge.held_at(0.5) - (400.0 - 300.0)).abs() < 1e-9);
         let yaw = forces[5].as_ref().expect("turned");
@@ -265,6 +280,35 @@ mod tests {
         let expected = 7.0 + 0.5 * 400.0 * (1.0 - (-1.0_f64).exp());
         assert!((yaw.at(1.49) / expected - 1.0).abs() < 0.02, "{}", yaw.at(1.49));
         assert!((yaw.held_at(0.5) - 7.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_step_at_the_start_finds_propellers_that_stand_still() {
+        let forces = |already_turning: bool| {
+            let drive = Drive { already_turning, ..drive(100.0, 100.0) };
+            let mut model = boat();
+            let yaw = model.actuation.remove(&Dof::Yaw).expect("stated");
+            model.actuation.insert(Dof::Surge, yaw);
+            model.forces(&drive, 3.0).expect("known")[0].clone().expect("pushed")
+        };
+        let surge = forces(false);
+        for (times, force) in surge.time_s().windows(2).zip(surge.values()) {
+            let middle = 0.5 * (times[0] + times[1]);
+            let expected = 800.0 * (1.0 - (-middle / 0.5).exp()).powi(2);
+            assert!((force - expected).abs() < 1e-6, "{middle}: {force}, {expected}");
+        }
+        assert!(forces(true).values().iter().all(|force| (force - 800.0).abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_delayed_input_leaves_its_propeller_still_until_then() {
+        let mut model = boat();
+        let mut delayed = model.actuation.remove(&Dof::Yaw).expect("stated");
+        delayed.delay = delayed.lag.take();
+        model.actuation.insert(Dof::Surge, delayed);
+        let forces = model.forces(&drive(100.0, 100.0), 3.0).expect("known");
+        let surge = forces[0].as_ref().expect("pushed");
+        assert_eq!((surge.held_at(0.49), surge.held_at(0.51)), (0.0, 800.0));
     }
 
     #[test]

@@ -8,29 +8,10 @@ use rand_distr::{Distribution, StandardNormal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::PlantModel;
+use super::{Driven, PlantModel};
 use crate::motion::Inputs;
 use crate::results::{CoupledPlant, PlantResult, Results};
 use crate::{Dof, Error, Timed};
-
-/// How far an axis was driven in the trials that a plant was identified from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Driven {
-    /// Greatest speed, m/s or rad/s.
-    pub speed_max: f64,
-    /// Greatest force, N or N m.
-    pub force_max: f64,
-}
-
-impl Driven {
-    /// The wider of two.
-    pub(crate) fn or(self, other: Self) -> Self {
-        Self {
-            speed_max: self.speed_max.max(other.speed_max),
-            force_max: self.force_max.max(other.force_max),
-        }
-    }
-}
 
 /// A slow force on an axis that nothing measured explains, as the filter error method found it:
 /// a first-order Gauss–Markov process.

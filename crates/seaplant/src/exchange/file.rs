@@ -204,6 +204,7 @@ impl PlantFile {
             let reason = format!("is `{}`; this version reads `{PLANT_SCHEMA}`", self.schema);
             return Err(refuse("schema", reason));
         }
+        self.check_errors()?;
         let terms = if self.coefficients.is_empty() {
             self.terms_of_matrices()?
         } else {
@@ -234,6 +235,25 @@ impl PlantFile {
             judgements: Vec::new(),
             notes: self.notes.clone(),
         })
+    }
+
+    /// Refuses standard deviations and intervals that cannot be.
+    fn check_errors(&self) -> Result<(), Error> {
+        for (name, x) in &self.coefficients {
+            let refuse = |key: &str, reason: String| {
+                Err(refuse(&format!("coefficients.\"{name}\".{key}"), reason))
+            };
+            if let Some(std) = x.std.filter(|std| !is_possible_std(*std)) {
+                let reason = format!("is {std}; it must be finite and not below zero, or left out");
+                return refuse("std", reason);
+            }
+            let ends = [("low95", x.low95), ("high95", x.high95)];
+            let infinite = ends.into_iter().find(|(_, end)| end.is_some_and(|x| !x.is_finite()));
+            if let Some((key, Some(end))) = infinite {
+                return refuse(key, format!("is {end}; it must be finite, or left out"));
+            }
+        }
+        Ok(())
     }
 
     /// The least of what its thrusters state.
@@ -451,6 +471,11 @@ fn refuse(key: &str, reason: String) -> Error {
     Error::PlantTable { key: key.to_owned(), reason }
 }
 
+/// Whether a standard deviation is finite, as its square is, and not below zero.
+pub(super) fn is_possible_std(std: f64) -> bool {
+    std >= 0.0 && (std * std).is_finite()
+}
+
 fn thruster(thruster: &FileThruster) -> Result<Thruster, Error> {
     let FileThruster { name, position_m, direction, curve, max_rpm: _ } = thruster;
     Thruster::new(name, *position_m, *direction, curve.curve()?)
@@ -481,7 +506,7 @@ fn symmetric(key: &str, matrix: &DMatrix<f64>, i: usize, j: usize) -> Result<f64
 }
 
 /// A coefficient by the name that results give it.
-fn basis_of_name(name: &str) -> Result<Basis, Error> {
+pub(super) fn basis_of_name(name: &str) -> Result<Basis, Error> {
     let unknown = || {
         Error::PlantTerm {
         text: name.to_owned(),

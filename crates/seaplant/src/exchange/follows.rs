@@ -3,28 +3,11 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Matrix6;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use super::draws::band;
-use super::{Draws, PlantModel};
+use super::{Consequence, Draws, PlantModel};
 use crate::plant::{Basis, Plant, Product};
 use crate::{Dof, Error, PhysicalParameters};
-
-/// A number that follows from a plant's coefficients.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Consequence {
-    /// What it is, and under which force.
-    pub name: String,
-    /// Of which axis.
-    pub axis: Dof,
-    /// The number.
-    pub value: f64,
-    /// Its 95 % interval; absent if the covariance is not known, or leaves it open.
-    pub interval95: Option<[f64; 2]>,
-    /// Its unit.
-    pub unit: String,
-}
 
 impl PlantModel {
     /// Top speed, time constant there and stopping distance for a force on each axis, the

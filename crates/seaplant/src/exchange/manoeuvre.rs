@@ -1,7 +1,7 @@
 //! Standard manoeuvres of a ship from its plant, with intervals as wide as its coefficients are
 //! uncertain.
 
-use nalgebra::{Rotation3, Vector3, Vector6};
+use nalgebra::Vector6;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -45,11 +45,13 @@ pub struct ManoeuvreNumber {
 }
 
 /// How a manoeuvre is driven.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Approach {
     /// The rudder that is turned.
     pub rudder: String,
-    /// Thrusters and forces during the manoeuvre.
+    /// How fast it is turned, rad/s.
+    pub rudder_rate: f64,
+    /// Thrusters and forces during the manoeuvre; propellers turn so already when it begins.
     pub drive: Drive,
     /// Forward speed at its beginning, m/s.
     pub speed: f64,
@@ -57,8 +59,20 @@ pub struct Approach {
     pub longest_s: f64,
 }
 
-/// How fast a rudder is turned, rad/s: 2.3 degrees a second, the least that SOLAS asks of a ship.
-const RUDDER_RATE: f64 = 0.0404;
+/// The least rate at which SOLAS lets the rudder of a ship turn, rad/s: 65° in 28 s.
+pub const SOLAS_RUDDER_RATE: f64 = 65.0 / 28.0 * std::f64::consts::PI / 180.0;
+
+impl Default for Approach {
+    fn default() -> Self {
+        Self {
+            rudder: String::new(),
+            rudder_rate: SOLAS_RUDDER_RATE,
+            drive: Drive::default(),
+            speed: 0.0,
+            longest_s: 0.0,
+        }
+    }
+}
 
 /// From one instant of a manoeuvre to the next, s.
 const STEP_S: f64 = 0.1;
@@ -82,18 +96,23 @@ impl PlantModel {
     /// The numbers of a manoeuvre: advance, transfer and tactical diameter of a turning circle,
     /// overshoots of a zigzag, way and time to stop; lengths in m, angles in rad.
     ///
-    /// The ship heads north at `approach.speed`, its rudder amidships; the rudder turns at
-    /// 2.3°/s.
+    /// The ship heads north at `approach.speed`, its rudder amidships. A zigzag puts the rudder over
+    /// first to `angle`, and then against the turn, whichever way this rudder turns the ship.
     ///
     /// # Errors
-    /// As [`simulate`]; [`Error::Fin`] if the plant has no such rudder; [`Error::Plant`] if the
-    /// ship does not turn or stop in the time that is given.
+    /// As [`simulate`]; [`Error::Fin`] if the plant has no such rudder, or its rate is not above
+    /// zero; [`Error::Plant`] if the ship does not turn or stop in the time that is given.
     pub fn manoeuvre(
         &self,
         manoeuvre: Manoeuvre,
         approach: &Approach,
         draws: Draws,
     ) -> Result<Vec<ManoeuvreNumber>, Error> {
+        if !(approach.rudder_rate > 0.0 && approach.rudder_rate.is_finite()) {
+            let (what, name) = ("rudder", approach.rudder.clone());
+            let reason = format!("turns at {} rad/s; give a rate above zero", approach.rudder_rate);
+            return Err(Error::Fin { what, name, reason });
+        }
         let own = self.numbers(&self.plant, manoeuvre, approach)?;
         let plants = self.draws(draws)?;
         let runs =
@@ -147,12 +166,13 @@ impl PlantModel {
         angle: f64,
         heading: f64,
     ) -> Result<Vec<(String, f64, &'static str)>, Error> {
+        let sense = self.sense(plant, approach, angle, heading)?;
         let mut orders = vec![(0.0, angle)];
         let mut numbers = Vec::new();
         for execute in 1..=EXECUTES {
             let way = self.way(plant, approach, &orders)?;
             let (since, order) = orders[orders.len() - 1];
-            let side = order.signum();
+            let side = sense * order.signum();
             let is_there = |k: &usize| way.time_s[*k] > since && side * way.heading[*k] >= heading;
             let Some(at) = (0..way.time_s.len()).find(is_there) else {
                 return Err(self.too_long("reach the heading of its zigzag", approach));
@@ -170,6 +190,25 @@ impl PlantModel {
             numbers.push((format!("overshoot {execute}"), over, "rad"));
         }
         Ok(numbers)
+    }
+
+    /// 1 if a positive angle of the rudder turns the ship to starboard, −1 if it does to port: from the
+    /// difference of what an angle and its opposite do, which no wind has a part in.
+    fn sense(
+        &self,
+        plant: &Plant,
+        approach: &Approach,
+        angle: f64,
+        heading: f64,
+    ) -> Result<f64, Error> {
+        let [one, other] = [
+            self.way(plant, approach, &[(0.0, angle)])?,
+            self.way(plant, approach, &[(0.0, -angle)])?,
+        ];
+        let apart = |k: &usize| one.heading[*k] - other.heading[*k];
+        let found = (0..one.heading.len()).find(|k| apart(k).abs() >= heading);
+        let found = found.ok_or_else(|| self.too_long("answer its rudder", approach))?;
+        Ok(apart(&found).signum() * angle.signum())
     }
 
     /// The first instant at which the ship has turned so far.
@@ -195,9 +234,10 @@ impl PlantModel {
 
     /// The way under orders `(time, angle)` of the rudder.
     fn way(&self, plant: &Plant, approach: &Approach, orders: &[(f64, f64)]) -> Result<Way, Error> {
-        let mut drive = approach.drive.clone();
+        let mut drive = Drive { already_turning: true, ..approach.drive.clone() };
         if !orders.is_empty() {
-            drive.angles.insert(approach.rudder.clone(), turned_by(orders)?);
+            let turned = turned_by(orders, approach.rudder_rate)?;
+            drive.angles.insert(approach.rudder.clone(), turned);
         }
         let rows = (approach.longest_s / STEP_S).ceil().max(1.0) as usize;
         let time_s: Vec<f64> = (0..=rows).map(|k| STEP_S * k as f64).collect();
@@ -214,23 +254,14 @@ impl PlantModel {
             time_s.clone(),
             moved.attitude.iter().map(|angles| angles[2]).collect::<Vec<_>>(),
         )?);
-        let (mut north, mut east) = (vec![0.0], vec![0.0]);
-        let over_ground = |k: usize| {
-            let ([roll, pitch, heading], v) = (moved.attitude[k], moved.velocity[k]);
-            Rotation3::from_euler_angles(roll, pitch, heading) * Vector3::new(v[0], v[1], v[2])
-        };
-        for k in 1..time_s.len() {
-            let (before, now) = (over_ground(k - 1), over_ground(k));
-            north.push(north[k - 1] + 0.5 * STEP_S * (before.x + now.x));
-            east.push(east[k - 1] + 0.5 * STEP_S * (before.y + now.y));
-        }
+        let (north, east) = moved.position.iter().map(|at| (at.x, at.y)).unzip();
         let surge = moved.velocity.iter().map(|v| v[0]).collect();
         Ok(Way { time_s, north, east, heading: heading.values().to_vec(), surge })
     }
 }
 
-/// A rudder that turns from order to order at its rate.
-fn turned_by(orders: &[(f64, f64)]) -> Result<Timed, Error> {
+/// A rudder that turns from order to order at its rate, rad/s.
+fn turned_by(orders: &[(f64, f64)], rate: f64) -> Result<Timed, Error> {
     let (mut times, mut values) = (Vec::new(), Vec::new());
     let mut angle = 0.0_f64;
     for (k, &(from, goal)) in orders.iter().enumerate() {
@@ -238,10 +269,10 @@ fn turned_by(orders: &[(f64, f64)]) -> Result<Timed, Error> {
             times.push(from);
             values.push(angle);
         }
-        let needed = (goal - angle).abs() / RUDDER_RATE;
+        let needed = (goal - angle).abs() / rate;
         let next = orders.get(k + 1).map_or(f64::INFINITY, |(next, _)| *next);
         let lasts = needed.min(next - from);
-        angle += (goal - angle).signum() * RUDDER_RATE * lasts;
+        angle += (goal - angle).signum() * rate * lasts;
         if lasts > 0.0 {
             times.push(from + lasts);
             values.push(angle);
@@ -256,9 +287,14 @@ mod tests {
     use crate::exchange::PlantFile;
 
     fn ship() -> PlantModel {
+        ship_with_axis(-1.0)
+    }
+
+    /// A ship whose rudder turns about the axis z times a sign.
+    fn ship_with_axis(z: f64) -> PlantModel {
         let foil = serde_json::json!({
             "kind": "rudder", "name": "rudder", "position_m": [-1.5, 0.0, 0.0],
-            "axis": [0.0, 0.0, -1.0], "stall_rad": null
+            "axis": [0.0, 0.0, z], "stall_rad": null
         });
         let x = |value: f64| serde_json::json!({ "value": value, "std": 0.02 * value.abs() });
         let file: PlantFile = serde_json::from_value(serde_json::json!({
@@ -279,7 +315,8 @@ mod tests {
         let mut drive = Drive::default();
         let thrust = Timed::new("thrust", vec![0.0], vec![18.0]).expect("valid");
         drive.wrench.insert(crate::Dof::Surge, thrust);
-        Approach { rudder: "rudder".to_owned(), drive, speed: 1.0, longest_s: 400.0 }
+        let rudder = "rudder".to_owned();
+        Approach { rudder, drive, speed: 1.0, longest_s: 400.0, ..Approach::default() }
     }
 
     #[test]
@@ -314,6 +351,40 @@ mod tests {
         // m u̇ = −d u − d_Q u²: x = m/d_Q ln((d + d_Q u₀)/(d + d_Q u₁)).
         let expected = 260.0 / 10.0 * ((8.0 + 10.0) / (8.0 + 10.0 * STANDING)).ln();
         assert!((stop[0].value - expected).abs() < 0.01 * expected, "{stop:?}");
+    }
+
+    #[test]
+    fn a_zigzag_is_the_same_with_a_rudder_that_turns_the_other_way() {
+        let none = Draws { count: 0, seed: 1 };
+        let zigzag = |ship: &PlantModel, angle: f64| {
+            let manoeuvre = Manoeuvre::Zigzag { angle, heading: 0.2 };
+            ship.manoeuvre(manoeuvre, &approach(), none).expect("it swings")
+        };
+        let usual = zigzag(&ship(), 0.2);
+        for other in [zigzag(&ship_with_axis(1.0), 0.2), zigzag(&ship_with_axis(1.0), -0.2)] {
+            for (a, b) in usual.iter().zip(&other) {
+                assert!((a.value - b.value).abs() < 1e-9, "{a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_faster_rudder_overshoots_less_and_none_is_refused() {
+        let none = Draws { count: 0, seed: 1 };
+        let manoeuvre = Manoeuvre::Zigzag { angle: 0.2, heading: 0.2 };
+        let overshoot = |rudder_rate: f64| {
+            let approach = Approach { rudder_rate, ..approach() };
+            Ok::<f64, Error>(ship().manoeuvre(manoeuvre, &approach, none)?[1].value)
+        };
+        let rates = [SOLAS_RUDDER_RATE, 0.3].map(|rate| overshoot(rate).expect("it swings"));
+        assert!(rates[1] < rates[0], "{rates:?}");
+        // 2 s to 0.1 rad, and from 3 s on 4 s to the other side.
+        let turned = turned_by(&[(0.0, 0.1), (3.0, -0.1)], 0.05).expect("orders");
+        let angles = [1.0, 2.5, 5.0, 9.0].map(|t| turned.at(t));
+        for (found, expected) in angles.into_iter().zip([0.05, 0.1, 0.0, -0.1]) {
+            assert!((found - expected).abs() < 1e-12, "{angles:?}");
+        }
+        assert!(overshoot(0.0).expect_err("it stands").to_string().contains("above zero"));
     }
 
     #[test]

@@ -8,9 +8,10 @@ use super::driven::{
     driven, of_axis as disturbance_of_axis, of_coupled as disturbances_of_coupled,
 };
 use super::{Actuation, Judgement, Origin, PlantModel};
-use crate::identify::plant_of_result;
 use crate::plant::{Basis, Effect, Plant, Product, Structure, Symmetry};
-use crate::results::{CoupledPlant, CurveResult, Parameter, PlantResult, Results, RigidBodyResult};
+use crate::results::{
+    CoupledPlant, CurveResult, Parameter, PlantResult, Results, RigidBodyResult, plant_of_result,
+};
 use crate::{Dof, Error, Method, Thruster};
 
 /// Terms with their numbers, and how those vary together.

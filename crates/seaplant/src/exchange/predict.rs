@@ -1,6 +1,6 @@
 //! What a plant would do, with bands as wide as its coefficients are uncertain.
 
-use nalgebra::{Rotation3, Vector3, Vector6};
+use nalgebra::Vector6;
 
 use super::draws::band;
 use super::{Draws, PlantModel};
@@ -26,8 +26,8 @@ pub struct Prediction {
 impl PlantModel {
     /// Simulates the plant from a velocity under inputs, and draws of it for the band.
     ///
-    /// `start` is velocity over ground, shape (6,); `time_s` increases. Position is the integral
-    /// of velocity by the trapezoid rule over these instants.
+    /// `start` is velocity over ground, shape (6,); `time_s` increases. The motion does not depend
+    /// on how close these instants are: position is integrated with velocity.
     ///
     /// # Errors
     /// As [`simulate`] and [`PlantModel::draws`].
@@ -118,20 +118,6 @@ impl PlantModel {
 }
 
 fn poses(moved: &Simulated) -> Vec<[f64; 6]> {
-    let over_ground = |k: usize| {
-        let [roll, pitch, heading] = moved.attitude[k];
-        let v = moved.velocity[k];
-        Rotation3::from_euler_angles(roll, pitch, heading) * Vector3::new(v[0], v[1], v[2])
-    };
-    let mut at = Vector3::zeros();
-    let mut poses = Vec::with_capacity(moved.time_s.len());
-    for k in 0..moved.time_s.len() {
-        if k > 0 {
-            let h = moved.time_s[k] - moved.time_s[k - 1];
-            at += 0.5 * h * (over_ground(k) + over_ground(k - 1));
-        }
-        let [roll, pitch, heading] = moved.attitude[k];
-        poses.push([at.x, at.y, at.z, roll, pitch, heading]);
-    }
-    poses
+    let both = moved.position.iter().zip(&moved.attitude);
+    both.map(|(at, [roll, pitch, heading])| [at.x, at.y, at.z, *roll, *pitch, *heading]).collect()
 }

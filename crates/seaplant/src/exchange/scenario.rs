@@ -15,8 +15,8 @@ pub struct Scenario {
     pub drive: Drive,
     /// The instants of the result, s; they increase.
     pub time_s: Vec<f64>,
-    /// Velocity over ground at the first of them by axis, m/s and rad/s; held on axes that the
-    /// plant does not have.
+    /// Velocity over ground at the first of them by axis, m/s and rad/s. A translation that the
+    /// plant does not have keeps it; a rotation that it does not have has none, for its angle stays.
     pub velocity: BTreeMap<Dof, f64>,
     /// Roll, pitch and heading there, rad.
     pub attitude: [f64; 3],
@@ -44,7 +44,8 @@ impl PlantModel {
     /// Runs the plant through a scenario, with a band of draws.
     ///
     /// # Errors
-    /// As [`PlantModel::forces`] and [`PlantModel::predict`].
+    /// As [`PlantModel::forces`] and [`PlantModel::predict`]; [`Error::Plant`] for a rate of a
+    /// rotation that the plant does not have.
     ///
     /// # Example
     /// ```
@@ -96,6 +97,12 @@ impl PlantModel {
         for (&dof, &v) in &scenario.velocity {
             if self.plant.axes().contains(&dof) {
                 start[dof.index()] = v;
+            } else if dof.is_rotation() {
+                let axes = self.plant.structure().name();
+                let reason = format!(
+                    "the plant has no {dof}, so that its angle stays as it is and it has no rate to begin with; leave it out"
+                );
+                return Err(Error::Plant { axes, reason });
             } else {
                 velocity[dof.index()] = Some(constant("velocity", v)?);
             }

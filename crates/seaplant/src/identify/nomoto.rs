@@ -1,7 +1,8 @@
 //! Models of steering from yaw rate and rudder alone, beside plants of several axes.
 
+use super::IdentifyOptions;
 use super::coupled::Records;
-use super::{CoupledPlan, IdentifyOptions};
+use crate::CoupledPlan;
 use crate::estimate::{NomotoFit, NomotoOrder, RudderLaw, SteeringTrial, fit_nomoto};
 use crate::plant::Signal;
 use crate::results::{NomotoResult, Parameter, Results, SecondOrder};

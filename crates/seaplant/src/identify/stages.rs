@@ -1,6 +1,7 @@
 //! The fits of an identification, in order, with what they may cost.
 
-use super::{CoupledPlan, IdentifyOptions, TrialsOf, Work};
+use super::{IdentifyOptions, TrialsOf, Work};
+use crate::CoupledPlan;
 use crate::estimate::{MOST_SEARCHED, MOST_TRIALS};
 use crate::{Dof, Method, Trial, Vehicle, VelocitySource};
 

@@ -7,11 +7,11 @@ use super::convert::{Scores, plant_result};
 use crate::diagnose::{
     Evidence, better_elsewhere, caveats, disagreement, disputed, outdone, scoring, worse_trials,
 };
-use crate::estimate::{Method, Records};
+use crate::estimate::{Method, Records, simulated_speed};
 use crate::judge::{
-    Contender, Coupling, Drift, LAGS, NOT_WHITE, Nulls, Scored, another_plant, box_pierce, choose,
-    feedback, impossible, intervals, left_out, one_speed, records, reversed, score,
-    simulated_speed, widened, windows_of, working_speed,
+    Contender, Coupling, Drift, Judged, LAGS, NOT_WHITE, Nulls, Scored, another_plant, box_pierce,
+    choose, feedback, impossible, intervals, left_out, one_speed, records, reversed, score,
+    widened, windows_of, working_speed,
 };
 use crate::results::{Failure, FittedModel, Identification};
 use crate::trial::Beside;
@@ -19,27 +19,6 @@ use crate::{AxisRecord, Caveat, CaveatCode, Error, Fit, Model, Term, Trial, Velo
 
 /// Who is named where no method has a plant to recommend.
 const ANY_METHOD: &str = "any method";
-
-/// A fit with how it predicts.
-pub(crate) struct Judged {
-    pub(crate) fit: Fit,
-    axes: Vec<AxisRecord>,
-    own: Scored,
-    hold_out: Option<Scored>,
-    left_out: Option<Scored>,
-    pub(crate) impossible: Option<String>,
-}
-
-impl Judged {
-    /// How it predicts trials that it has not seen.
-    pub(crate) fn tested(&self) -> Option<&Scored> {
-        self.hold_out.as_ref().or(self.left_out.as_ref())
-    }
-
-    pub(crate) fn own(&self) -> &Scored {
-        &self.own
-    }
-}
 
 /// What all methods are judged by.
 struct Bench {

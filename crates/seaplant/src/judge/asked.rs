@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::linear::{Asked, Lacking, Window, windows_of};
-use crate::results::Score;
+use super::score::Score;
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Estimate, Fit, Model};
 
 /// The change of the plant that some records ask for; `None` if they cannot tell.

@@ -2,10 +2,9 @@
 
 use crate::caveat::spoken;
 use crate::estimate::t_quantile_975;
-use crate::results::{Score, TrialScore};
 use crate::{Fit, Method, Vehicle};
 
-use super::score::Scored;
+use super::score::{Score, Scored, TrialScore};
 use super::working::drag_at;
 
 /// A method's plant that may be recommended.

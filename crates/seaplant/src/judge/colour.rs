@@ -1,11 +1,6 @@
 //! Innovations that are not white, and what they do to intervals.
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::estimate::Innovations;
-
-/// Fewer batches say too little of how scores vary.
-const LEAST_BATCHES: usize = 8;
 
 /// Lags that are looked at.
 pub(crate) const LAGS: usize = 40;
@@ -36,68 +31,4 @@ pub fn box_pierce(innovations: &[Innovations]) -> Option<f64> {
 fn lags(one: &Innovations) -> &[f64] {
     let last = one.autocorrelation.len().min(LAGS + 1);
     one.autocorrelation.get(1..last).unwrap_or_default()
-}
-
-/// The covariance of a maximum-likelihood estimate whose model may be wrong: `A⁻¹ J A⁻¹`, and
-/// nowhere less than `A⁻¹`.
-///
-/// `information` is A, shape (p, p); `scores` are the gradients of the cost over batches of the
-/// record at the optimum, each of shape (p,), long beside the memory of the innovations (thirty
-/// batches do); `J = B/(B − 1) Σ (s_b − s̄)(s_b − s̄)ᵀ`. Where batches are fewer than eight, or A
-/// cannot be inverted, `None`.
-///
-/// # Source
-/// H. White, "Maximum likelihood estimation of misspecified models", *Econometrica* 50, 1982;
-/// sums over batches: \[Schruben1983\].
-///
-/// ```
-/// use nalgebra::{DMatrix, DVector};
-/// // A mean of 40 batches of 25 samples, whose sums vary four times as much as of white noise.
-/// let scores: Vec<_> = (0..40).map(|k| DVector::from_element(1, if k % 2 == 0 { 10.0 } else { -10.0 })).collect();
-/// let robust = seaplant::robust_covariance(&DMatrix::from_element(1, 1, 1000.0), &scores).unwrap();
-/// assert!((robust[(0, 0)] / (4.0 / 1000.0) - 40.0 / 39.0).abs() < 1e-12);
-/// ```
-pub fn robust_covariance(
-    information: &DMatrix<f64>,
-    scores: &[DVector<f64>],
-) -> Option<DMatrix<f64>> {
-    let p = information.nrows();
-    if scores.len() < LEAST_BATCHES {
-        return None;
-    }
-    let freedom = (scores.len() - 1) as f64;
-    let scale = DVector::from_fn(p, |j, _| 1.0 / information[(j, j)].sqrt());
-    if !scale.iter().all(|x| x.is_finite()) {
-        return None;
-    }
-    let scales = &scale * scale.transpose();
-    let inverse = information.component_mul(&scales).cholesky()?.inverse().component_mul(&scales);
-    let mean: DVector<f64> = scores.iter().sum::<DVector<f64>>() / scores.len() as f64;
-    let mut meat = DMatrix::zeros(p, p);
-    for score in scores {
-        let off = score - &mean;
-        meat += &off * off.transpose();
-    }
-    let robust = &inverse * meat * &inverse * (scores.len() as f64 / freedom);
-    // Each standard deviation at least what the model says, correlations as they are.
-    let grow = DVector::from_fn(p, |j, _| (inverse[(j, j)] / robust[(j, j)]).max(1.0).sqrt());
-    Some(robust.component_mul(&(&grow * grow.transpose())))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_robust_covariance_is_never_less_than_the_models_own() {
-        let information = DMatrix::from_row_slice(2, 2, &[400.0, 100.0, 100.0, 900.0]);
-        let own = information.clone().try_inverse().expect("definite");
-        let quiet: Vec<DVector<f64>> =
-            (0..30).map(|k| DVector::from_row_slice(&[0.1 * (k % 3) as f64, 0.05])).collect();
-        let robust = robust_covariance(&information, &quiet).expect("batches");
-        for j in 0..2 {
-            assert!(robust[(j, j)] >= own[(j, j)] * (1.0 - 1e-12), "{robust} {own}");
-        }
-        assert_eq!(robust_covariance(&information, &quiet[..2]), None);
-    }
 }

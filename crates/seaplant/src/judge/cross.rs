@@ -1,7 +1,7 @@
 //! Predictions of trials by plants that have not seen them, where none was held out.
 
 use super::null::Nulls;
-use super::score::{Scored, score};
+use super::score::{Score, Scored, score};
 use crate::{AxisRecord, Error, Fit};
 
 /// As many parts of a record are left out in turn, one after the other.
@@ -63,7 +63,7 @@ fn joined(before: Scored, other: Scored) -> Scored {
     });
     let has_run_away = one.mean_abs_error.is_none() || two.mean_abs_error.is_none();
     let parts = if has_run_away { Vec::new() } else { [before.parts, other.parts].concat() };
-    let score = crate::results::Score {
+    let score = Score {
         quantity: one.quantity,
         mean_abs_error: mean(one.mean_abs_error, two.mean_abs_error),
         null_error: (a * one.null_error + b * two.null_error) / (a + b),

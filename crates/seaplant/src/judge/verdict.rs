@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::score::{Score, TrialScore};
 use super::working::drag_at;
 use crate::caveat::spoken;
-use crate::results::{PlantResult, Score, TrialScore};
-use crate::{Caveat, CaveatCode, Dof, Estimate, Fit, ScoredMotion, Severity, Stability, Term};
+use crate::{Caveat, CaveatCode, Estimate, Fit, Term};
 
 /// How far a plant may be trusted.
 #[derive(
@@ -56,15 +56,8 @@ impl Default for Verdict {
 }
 
 /// A model that predicts vouches for its plant if its error is below this part of the error of a
-/// model that never moves …
+/// model that never moves.
 pub(crate) const PREDICTS: f64 = 0.5;
-/// … and this part of that of the best model without a plant.
-const BEATS_NULL: f64 = 0.85;
-
-/// Noise of velocity hides how much better a plant is: it brings the errors nearer together, and
-/// does not make the better the larger by more than chance.
-const HIDDEN_BY_NOISE: f64 = 1.1;
-
 /// A mass interval whose ends are further apart than this factor says nothing of mass.
 pub(crate) const WIDEST_MASS: f64 = 2.0;
 /// Drag at working speed that is known no better than ± this part is not known.
@@ -121,108 +114,6 @@ pub(crate) fn intervals(fit: &Fit, speed: f64) -> Vec<Caveat> {
     caveats
 }
 
-/// Caveats that leave nothing to vouch for a plant, even as warnings.
-const fn is_doubt(code: CaveatCode) -> bool {
-    matches!(code, CaveatCode::NotDetermined)
-}
-
-/// Judges a plant by its stability, its caveats and its error on trials that it has not seen.
-pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
-    let with = |severity| plant.caveats.iter().filter(move |c| c.severity == severity);
-    let codes: Vec<CaveatCode> =
-        with(Severity::Severe).chain(with(Severity::Warning)).map(|c| c.code).collect();
-    let of = |trust, reason: String| Verdict { trust, reason, codes: codes.clone() };
-    let unit = dof.units().velocity;
-    if !plant.stable {
-        let how = match plant.stability {
-            Stability::Stable | Stability::Unstable => String::new(),
-            _ => format!(" {unit}"),
-        };
-        return of(Trust::DoNotUse, format!("the model {}{how}", plant_is(&plant.stability)));
-    }
-    let severe = with(Severity::Severe).count();
-    if let Some(first) = with(Severity::Severe).next() {
-        let more =
-            if severe > 1 { format!(" and {} more below", severe - 1) } else { String::new() };
-        return of(Trust::DoNotUse, format!("severe caveat: {}{more}", first.code.words()));
-    }
-    let (score, trials) = match (&plant.hold_out, &plant.left_out) {
-        (Some(score), _) => (score, held_out(score)),
-        (None, Some(score)) => (score, "trials that were left out in turn".to_owned()),
-        (None, None) => return of(Trust::Doubtful, "no held-out trial has tested it".to_owned()),
-    };
-    let unit = score.quantity.unit(dof);
-    let Some(e) = score.mean_abs_error else {
-        return of(Trust::DoNotUse, format!("its simulation of {trials} diverges"));
-    };
-    let against = format!(
-        "{trials} with e = {} {unit} against {} for {}",
-        spoken2(e),
-        spoken2(score.null_error),
-        score.quantity.null_model(),
-    );
-    let vouched = vouched(score);
-    if free_error(score) > PREDICTS * score.null_error && !vouched && !explains(score) {
-        return of(Trust::Doubtful, format!("it predicts {against}"));
-    }
-    if let Some(reason) = no_better_than_null(score, &trials, unit, vouched) {
-        return of(Trust::Doubtful, reason);
-    }
-    if let Some(doubt) = with(Severity::Warning).find(|caveat| is_doubt(caveat.code)) {
-        return of(
-            Trust::Doubtful,
-            doubt.message.split(": ").next().unwrap_or_default().to_owned(),
-        );
-    }
-    let warns = |code| with(Severity::Warning).any(|caveat| caveat.code == code);
-    let is_wide = warns(CaveatCode::WideInterval);
-    if is_wide && warns(CaveatCode::NoBetterThanNull) {
-        let reason = "its interval is wide, and on a held-out trial it is no better than a model that never moves";
-        return of(Trust::Doubtful, reason.to_owned());
-    }
-    if is_wide && warns(CaveatCode::AnotherPlantFits) {
-        let reason = "its interval is wide, and the trials contradict it nevertheless".to_owned();
-        return of(Trust::Doubtful, reason);
-    }
-    if is_wide && warns(CaveatCode::ResidualsNotWhite) {
-        let reason = "its interval is wide, and something moves the vehicle that the model lacks";
-        return of(Trust::Doubtful, reason.to_owned());
-    }
-    match with(Severity::Warning).count() {
-        0 if plant.hold_out.is_none() => {
-            of(Trust::UsableWithCare, format!("no trial was held out; it predicts {against}"))
-        }
-        0 => of(Trust::Usable, format!("no warning, predicts {against}")),
-        1 => of(Trust::UsableWithCare, format!("1 warning, predicts {against}")),
-        n => of(Trust::UsableWithCare, format!("{n} warnings, predicts {against}")),
-    }
-}
-
-/// Of acceleration a plant that predicts explains this part of the variance; the rest may be
-/// vibration.
-const EXPLAINED: f64 = 0.5;
-
-/// Whether it explains most of the acceleration of trials where nothing else was measured.
-fn explains(score: &Score) -> bool {
-    let explained = score.r_squared.is_some_and(|r_squared| r_squared > EXPLAINED);
-    score.quantity == ScoredMotion::Acceleration && explained
-}
-
-/// Null models are given the trials' offsets, so that the plant is, too.
-fn no_better_than_null(score: &Score, trials: &str, unit: &str, vouched: bool) -> Option<String> {
-    let null = score.best_null?;
-    let e = free_error(score);
-    let most = if vouched { HIDDEN_BY_NOISE } else { BEATS_NULL };
-    (e > most * null.mean_abs_error).then(|| {
-        format!(
-            "it predicts {trials} with e = {} {unit}, hardly better than {} with {}",
-            spoken2(e),
-            null.model.description(),
-            spoken2(null.mean_abs_error)
-        )
-    })
-}
-
 /// A path that is followed through a trial to this R² vouches for a plant.
 const FOLLOWED: f64 = 0.95;
 
@@ -238,121 +129,4 @@ pub(crate) fn vouched(score: &Score) -> bool {
 pub(crate) fn free_error(score: &Score) -> f64 {
     let errors = [score.mean_abs_error, score.offset_free_error];
     errors.into_iter().flatten().fold(f64::INFINITY, f64::min)
-}
-
-/// "the held-out trial" or "the 3 held-out trials".
-fn held_out(score: &Score) -> String {
-    match score.trials.len() {
-        0 | 1 => "the held-out trial".to_owned(),
-        n => format!("the {n} held-out trials"),
-    }
-}
-
-fn plant_is(stability: &Stability) -> String {
-    match stability {
-        Stability::Stable => "is stable".to_owned(),
-        Stability::Unstable => "is unstable: nothing opposes motion".to_owned(),
-        other => other.to_string(),
-    }
-}
-
-/// A number to two significant digits.
-fn spoken2(x: f64) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return format!("{x}");
-    }
-    let decimals = (1 - x.abs().log10().floor() as i32).clamp(0, 9) as usize;
-    format!("{x:.decimals$}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::identify;
-    use crate::results::{NullModel, NullScore};
-    use crate::twin::{TwinSpec, make};
-    use crate::{IdentifyOptions, Method, Trial, TrialSetup};
-
-    /// A plant of the twin by equation error, without a doubt.
-    fn plant() -> PlantResult {
-        let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 120.0, ..TwinSpec::jason2() };
-        let dive = make(&spec).expect("valid");
-        let trial = |log: &crate::twin::TwinTrial| {
-            let (name, role, dofs) = (log.name.clone(), log.role, log.dofs.clone());
-            let setup = TrialSetup { name, role, dofs, ..TrialSetup::default() };
-            Trial::new(setup, &log.recording, &dive.vehicle).expect("complete")
-        };
-        let trials: Vec<Trial> = dive.trials.iter().map(trial).collect();
-        let options =
-            IdentifyOptions { methods: vec![Method::EquationError], ..IdentifyOptions::default() };
-        let mut plant =
-            identify(&dive.vehicle, &trials, &options).results.plants[&Dof::Surge].clone();
-        plant.caveats.clear();
-        plant
-    }
-
-    fn judged(change: impl FnOnce(&mut PlantResult)) -> Verdict {
-        let mut plant = plant();
-        change(&mut plant);
-        verdict(Dof::Surge, &plant)
-    }
-
-    /// A held-out score that nothing but its errors decides.
-    fn scored(plant: &mut PlantResult, e: Option<f64>, null: Option<f64>) {
-        let score = plant.hold_out.as_mut().expect("the twin has one");
-        (score.mean_abs_error, score.offset_free_error, score.change) = (e, e, None);
-        score.null_error = 0.11;
-        let model = NullModel::SteadySpeed;
-        score.best_null = null.map(|mean_abs_error| NullScore { model, mean_abs_error });
-        score.trials.iter_mut().for_each(|trial| trial.position_r_squared = None);
-    }
-
-    #[test]
-    fn a_plant_that_predicts_is_usable_and_warnings_ask_for_care() {
-        let found = judged(|plant| scored(plant, Some(0.021), Some(0.09)));
-        assert_eq!(found.trust, Trust::Usable);
-        assert!(found.reason.contains("e = 0.021 m/s against 0.11"), "{}", found.reason);
-        let warning = Caveat::warning(CaveatCode::Collinear, "x");
-        let found = judged(|plant| plant.caveats = vec![warning]);
-        assert_eq!(
-            (found.trust, found.codes),
-            (Trust::UsableWithCare, vec![CaveatCode::Collinear])
-        );
-    }
-
-    #[test]
-    fn what_is_not_tested_or_not_determined_is_doubtful() {
-        assert_eq!(judged(|plant| plant.hold_out = None).trust, Trust::Doubtful);
-        let wide = Caveat::warning(CaveatCode::NotDetermined, "the mass is anything: drive on");
-        let found = judged(|plant| plant.caveats = vec![wide]);
-        assert_eq!((found.trust, found.reason.as_str()), (Trust::Doubtful, "the mass is anything"));
-    }
-
-    #[test]
-    fn a_plant_must_beat_the_best_model_without_one() {
-        let found = judged(|plant| scored(plant, Some(0.021), Some(0.022)));
-        assert_eq!(found.trust, Trust::Doubtful);
-        assert!(found.reason.contains("the steady speed for the thrust"), "{}", found.reason);
-        assert_eq!(judged(|plant| scored(plant, Some(0.1), None)).trust, Trust::Doubtful);
-    }
-
-    #[test]
-    fn noise_does_not_hide_a_path_that_is_followed() {
-        let found = judged(|plant| {
-            scored(plant, Some(0.1), Some(0.1));
-            let score = plant.hold_out.as_mut().expect("the twin has one");
-            score.trials.iter_mut().for_each(|trial| trial.position_r_squared = Some(0.99));
-        });
-        assert_eq!(found.trust, Trust::Usable);
-    }
-
-    #[test]
-    fn severe_unstable_and_diverging_plants_are_not_to_be_used() {
-        let severe = Caveat::severe(CaveatCode::WrongSign, "x");
-        let found = judged(|p| p.caveats = vec![severe]);
-        assert_eq!(found.trust, Trust::DoNotUse);
-        assert_eq!(found.reason, "severe caveat: wrong sign");
-        assert_eq!(judged(|p| p.stable = false).trust, Trust::DoNotUse);
-        assert_eq!(judged(|p| scored(p, None, None)).trust, Trust::DoNotUse);
-    }
 }

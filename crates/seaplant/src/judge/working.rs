@@ -2,7 +2,7 @@
 
 use nalgebra::Vector4;
 
-use crate::{AxisRecord, Estimate, Fit, Model, State};
+use crate::{AxisRecord, Estimate, Fit};
 
 /// The root mean square speed of some records, m/s or rad/s; 0 without any.
 pub(crate) fn working_speed(axes: &[AxisRecord]) -> f64 {
@@ -10,22 +10,6 @@ pub(crate) fn working_speed(axes: &[AxisRecord]) -> f64 {
     for velocity in axes.iter().filter_map(|axis| axis.velocity().ok()) {
         sum += velocity.values().iter().map(|v| v * v).sum::<f64>();
         count += velocity.len();
-    }
-    (sum / count.max(1) as f64).sqrt()
-}
-
-/// [`working_speed`]; of records of acceleration alone, that of a model's simulation from rest.
-pub(crate) fn simulated_speed(model: &Model, axes: &[AxisRecord]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0_usize);
-    for axis in axes {
-        for (from_s, to_s) in axis.parts() {
-            let Some(part) = axis.motion.series().window(from_s, to_s) else { continue };
-            let Ok(response) = model.respond(axis, State::default(), part.time_s()) else {
-                continue;
-            };
-            sum += response.velocity.iter().map(|v| v * v).sum::<f64>();
-            count += response.velocity.len();
-        }
     }
     (sum / count.max(1) as f64).sqrt()
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3, Vector6};
 
+use super::held::held_turn;
 use super::{Whole, body_from_world, interpolated_attitude};
 use crate::plant::{Plant, Signal};
 use crate::quantity::WindFrame;
@@ -14,7 +15,9 @@ use crate::{Dof, Error, Timed};
 pub struct Inputs {
     /// Force and moment on each axis in SNAME order, held, N and N m; none is zero.
     pub force: [Option<Timed>; 6],
-    /// Velocity of axes that the plant does not have, m/s and rad/s; none is zero.
+    /// Velocity of axes that the plant does not have, m/s and rad/s. None of a translation is zero;
+    /// none of a rotation is the rate that holds its angle, and zero if `attitude` has that angle
+    /// changing.
     pub velocity: [Option<Timed>; 6],
     /// Roll, pitch and heading, rad; an angle that the plant's own axes turn is read at the
     /// beginning only.
@@ -64,6 +67,8 @@ pub struct Simulated {
     pub velocity: Vec<Vector6<f64>>,
     /// Roll, pitch and heading at each, rad.
     pub attitude: Vec<[f64; 3]>,
+    /// North, east and down of the first instant at each, m.
+    pub position: Vec<Vector3<f64>>,
 }
 
 /// The longest step, s.
@@ -74,9 +79,12 @@ const RUNAWAY: f64 = 1e3;
 
 /// Simulates a plant from a velocity at the first of some instants.
 ///
-/// Steps are at most 0.02 s, by the classical Runge–Kutta method. Where the plant has roll,
-/// pitch and yaw, attitude is a quaternion; where it has some of them, their angles follow
-/// from its rates and the others are taken from `inputs`.
+/// Steps are at most 0.02 s, by the classical Runge–Kutta method, for position, attitude and
+/// velocity alike. Where the plant has roll, pitch and yaw, attitude is a quaternion; where it has
+/// some of them, their angles follow from its rates and the others are taken from `inputs`.
+///
+/// An axis that the plant does not have does not move by itself: an angle keeps its value, by
+/// [`Plant::with_held_angles`], and the velocity of a translation is that of `inputs`.
 ///
 /// `start` is velocity over ground, shape (6,); `time_s` increases.
 ///
@@ -118,6 +126,28 @@ struct Run<'a> {
     /// North and east velocity of the water, m/s.
     current: [f64; 2],
     has: [bool; 6],
+    /// Rotations whose rate is the plant's or given; the angles of others are held.
+    turns: [bool; 3],
+}
+
+/// Where a vehicle is and how it moves.
+#[derive(Clone, Copy)]
+struct Moved {
+    /// Velocity through the water on the plant's axes.
+    relative: Vector6<f64>,
+    turned: Turned,
+    /// North, east and down of the start, m.
+    position: Vector3<f64>,
+}
+
+impl Moved {
+    fn plus(self, slope: Self, step: f64) -> Self {
+        Self {
+            relative: self.relative + slope.relative * step,
+            turned: self.turned.plus(slope.turned, step),
+            position: self.position + slope.position * step,
+        }
+    }
 }
 
 /// Attitude as the plant turns it.
@@ -152,7 +182,11 @@ impl<'a> Run<'a> {
         };
         let signals = plant.structure().signals().iter().map(of).collect::<Result<_, _>>()?;
         let (first, current) = (plant.axes()[0], inputs.current);
-        Ok(Self { plant: Whole::new(plant)?, signals, first, inputs, current, has })
+        let changes = |angle: &Option<Timed>| angle.as_ref().is_some_and(|a| a.values().len() > 1);
+        let turns = std::array::from_fn(|k| {
+            has[3 + k] || inputs.velocity[3 + k].is_some() || changes(&inputs.attitude[k])
+        });
+        Ok(Self { plant: Whole::new(plant)?, signals, first, inputs, current, has, turns })
     }
 
     /// Attitude at an instant, from where the plant turns it on.
@@ -166,28 +200,36 @@ impl<'a> Run<'a> {
     }
 
     fn over(&self, start: &Vector6<f64>, time_s: &[f64]) -> Result<Simulated, Error> {
-        let mut found =
-            Simulated { time_s: time_s.to_vec(), velocity: Vec::new(), attitude: Vec::new() };
+        let mut found = Simulated {
+            time_s: time_s.to_vec(),
+            velocity: Vec::new(),
+            attitude: Vec::new(),
+            position: Vec::new(),
+        };
         let Some(&first) = time_s.first() else { return Ok(found) };
-        let mut turned = self.turned_at(first);
-        let water = self.water(turned, first);
-        let mut relative = self.on_own(start - water);
+        let mut moved = self.started(start, first);
         let mut now = first;
         for &until in time_s {
             while now < until {
-                let step = self.next_step(now, until);
-                let force = self.force_at(now + 0.5 * step);
-                (relative, turned) = self.step(&force, relative, turned, now, step);
-                now += step;
-                if !relative.iter().all(|v| v.abs() < RUNAWAY) {
+                let h = self.next_step(now, until);
+                moved = self.step(&self.force_at(now + 0.5 * h), moved, now, h);
+                if !moved.relative.iter().all(|v| v.abs() < RUNAWAY) {
                     return Err(Error::Diverged { dof: self.first, after_s: now - first });
                 }
+                now += h;
             }
-            let over_ground = relative + self.on_own(self.water(turned, now));
-            found.velocity.push(over_ground + self.others(now));
-            found.attitude.push(self.angles(turned, now));
+            found.velocity.push(self.over_ground(&moved, now));
+            found.attitude.push(self.angles(moved.turned, now));
+            found.position.push(moved.position);
         }
         Ok(found)
+    }
+
+    /// From a velocity over ground, at the attitude that `inputs` have at a time.
+    fn started(&self, start: &Vector6<f64>, t: f64) -> Moved {
+        let turned = self.turned_at(t);
+        let relative = self.on_own(start - self.water(turned, t));
+        Moved { relative, turned, position: Vector3::zeros() }
     }
 
     /// To the next change of a force, the next instant wanted, or as long as a step may be.
@@ -208,42 +250,61 @@ impl<'a> Run<'a> {
         })
     }
 
-    fn step(
-        &self,
-        force: &Vector6<f64>,
-        relative: Vector6<f64>,
-        turned: Turned,
-        now: f64,
-        h: f64,
-    ) -> (Vector6<f64>, Turned) {
+    fn step(&self, force: &Vector6<f64>, from: Moved, now: f64, h: f64) -> Moved {
         let drive_at = now + 0.5 * h;
-        let slopes = |v: Vector6<f64>, turned: Turned, t: f64| {
-            let six = v + self.others(t);
-            let air = self.air(turned, &six, t);
-            let value = |(signal, series): &(&Signal, &Timed)| {
-                match (air, signal) {
-                    (Some(air), Signal::AirForward) => return air.x,
-                    (Some(air), Signal::AirStarboard) => return air.y,
-                    _ => {}
-                }
-                // Like force, a held signal is that of the step's middle.
-                signal.value(series, if signal.is_held() { drive_at } else { t })
-            };
-            let signals: Vec<f64> = self.signals.iter().map(value).collect();
-            let down = self.to_body(turned, t) * Vector3::z();
-            (self.plant.rate(&six, &down, force, &signals), self.turning(turned, &six, t))
+        let (middle, end) = (now + 0.5 * h, now + h);
+        let slope = |at: Moved, t: f64| self.slope(force, at, t, drive_at);
+        let a = slope(from, now);
+        let b = slope(from.plus(a, 0.5 * h), middle);
+        let c = slope(from.plus(b, 0.5 * h), middle);
+        let d = slope(from.plus(c, h), end);
+        let mut moved = from.plus(a, h / 6.0).plus(b, h / 3.0).plus(c, h / 3.0).plus(d, h / 6.0);
+        if let Turned::Freely(q) = moved.turned {
+            moved.turned = Turned::Freely(Unit::new_normalize(q).into_inner());
+        }
+        moved
+    }
+
+    /// How everything changes at a time; signals that are held are those of `drive_at`.
+    fn slope(&self, force: &Vector6<f64>, at: Moved, t: f64, drive_at: f64) -> Moved {
+        let to_body = self.to_body(at.turned, t);
+        let down = to_body * Vector3::z();
+        let six = self.six(&at.relative, &down, t);
+        let air = self.air(at.turned, &six, t);
+        let value = |(signal, series): &(&Signal, &Timed)| {
+            match (air, signal) {
+                (Some(air), Signal::AirForward) => return air.x,
+                (Some(air), Signal::AirStarboard) => return air.y,
+                _ => {}
+            }
+            // Like force, a held signal is that of the step's middle.
+            signal.value(series, if signal.is_held() { drive_at } else { t })
         };
-        let (a1, b1) = slopes(relative, turned, now);
-        let (a2, b2) = slopes(relative + a1 * (0.5 * h), turned.plus(b1, 0.5 * h), now + 0.5 * h);
-        let (a3, b3) = slopes(relative + a2 * (0.5 * h), turned.plus(b2, 0.5 * h), now + 0.5 * h);
-        let (a4, b4) = slopes(relative + a3 * h, turned.plus(b3, h), now + h);
-        let relative = relative + (a1 + 2.0 * (a2 + a3) + a4) * (h / 6.0);
-        let turned = turned.plus(b1, h / 6.0).plus(b2, h / 3.0).plus(b3, h / 3.0).plus(b4, h / 6.0);
-        let turned = match turned {
-            Turned::Freely(q) => Turned::Freely(Unit::new_normalize(q).into_inner()),
-            Turned::Partly(angles) => Turned::Partly(angles),
-        };
-        (relative, turned)
+        let signals: Vec<f64> = self.signals.iter().map(value).collect();
+        let water = self.on_own(self.water(at.turned, t));
+        let through_ground = (six + water).fixed_rows::<3>(0).into_owned();
+        Moved {
+            relative: self.plant.rate(&six, &down, force, &signals),
+            turned: self.turning(at.turned, &six, t),
+            position: to_body.tr_mul(&through_ground),
+        }
+    }
+
+    /// Velocity through the water on the plant's axes, with what is known of the others and the
+    /// rates that hold angles.
+    fn six(&self, relative: &Vector6<f64>, down: &Vector3<f64>, t: f64) -> Vector6<f64> {
+        let mut six = relative + self.others(t);
+        if self.turns != [true; 3] {
+            let rates = six.fixed_rows::<3>(3).into_owned();
+            six.fixed_rows_mut::<3>(3).copy_from(&held_turn(self.turns, &rates, down).omega);
+        }
+        six
+    }
+
+    /// Velocity over ground in body axes.
+    fn over_ground(&self, moved: &Moved, t: f64) -> Vector6<f64> {
+        let down = self.to_body(moved.turned, t) * Vector3::z();
+        self.six(&moved.relative, &down, t) + self.on_own(self.water(moved.turned, t))
     }
 
     /// How attitude changes at a rate of turn.
@@ -322,8 +383,7 @@ impl<'a> Run<'a> {
 /// A plant on its way, under forces that are decided as it moves.
 pub(crate) struct Moving<'a> {
     run: Run<'a>,
-    relative: Vector6<f64>,
-    turned: Turned,
+    moved: Moved,
     now: f64,
 }
 
@@ -335,9 +395,8 @@ impl<'a> Moving<'a> {
     /// As [`simulate`].
     pub(crate) fn at_rest(plant: &Plant, inputs: &'a Inputs) -> Result<Self, Error> {
         let run = Run::new(plant, inputs)?;
-        let turned = run.turned_at(0.0);
-        let relative = run.on_own(-run.water(turned, 0.0));
-        Ok(Self { run, relative, turned, now: 0.0 })
+        let moved = run.started(&Vector6::zeros(), 0.0);
+        Ok(Self { run, moved, now: 0.0 })
     }
 
     /// Moves on by `h`, s, under a force, N and N m.
@@ -345,10 +404,9 @@ impl<'a> Moving<'a> {
     /// # Errors
     /// [`Error::Diverged`].
     pub(crate) fn advance(&mut self, force: &Vector6<f64>, h: f64) -> Result<(), Error> {
-        (self.relative, self.turned) =
-            self.run.step(force, self.relative, self.turned, self.now, h);
+        self.moved = self.run.step(force, self.moved, self.now, h);
         self.now += h;
-        if self.relative.iter().all(|v| v.abs() < RUNAWAY) {
+        if self.moved.relative.iter().all(|v| v.abs() < RUNAWAY) {
             return Ok(());
         }
         Err(Error::Diverged { dof: self.run.first, after_s: self.now })
@@ -356,24 +414,25 @@ impl<'a> Moving<'a> {
 
     /// Changes the velocity of the water, north and east, m/s; that over ground stays.
     pub(crate) fn set_current(&mut self, current: [f64; 2]) {
-        let before = self.run.water(self.turned, self.now);
+        let before = self.run.water(self.moved.turned, self.now);
         self.run.current = current;
-        self.relative += self.run.on_own(before - self.run.water(self.turned, self.now));
+        let change = before - self.run.water(self.moved.turned, self.now);
+        self.moved.relative += self.run.on_own(change);
     }
 
     /// Velocity through the water, body axes.
     pub(crate) fn through_water(&self) -> &Vector6<f64> {
-        &self.relative
+        &self.moved.relative
     }
 
     /// Velocity over ground, body axes.
     pub(crate) fn velocity(&self) -> Vector6<f64> {
-        self.relative + self.run.on_own(self.run.water(self.turned, self.now))
+        self.run.over_ground(&self.moved, self.now)
     }
 
     /// Roll, pitch and heading, rad.
     pub(crate) fn attitude(&self) -> [f64; 3] {
-        self.run.angles(self.turned, self.now)
+        self.run.angles(self.moved.turned, self.now)
     }
 }
 
@@ -461,5 +520,60 @@ mod tests {
         // As felt on board it does not weaken: 2 · 6² = 50 v².
         let felt = drift(WindFrame::Relative, std::f64::consts::PI, 1.0);
         assert!((felt[0] - 1.2).abs() < 1e-6, "{felt}");
+    }
+
+    /// A plant of some axes without restoring, masses of 10 and drag of 1 to each.
+    fn plant_of(axes: &[Dof]) -> Plant {
+        let structure = Structure::of(axes, Symmetry::Diagonal).expect("axes");
+        let structure = structure.without(|term| matches!(term, crate::plant::Basis::Lever(_)));
+        let value = |term: &crate::plant::Basis| match term {
+            crate::plant::Basis::Mass(..) => 10.0,
+            crate::plant::Basis::WeightExcess => 0.0,
+            _ => 1.0,
+        };
+        let coefficients = structure.terms().iter().map(value).collect();
+        Plant::new(structure, coefficients).expect("possible")
+    }
+
+    #[test]
+    fn a_vehicle_without_roll_keeps_its_roll_angle_in_a_climbing_turn() {
+        let plant = plant_of(&[Dof::Surge, Dof::Sway, Dof::Heave, Dof::Pitch, Dof::Yaw]);
+        let pitch = Timed::new("pitch", vec![0.0], vec![0.5]).expect("one");
+        let mut inputs = Inputs { attitude: [None, Some(pitch), None], ..Inputs::default() };
+        inputs.force[5] = Some(Timed::new("yaw", vec![0.0], vec![1.0]).expect("one"));
+        let start = Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.3);
+        let time_s: Vec<f64> = (0..=2000).map(|k| 0.005 * f64::from(k)).collect();
+        let moved = simulate(&plant, &inputs, &start, &time_s).expect("bounded");
+        // The rate is that of the attitude itself: a gyro integrates to it.
+        for k in [1, 700, 1999] {
+            let turned = |k: usize| {
+                let [roll, pitch, heading] = moved.attitude[k];
+                UnitQuaternion::from_euler_angles(roll, pitch, heading)
+            };
+            let turn = (turned(k - 1).inverse() * turned(k + 1)).scaled_axis() / 0.01;
+            let rate = moved.velocity[k].fixed_rows::<3>(3).into_owned();
+            assert!((turn - rate).norm() < 1e-5, "{turn} {rate}");
+            assert_eq!(moved.attitude[k][0], 0.0);
+        }
+        assert!(moved.attitude[2000][2] > 2.0, "it turns");
+    }
+
+    #[test]
+    fn position_does_not_depend_on_the_instants_asked_for() {
+        // u̇ = −(u + u²)/10 from 3 m/s.
+        let plant = plant_of(&[Dof::Surge]);
+        let distance = |t: f64| {
+            // u = c/(1 − c), c = c₀ e^{−t/10}: x = 10 ln((1 − c)/(1 − c₀)).
+            let c0 = 3.0_f64 / 4.0;
+            10.0 * ((1.0 - c0 * (-0.1 * t).exp()) / (1.0 - c0)).ln()
+        };
+        let start = Vector6::new(3.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        for interval in [0.1, 1.0, 10.0] {
+            let count = (60.0_f64 / interval).round() as usize;
+            let time_s: Vec<f64> = (0..=count).map(|k| interval * k as f64).collect();
+            let moved = simulate(&plant, &Inputs::default(), &start, &time_s).expect("bounded");
+            let found = moved.position[count].x;
+            assert!((found - distance(60.0)).abs() < 1e-8, "{interval}: {found}");
+        }
     }
 }

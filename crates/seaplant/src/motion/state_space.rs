@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 use super::Whole;
 use super::attitude::{body_from_world, down_body};
+use super::held::{HeldTurn, held_turn};
 use crate::plant::Plant;
 use crate::{Dof, Error};
 
@@ -19,7 +20,8 @@ pub const STATE_NAMES: [&str; 12] =
 /// x, shape (12,), is north, east, down, m; roll, pitch, heading, rad; velocity over ground in body
 /// axes u, v, w, m/s, and p, q, r, rad/s. The input τ, shape (6,), is the force and moment on the
 /// body, N and N m. A current, shape (3,), is the velocity of the water north, east and down, m/s,
-/// constant and irrotational. Velocities of axes that the plant does not have stay as they are.
+/// constant and irrotational. Translations that the plant does not have keep their velocity;
+/// rotations that it does not have keep their angle, and their rates in x are not read.
 ///
 /// # Example
 /// ```
@@ -73,8 +75,8 @@ impl StateSpace {
         current: &Vector3<f64>,
     ) -> Result<State, Error> {
         let pose = self.pose(x, tau, current)?;
-        let nu = velocity(x);
-        let omega = nu.fixed_rows::<3>(3).into_owned();
+        let (nu, held) = self.velocity(x, &pose);
+        let omega = held.omega;
         let acceleration = self.whole.rate(&self.relative(&nu, &pose), &pose.down, tau, &[])
             - self.on_own(&omega.cross(&pose.water));
         let mut rate = State::zeros();
@@ -95,8 +97,8 @@ impl StateSpace {
         current: &Vector3<f64>,
     ) -> Result<(SMatrix<f64, 12, 12>, SMatrix<f64, 12, 6>), Error> {
         let pose = self.pose(x, tau, current)?;
-        let nu = velocity(x);
-        let (v, omega) = (nu.fixed_rows::<3>(0).into_owned(), nu.fixed_rows::<3>(3).into_owned());
+        let (nu, held) = self.velocity(x, &pose);
+        let (v, omega) = (nu.fixed_rows::<3>(0).into_owned(), held.omega);
         let by_velocity = self.whole.slope(&self.relative(&nu, &pose));
         let mut a = SMatrix::<f64, 12, 12>::zeros();
         a.fixed_view_mut::<3, 3>(0, 6).copy_from(&pose.to_body.transpose());
@@ -116,6 +118,7 @@ impl StateSpace {
             turns -= self.on_own(&Vector3::ith(k, 1.0).cross(&pose.water));
         }
         a.fixed_view_mut::<3, 2>(3, 3).copy_from(&turning_slope(&pose, &omega));
+        self.hold(&mut a, &held, &pose);
         let mut b = SMatrix::<f64, 12, 6>::zeros();
         b.fixed_view_mut::<6, 6>(6, 0).copy_from(self.whole.inverse());
         Ok((a, b))
@@ -168,6 +171,26 @@ impl StateSpace {
         Vector6::from_fn(|k, _| if k < 3 && self.own[k] { of[k] } else { 0.0 })
     }
 
+    /// Velocity over ground with the rates that hold angles, and how these follow.
+    fn velocity(&self, x: &State, pose: &Pose) -> (Vector6<f64>, HeldTurn) {
+        let mut nu = x.fixed_rows::<6>(6).into_owned();
+        let turns = [self.own[3], self.own[4], self.own[5]];
+        let held = held_turn(turns, &nu.fixed_rows::<3>(3).into_owned(), &pose.down);
+        nu.fixed_rows_mut::<3>(3).copy_from(&held.omega);
+        (nu, held)
+    }
+
+    /// Lets the rates in ∂f/∂x follow those that are the plant's, and its attitude.
+    fn hold(&self, a: &mut SMatrix<f64, 12, 12>, held: &HeldTurn, pose: &Pose) {
+        let by_turn = a.fixed_view::<12, 3>(0, 9).into_owned();
+        a.fixed_view_mut::<12, 3>(0, 9).copy_from(&(by_turn * held.by_rates));
+        for k in 0..2 {
+            let tilted = -self.turns_about(pose, k).cross(&pose.down);
+            let mut by_angle = a.fixed_view_mut::<12, 1>(0, 3 + k);
+            by_angle += by_turn * (held.by_down * tilted);
+        }
+    }
+
     /// The axis, in the body, about which roll, pitch or heading turns.
     fn turns_about(&self, pose: &Pose, k: usize) -> Vector3<f64> {
         let (sine, cosine) = pose.angles[0].sin_cos();
@@ -181,10 +204,6 @@ impl StateSpace {
 
 /// Closer than this to the vertical, as the cosine of pitch, angles are lost in rounding.
 const STRAIGHT: f64 = 1e-9;
-
-fn velocity(x: &State) -> Vector6<f64> {
-    x.fixed_rows::<6>(6).into_owned()
-}
 
 /// From p, q, r to the rates of roll, pitch and heading.
 fn turning(pose: &Pose) -> Matrix3<f64> {
@@ -215,6 +234,7 @@ fn turning_slope(pose: &Pose, omega: &Vector3<f64>) -> SMatrix<f64, 3, 2> {
 mod tests {
     use super::super::rate::tests::vehicle;
     use super::*;
+    use crate::plant::{Structure, Symmetry};
 
     /// Central differences over 1e-6 of numbers of order one to a hundred.
     const DIFFERENCE: f64 = 1e-6;
@@ -225,9 +245,38 @@ mod tests {
         (State::from(x), tau, Vector3::new(0.3, -0.2, 0.1))
     }
 
+    /// A plant that has these axes alone.
+    fn space_of(axes: &[Dof]) -> StateSpace {
+        let structure = Structure::of(axes, Symmetry::Diagonal).expect("axes");
+        let coefficients = (0..structure.terms().len()).map(|k| 2.0 + k as f64).collect();
+        StateSpace::new(&Plant::new(structure, coefficients).expect("possible")).expect("regular")
+    }
+
     #[test]
     fn jacobians_are_those_of_the_rate() {
-        let space = StateSpace::new(&vehicle()).expect("six axes");
+        check_jacobians(&StateSpace::new(&vehicle()).expect("six axes"));
+    }
+
+    #[test]
+    fn jacobians_know_of_the_rates_that_hold_angles() {
+        use Dof::{Heave, Pitch, Roll, Surge, Sway, Yaw};
+        let sets: [&[Dof]; 4] =
+            [&[Surge, Sway, Heave, Pitch, Yaw], &[Surge, Sway, Yaw], &[Surge, Pitch], &[Roll, Yaw]];
+        sets.into_iter().for_each(|axes| check_jacobians(&space_of(axes)));
+    }
+
+    #[test]
+    fn angles_of_rotations_that_the_plant_lacks_stay() {
+        let (x, tau, current) = point();
+        let space = space_of(&[Dof::Surge, Dof::Pitch, Dof::Yaw]);
+        let rate = space.rate(&x, &tau, &current).expect("a point");
+        assert!(rate[3].abs() < 1e-12 && rate[4].abs() > 0.1 && rate[5].abs() > 0.1, "{rate}");
+        let mut other = x;
+        other[9] = 5.0;
+        assert_eq!(rate, space.rate(&other, &tau, &current).expect("a point"));
+    }
+
+    fn check_jacobians(space: &StateSpace) {
         let (x, tau, current) = point();
         let (a, b) = space.jacobians(&x, &tau, &current).expect("a point");
         for k in 0..12 {
@@ -286,12 +335,7 @@ mod tests {
 
     #[test]
     fn states_that_the_plant_does_not_move_are_left_out() {
-        use crate::plant::{Structure, Symmetry};
-        let axes = [Dof::Surge, Dof::Yaw];
-        let structure = Structure::of(&axes, Symmetry::Diagonal).expect("two");
-        let coefficients = vec![1.0; structure.terms().len()];
-        let space = StateSpace::new(&Plant::new(structure, coefficients).expect("possible"));
-        let space = space.expect("invertible");
+        let space = space_of(&[Dof::Surge, Dof::Yaw]);
         let (none, still) = (Vector6::zeros(), Vector3::zeros());
         let (a, _) = space.jacobians(&State::zeros(), &none, &still).expect("a point");
         let names: Vec<&str> = space.moved(&a).into_iter().map(|k| STATE_NAMES[k]).collect();

@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Parameter, Part, Verdict};
-use crate::exchange::Driven;
+use super::{Driven, Parameter, Part, Verdict};
 use crate::judge::{NOT_WHITE, beyond, confirms};
-use crate::plant::{Effect, Symmetry};
-use crate::{Caveat, Dof, Method};
+use crate::plant::{Effect, Plant, Structure, Symmetry};
+use crate::{Caveat, Dof, Error, Method};
 
 /// A plant of several axes:
 /// `M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ` with ν_r relative to the water.
@@ -278,6 +277,31 @@ impl AxisScore {
         let both = self.restarted_error.zip(self.kept_error);
         both.is_some_and(|(error, kept)| error < FOLLOWED * kept)
     }
+}
+
+/// A plant with the coefficients that results hold.
+///
+/// # Errors
+/// [`Error::PlantTerm`] for a name that is no term, [`Error::Plant`] for coefficients that
+/// make no plant.
+pub fn plant_of_result(result: &CoupledPlant) -> Result<Plant, Error> {
+    let mut structure = Structure::of(&result.axes, result.symmetry)?;
+    structure = structure.without(|term| !result.parameters.contains_key(&term.to_string()));
+    for effect in &result.effects {
+        structure = structure.with_effect(effect.clone(), true)?;
+    }
+    let known = structure.names();
+    for name in result.parameters.keys().filter(|name| !known.contains(name)) {
+        structure = structure.with(name.parse()?)?;
+    }
+    let value = |name: String| {
+        result.parameters.get(&name).map(|x| x.value).ok_or_else(|| Error::Plant {
+            axes: structure.name(),
+            reason: format!("its results hold the effect `{name}` without a coefficient"),
+        })
+    };
+    let coefficients = structure.names().into_iter().map(value).collect::<Result<_, _>>()?;
+    Plant::new(structure, coefficients)
 }
 
 #[cfg(test)]

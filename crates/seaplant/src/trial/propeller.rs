@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
+use crate::ThrusterInput;
 use crate::caveat::spoken;
 use crate::navigation::Recording;
-use crate::thrust::ThrusterInput;
 use crate::{Caveat, CaveatCode, Quantity, Thruster, Vehicle};
 
 /// Thrust coefficient at rest that no propeller exceeds, ducted ones included [Oosterveld1970].

@@ -1,10 +1,11 @@
 //! The twin under a controller.
 
 use super::motion::{At, move_by};
-use super::random::{Streams, normal};
+use super::random::Streams;
 use super::vehicle::InstrumentNoise;
 use super::water::Water;
 use super::{Plan, STEPS_PER_TICK, TICK_HZ, TwinSpec, tick_time};
+use crate::random::normal;
 use crate::{Dof, Error, Role};
 
 /// What a controller of one degree of freedom is told, ten times a second.

@@ -7,12 +7,13 @@ use rand_chacha::ChaCha8Rng;
 
 use super::faults::Faults;
 use super::motion::{Moved, STEP_S};
-use super::random::{Streams, normal};
+use super::random::Streams;
 use super::vehicle::{DEPTH_QUANTUM_M, InstrumentNoise, pair};
 use super::water::{Attitude, Water};
 use super::{Disturbance, RPM, STEPS_PER_TICK, TwinAccelerometer, TwinSpec, tick_time};
 use crate::navigation::Recording;
 use crate::quantity::{Attitude as Angle, Axis};
+use crate::random::normal;
 use crate::{Dof, Error, Quantity, Sensors, ThrusterInput, Timed, Vehicle};
 
 /// Rate of the depth sensor, Hz [Jason2, table 3].

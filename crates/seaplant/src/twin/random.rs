@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 
 use super::TICK_HZ;
+use crate::random::gauss_markov;
 
 /// The streams of one trial.
 ///
@@ -34,11 +34,6 @@ fn fnv_1a(parts: &[&str]) -> u64 {
     hash
 }
 
-/// A draw from the standard normal distribution.
-pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    rng.sample(StandardNormal)
-}
-
 /// An Ornstein–Uhlenbeck process, one value a tick, stationary from the start.
 pub(super) fn ornstein_uhlenbeck(
     rng: ChaCha8Rng,
@@ -47,24 +42,6 @@ pub(super) fn ornstein_uhlenbeck(
     ticks: usize,
 ) -> Vec<f64> {
     gauss_markov(rng, std, TICK_HZ * correlation_s, ticks)
-}
-
-/// The same at any step, with its correlation time in steps.
-pub(crate) fn gauss_markov(
-    mut rng: ChaCha8Rng,
-    std: f64,
-    correlation: f64,
-    count: usize,
-) -> Vec<f64> {
-    let keep = (-1.0 / correlation).exp();
-    let renew = (1.0 - keep * keep).sqrt();
-    let mut x = normal(&mut rng);
-    let mut path = Vec::with_capacity(count);
-    for _ in 0..count {
-        path.push(std * x);
-        x = keep * x + renew * normal(&mut rng);
-    }
-    path
 }
 
 /// Levels, each held for a time drawn from `dwell_s`, one value a tick.

@@ -7,9 +7,10 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::motion::STEP_S;
-use super::random::{Streams, normal, ornstein_uhlenbeck};
+use super::random::{Streams, ornstein_uhlenbeck};
 use super::{Disturbance, DisturbanceStrength, STEPS_PER_TICK, TwinSpec};
 use crate::Dof;
+use crate::random::normal;
 
 /// Everything that acts on the vehicle beside its thrusters, in one trial.
 pub(super) struct Water {

@@ -33,7 +33,8 @@ fn bode(dof: Dof, response: &Response, axis: &AxisGains) -> Vec<CurveChart> {
     let chart = |what: &str, caption: String, unit: &str| CurveChart {
         title: format!("{dof}: {what} of the open loop"),
         caption,
-        x_label: "frequency, Hz".to_owned(),
+        x_label: "frequency",
+        x_unit: "Hz",
         is_logarithmic: true,
         y_label: format!("{what}, {unit}"),
         x: response.frequency_hz.clone(),
@@ -76,12 +77,13 @@ fn step(dof: Dof, response: &Response) -> Option<CurveChart> {
             "With lag, delay and limits, in still water: it overshoots by {:.0} %.",
             100.0 * (highest / wanted - 1.0).max(0.0)
         ),
-        x_label: "time, s".to_owned(),
+        x_label: "time",
+        x_unit: "s",
         is_logarithmic: false,
         y_label: format!("displacement, {unit}"),
         x: response.time_s.clone(),
         line: ("vehicle".to_owned(), step.estimate.clone()),
-        beside: Some(("asked for".to_owned(), response.asked.clone())),
+        beside: Some(("setpoint".to_owned(), response.asked.clone())),
         band: band(step, |x| x),
     })
 }
@@ -100,7 +102,8 @@ fn tracking(dof: Dof, runs: &[Run]) -> Option<CurveChart> {
     Some(CurveChart {
         title: format!("{dof}: error while it follows a sine"),
         caption: format!("Root mean square {}.", told.join(", ")),
-        x_label: "time, s".to_owned(),
+        x_label: "time",
+        x_unit: "s",
         is_logarithmic: false,
         y_label: format!("error, {unit}"),
         x: first.tracked.time_s.clone(),

@@ -38,7 +38,7 @@ pub(super) fn words(gains: &Gains, runs: &[Run], paths: &[String], notes: &[Stri
         let named = gains_of(*dof, axis);
         let named: Vec<String> = named.iter().map(|(name, x)| format!("{name} {x}")).collect();
         text += &format!(
-            "{dof}: {:.4} Hz, damping {:.2}: {}\n  phase margin {:.0}° (at worst {:.0}°), thrust may act {:.2} s later (at worst {:.2} s)\n",
+            "{dof}: {:.4} Hz, damping {:.2}: {}\n  phase margin {:.0}° (worst case {:.0}°), delay margin {:.2} s (worst case {:.2} s)\n",
             axis.bandwidth_hz,
             axis.damping,
             named.join(", "),
@@ -52,7 +52,7 @@ pub(super) fn words(gains: &Gains, runs: &[Run], paths: &[String], notes: &[Stri
         }
         for run in runs {
             text += &format!(
-                "  follows a sine in {} with an error of {:.4} {unit} RMS\n",
+                "  tracking error on a sine in {}: {:.4} {unit} RMS\n",
                 run.name, run.tracked.rms[dof]
             );
         }
@@ -61,15 +61,15 @@ pub(super) fn words(gains: &Gains, runs: &[Run], paths: &[String], notes: &[Stri
         text += &format!("{path}\n");
     }
     for note in notes {
-        text += &format!("{WARNING}mind:{WARNING:#} {note}\n");
+        text += &format!("{WARNING}note:{WARNING:#} {note}\n");
     }
     text
 }
 
 /// On the page.
 pub(super) fn table(gains: &Gains, runs: &[Run]) -> ControlTable {
-    let fixed = ["axis", "bandwidth", "damping", "gains", "phase margin (worst)"];
-    let more = ["thrust may act later by (worst)", "saturates at an error of"];
+    let fixed = ["axis", "bandwidth", "damping", "gains", "phase margin (worst case)"];
+    let more = ["delay margin (worst case)", "saturates at an error of"];
     let errors = runs.iter().map(|run| format!("RMS error of a sine in {}", run.name));
     let columns = fixed.into_iter().chain(more).map(str::to_owned).chain(errors).collect();
     let row = |(dof, axis): (&Dof, &AxisGains)| {
@@ -100,7 +100,7 @@ pub(super) fn in_current(gains: &Gains, runs: &[Run]) -> Option<String> {
     let axes: Vec<&str> = gains.axes.iter().filter(stays).map(|(dof, _)| dof.name()).collect();
     (!axes.is_empty() && !gains.adapts).then(|| {
         format!(
-            "{}: the current of --current stays as an error of place, for the law has no integral; --law pid or --adaptive takes it away, more bandwidth makes it less",
+            "{}: the current of --current causes a constant error, because the law has no integral; use --law pid or --adaptive, or more bandwidth",
             axes.join(", ")
         )
     })

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use super::definition::{Dialect, Number};
-use super::layout::{Layout, List, MOST_ELEMENTS, Quaternion, Step};
+use super::layout::{Layout, List, MOST_ELEMENTS, Step};
+use crate::quaternion::angles;
 
 /// How messages are put into bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -76,7 +77,8 @@ impl Row {
             self.walk(layout, encoding, bytes)?;
         }
         for quaternion in &layout.quaternions {
-            self.angles(*quaternion);
+            let numbers = [0, 1, 2, 3].map(|k| self.values[quaternion.from + k]);
+            self.values[quaternion.to..quaternion.to + 3].copy_from_slice(&angles(numbers));
         }
         Some(())
     }
@@ -183,19 +185,6 @@ impl Row {
         if let Some(value_here) = base.and_then(|base| self.values.get_mut(base + column)) {
             *value_here = value;
         }
-    }
-
-    /// Roll, pitch and yaw of a quaternion: turns about z, then y, then x. All zero is none.
-    fn angles(&mut self, Quaternion { from, to }: Quaternion) {
-        let [x, y, z, w] = [0, 1, 2, 3].map(|k| self.values[from + k]);
-        let square = x * x + y * y + z * z + w * w;
-        // 0/0 where there is no quaternion: a missing value.
-        let sine = (2.0 * (w * y - z * x) / square).clamp(-1.0, 1.0);
-        let roll = (2.0 * (w * x + y * z)).atan2(w * w - x * x - y * y + z * z);
-        let yaw = (2.0 * (w * z + x * y)).atan2(w * w + x * x - y * y - z * z);
-        let whole = square > 0.0 && square.is_finite();
-        let angles = if whole { [roll, sine.asin(), yaw] } else { [f64::NAN; 3] };
-        self.values[to..to + 3].copy_from_slice(&angles);
     }
 
     /// The columns of a list.

@@ -1,17 +1,24 @@
 //! All that a ULog file told so far.
 
 use std::collections::{BTreeMap, HashMap};
+use std::rc::Rc;
 
 use super::SYNC;
 use super::topic::{Definition, Layout, Topic};
 use crate::assemble::Assembly;
+use crate::limits::MOST_COLUMNS;
 use crate::readers::number::Kind;
 
 /// What messages told.
 #[derive(Default)]
 pub(super) struct Logbook {
     definitions: HashMap<String, Definition>,
+    /// The layout of each definition that was subscribed to; `None` of one that has none. It is
+    /// made once, for a few bytes subscribe and a layout may have thousands of fields.
+    layouts: HashMap<String, Option<Rc<Layout>>>,
     topics: Vec<Topic>,
+    /// The fields of all topics.
+    fields: usize,
     places: HashMap<(String, u8), usize>,
     /// Which topic each number stands for now.
     numbers: HashMap<u16, usize>,
@@ -106,8 +113,13 @@ impl Logbook {
         let key = (name, instance);
         let place = match self.places.get(&key) {
             Some(place) => *place,
+            None if self.has_too_many_fields() => return None,
             None => {
-                let layout = Layout::of(&key.0, &self.definitions)?;
+                let layout = self.layout(&key.0)?;
+                self.fields += layout.fields();
+                if self.has_too_many_fields() {
+                    return None;
+                }
                 self.topics.push(Topic::new(key.0.clone(), instance, layout));
                 self.places.insert(key, self.topics.len() - 1);
                 self.topics.len() - 1
@@ -115,6 +127,22 @@ impl Logbook {
         };
         self.numbers.insert(number, place);
         Some(())
+    }
+
+    fn layout(&mut self, name: &str) -> Option<Rc<Layout>> {
+        if let Some(known) = self.layouts.get(name) {
+            return known.clone();
+        }
+        self.definitions.get(name)?;
+        let layout = Layout::of(name, &self.definitions).map(Rc::new);
+        self.layouts.insert(name.to_owned(), layout.clone());
+        layout
+    }
+
+    /// Whether topics have more fields than a log may have channels; those from there on are not
+    /// read.
+    pub(super) fn has_too_many_fields(&self) -> bool {
+        self.fields > MOST_COLUMNS
     }
 
     fn unsubscribe(&mut self, body: &[u8]) -> Option<()> {

@@ -1,9 +1,11 @@
 //! The fields of a topic, and its records.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use crate::assemble::{Assembly, Group};
 use crate::column::Column;
+use crate::quaternion;
 use crate::readers::number::Kind;
 use crate::unit::Unit;
 
@@ -26,6 +28,10 @@ struct Declared {
 const MOST_FIELDS: usize = 2048;
 /// Topics in topics, at most.
 const DEEPEST: usize = 8;
+/// Elements of a record, at most: numbers, texts, and topics within it, which may be empty.
+const MOST_ELEMENTS: usize = 4 * MOST_FIELDS;
+/// Bytes of the name of a topic or a field, at most: those of uORB are identifiers.
+const LONGEST_NAME: usize = 255;
 
 impl Definition {
     /// What an `F` message says.
@@ -33,7 +39,8 @@ impl Definition {
         let (name, rest) = std::str::from_utf8(body).ok()?.split_once(':')?;
         let fields = rest.split(';').map(str::trim).filter(|field| !field.is_empty());
         let fields = fields.map(Declared::read).collect::<Option<Vec<_>>>()?;
-        (!name.is_empty()).then(|| Self { name: name.to_owned(), fields })
+        let is_name = (1..=LONGEST_NAME).contains(&name.len());
+        is_name.then(|| Self { name: name.to_owned(), fields })
     }
 }
 
@@ -45,6 +52,9 @@ impl Declared {
             None => (kind, None),
         };
         let (kind, name) = (kind.to_owned(), name.trim().to_owned());
+        if name.len() > LONGEST_NAME {
+            return None;
+        }
         Some(Self { kind, count: count.unwrap_or(1), array: count.is_some(), name })
     }
 }
@@ -63,6 +73,8 @@ pub(super) struct Layout {
     fields: Vec<Field>,
     time: Option<usize>,
     texts: Vec<String>,
+    /// How many elements were looked at.
+    elements: usize,
     /// Bytes of a record, and those of it that must be there: padding at its end may be left out.
     size: usize,
     least: usize,
@@ -86,6 +98,7 @@ impl Layout {
     ) -> Option<()> {
         let definition = known.get(topic).filter(|_| depth < DEEPEST)?;
         for declared in &definition.fields {
+            self.count_element()?;
             let Declared { kind, count, array, name } = declared;
             let is_padding = name.starts_with("_padding");
             let number = number(kind);
@@ -98,6 +111,7 @@ impl Layout {
                 continue;
             }
             for k in 0..*count {
+                self.count_element()?;
                 let name = match array {
                     true => format!("{prefix}{name}[{k}]"),
                     false => format!("{prefix}{name}"),
@@ -119,10 +133,20 @@ impl Layout {
         Some(())
     }
 
+    fn count_element(&mut self) -> Option<()> {
+        self.elements += 1;
+        (self.elements <= MOST_ELEMENTS).then_some(())
+    }
+
     fn grow(&mut self, by: usize, is_padding: bool) -> Option<()> {
         self.size = self.size.checked_add(by).filter(|size| *size <= 0xffff)?;
         self.least = if is_padding { self.least } else { self.size };
         Some(())
+    }
+
+    /// How many numbers a record has.
+    pub(super) fn fields(&self) -> usize {
+        self.fields.len()
     }
 
     /// Whether a record may have so many bytes.
@@ -151,14 +175,14 @@ fn number(kind: &str) -> Option<Kind> {
 pub(super) struct Topic {
     pub(super) name: String,
     pub(super) instance: u8,
-    pub(super) layout: Layout,
+    pub(super) layout: Rc<Layout>,
     time_s: Vec<f64>,
     /// For each number of a record.
     values: Vec<Vec<f64>>,
 }
 
 impl Topic {
-    pub(super) fn new(name: String, instance: u8, layout: Layout) -> Self {
+    pub(super) fn new(name: String, instance: u8, layout: Rc<Layout>) -> Self {
         let values = vec![Vec::new(); layout.fields.len()];
         Self { name, instance, layout, time_s: Vec::new(), values }
     }
@@ -225,16 +249,8 @@ impl Topic {
         let mut angles: [Vec<f64>; 3] = Default::default();
         for row in 0..self.time_s.len() {
             let [w, x, y, z] = [w, x, y, z].map(|k| self.values[k][row]);
-            // 0/0 where there is no quaternion: a missing value.
-            let size = w * w + x * x + y * y + z * z;
-            let of = [
-                (2.0 * (w * x + y * z)).atan2(w * w - x * x - y * y + z * z),
-                (2.0 * (w * y - z * x) / size).clamp(-1.0, 1.0).asin(),
-                (2.0 * (w * z + x * y)).atan2(w * w + x * x - y * y - z * z),
-            ];
-            let known = size > 0.0 && size.is_finite();
-            for (angle, of) in angles.iter_mut().zip(of) {
-                angle.push(if known { of } else { f64::NAN });
+            for (angle, of) in angles.iter_mut().zip(quaternion::angles([x, y, z, w])) {
+                angle.push(of);
             }
         }
         let named = ["roll", "pitch", "yaw"].into_iter().zip(angles);
@@ -271,6 +287,10 @@ mod tests {
         assert!(Layout::of("a", &known(&["a:uint64_t timestamp;a again;"])).is_none());
         assert!(Layout::of("a", &known(&["a:uint64_t timestamp;float[9000] x;"])).is_none());
         assert!(Layout::of("a", &known(&["a:float x;"])).is_none());
+        let empty = known(&["e:", "a:uint64_t timestamp;e[4000000000] x;"]);
+        assert!(Layout::of("a", &empty).is_none());
+        let long = format!("a:uint64_t timestamp;float {};", "x".repeat(256));
+        assert_eq!(Definition::read(long.as_bytes()), None);
         assert!(Layout::of("a", &known(&["a:uint64_t timestamp;b x;"])).is_none());
     }
 }

@@ -12,8 +12,8 @@ use nalgebra::{DMatrix, DVector, SVector};
 use super::actuator::Actuator;
 use super::filter::Noise;
 use super::fit::{Point, Problem, Tolerance};
-use crate::judge::robust_covariance;
 use crate::motion::PUSHED_BY;
+use crate::statistics::robust_covariance;
 use crate::{CoupledRecord, Dof, Error};
 
 /// Blocks of trials for each number that is fitted, whose scores make the covariance.

@@ -8,7 +8,7 @@ use super::schedule::Schedule;
 use super::*;
 use crate::motion::{HeldForce, Inputs, Prepared, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
-use crate::twin::random::gauss_markov;
+use crate::random::gauss_markov;
 use crate::{CoupledThruster, Grid, ThrustUncertainty, ThrusterTrack, Timed};
 
 /// Differences over parts of 1e-6 of sums of thousands of squares.
@@ -283,7 +283,9 @@ fn rolling(seed: u64, seconds: usize, noise: f64) -> (Plant, CoupledRecord) {
         Some(Timed::new("force", time_s.clone(), values.collect::<Vec<f64>>()).expect("valid"))
     };
     let force = [series(20.0, 37), None, None, series(1.0, 13), series(1.0, 17), None];
-    let inputs = Inputs { force: force.clone(), ..Inputs::default() };
+    // It turns about no vertical axis, as the filter takes a rate that nobody measured.
+    let mut inputs = Inputs { force: force.clone(), ..Inputs::default() };
+    inputs.velocity[5] = Some(Timed::new("yaw rate", vec![0.0], vec![0.0]).expect("valid"));
     let motion = simulate(&plant, &inputs, &Vector6::zeros(), &time_s).expect("bounded");
     let mut measured = |of: &dyn Fn(usize) -> f64, std: f64| {
         let values: Vec<f64> = (0..time_s.len()).map(|k| of(k) + std * random()).collect();

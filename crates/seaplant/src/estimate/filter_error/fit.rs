@@ -62,7 +62,7 @@ impl FilterError {
     /// [`Error::NotConverged`] if no optimum is reached.
     ///
     /// # Source
-    /// [Jategaonkar2015, ch. 5]: filter error method; score test: \[Young2011\].
+    /// [Jategaonkar2015, ch. 5]: filter error method; score test: \[Rao1948\].
     ///
     /// # Example
     /// ```
@@ -154,8 +154,8 @@ impl FilterError {
             spiked += more;
         }
         let search = Search { records: &clean, ..search.clone() };
-        let fitted = if more == 0 && !is_part { fitted } else { search.again(&fitted) };
-        if is_part && !fitted.optimum.converged {
+        let fitted = search.again(&fitted);
+        if !fitted.optimum.converged {
             return Err(Error::NotConverged { dof, iterations: fitted.optimum.iterations });
         }
         let mut fit = into_fit(dof, &fitted, structure, axes)?;
@@ -245,10 +245,10 @@ fn join(
     axes: &[AxisRecord],
 ) -> Result<Fit, Error> {
     let Some(two) = TwoPlants::fit(unsteady, search) else { return Ok(fit) };
-    let Some(test) = two.test() else { return Ok(fit) };
-    let fit = match test.agrees {
-        true => into_fit(fit.dof, &two.together, fit.structure, axes)?,
-        false => fit,
+    let Some((together, test)) = two.tested() else { return Ok(fit) };
+    let fit = match together {
+        Some(together) => into_fit(fit.dof, &together, fit.structure, axes)?,
+        None => fit,
     };
     Ok(Fit { steady_test: Some(test), ..fit })
 }

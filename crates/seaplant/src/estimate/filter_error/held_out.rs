@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::kalman::Innovation;
-use super::minimise::{MOST_ITERATIONS, minimise};
+use super::minimise::{Effort, minimise};
 use super::problem::Record;
 use super::search::Fitted;
 
@@ -60,7 +60,7 @@ impl HeldOut {
 /// What each measurement of another trial costs a model.
 fn losses(fit: &Fitted<'_>, other: &Record) -> Vec<f64> {
     let (problem, start) = fit.problem.of_another(&fit.optimum.theta, other);
-    let theta: DVector<f64> = minimise(&problem, start, MOST_ITERATIONS).theta;
+    let theta: DVector<f64> = minimise(&problem, start, Effort::COARSE).theta;
     problem.innovations(&theta, 0).iter().map(bounded).collect()
 }
 

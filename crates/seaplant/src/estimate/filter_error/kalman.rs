@@ -6,8 +6,6 @@
 //! `ṗ = v`. Where an accelerometer measures, what velocity gains since its last mean, with what
 //! gravity leaks into it, `ṡ = v̇ + b`, and that leak itself, `ḃ = −b/T_b + noise`, are states too.
 
-#![expect(clippy::needless_range_loop, reason = "states are numbered as in the matrices")]
-
 mod measure;
 mod sensitivity;
 mod step;
@@ -15,9 +13,9 @@ mod step;
 use nalgebra::{DMatrix, DVector};
 
 use super::discrete::{Sensing, Slow, Waves};
-use super::drive::Drive;
+use super::driven::DrivenStep;
 use super::parameters::{Active, Sensor, Unknown, Values};
-use super::schedule::{Instrument, Measurements, Stop};
+use super::schedule::{Instrument, Measurements};
 
 /// Where the filter starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -300,7 +298,7 @@ impl Wanted {
 /// The likelihood of one trial.
 pub(crate) fn likelihood(
     measurements: &Measurements,
-    drive: Drive<'_>,
+    steps: &mut dyn Iterator<Item = DrivenStep>,
     active: &Active,
     values: &Values,
     start: Start,
@@ -313,7 +311,7 @@ pub(crate) fn likelihood(
         ($s:literal, $n:literal) => {
             Kalman::<$s, $n>::new(active, values, layout, start)
                 .noting(wanted, measurements.samples())
-                .run(measurements.steps(), drive)
+                .run(steps)
         };
     }
     // The usual sizes are met closely; each size is compiled by itself.
@@ -382,15 +380,15 @@ impl<'a, const S: usize, const N: usize> Kalman<'a, S, N> {
     }
 
     /// Runs the filter over the trial.
-    fn run(mut self, steps: impl Iterator<Item = Stop>, mut drive: Drive<'_>) -> Likelihood {
+    fn run(mut self, steps: &mut dyn Iterator<Item = DrivenStep>) -> Likelihood {
         let mut discrete = self.discrete(0.0);
-        for stop in steps {
+        for (stop, push) in steps {
             if stop.length_s > 0.0 {
                 // Decimal time stamps differ in their last digits; steps do not.
                 if (stop.length_s - discrete.h).abs() > 1e-9 {
                     discrete = self.discrete(stop.length_s);
                 }
-                self.predict(&drive.until(&stop), &discrete);
+                self.predict(&push, &discrete);
             }
             self.measure(&stop.measured);
             if let Some(batches) = &mut self.batches {

@@ -16,16 +16,32 @@ pub(crate) struct Optimum {
     pub(crate) iterations: usize,
 }
 
-/// A fit that takes more has lost its way.
-pub(crate) const MOST_ITERATIONS: usize = 60;
+/// How long a descent goes on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// A fit that takes more iterations has lost its way, or is compared before it has ended.
+    pub(crate) iterations: usize,
+    /// It has converged when a step promises to lower the cost by less.
+    promise: f64,
+}
+
+impl Effort {
+    /// To the optimum: the cost is a log-likelihood, and this far from its minimum every number is
+    /// within 6 % of its own standard deviation.
+    pub(crate) const FINE: Self = Self { iterations: MOST_ITERATIONS, promise: 2e-3 };
+    /// Near enough to compare models: every number is within a third of its standard deviation.
+    pub(crate) const COARSE: Self = Self { iterations: MOST_ITERATIONS, promise: ROUNDING };
+
+    /// A coarse descent of so many iterations.
+    pub(crate) const fn begun(iterations: usize) -> Self {
+        Self { iterations, ..Self::COARSE }
+    }
+}
+
+const MOST_ITERATIONS: usize = 60;
 const FIRST_DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-9;
 const MOST_DAMPING: f64 = 1e9;
-
-/// A fit has converged when a step promises to lower the cost by less than this. The cost
-/// is a log-likelihood: this far from its minimum every number is within 6 % of its own
-/// standard deviation.
-const CONVERGED: f64 = 2e-3;
 
 /// Where no step helps at any size, what was promised may be this much: within a third of a
 /// standard deviation.
@@ -43,28 +59,24 @@ const AFTER_POOR_DAMPING: f64 = 1.0;
 /// After this many poor steps in a row the cost has a kink here.
 const POOR_STEPS: usize = 3;
 
-/// Minimises the cost from a start, in so many iterations at most.
+/// Minimises the cost from a start.
 ///
 /// Logged thrust jumps, so the cost has a kink in the delay wherever a jump meets the end
 /// of a step. Where descent ends at one, the delay stays there and the rest goes on.
-pub(crate) fn minimise(
-    problem: &Problem<'_>,
-    start: DVector<f64>,
-    most_iterations: usize,
-) -> Optimum {
+pub(crate) fn minimise(problem: &Problem<'_>, start: DVector<f64>, effort: Effort) -> Optimum {
     let unknowns = problem.numbers();
     let limits = limits_of(problem);
     let (damping, at_kink, poor) = (FIRST_DAMPING, false, 0);
     let mut descent = Descent { theta: start, limits, damping, at_kink, poor };
     let mut here = problem.evaluate(&descent.theta);
-    for iterations in 0..most_iterations {
+    for iterations in 0..effort.iterations {
         let parabola = descent.parabola(unknowns, &here.1, &here.2);
         let step = parabola.step(LEAST_DAMPING);
         let promise = step.map_or(f64::INFINITY, |step| parabola.promise(&step));
-        let next = (promise >= CONVERGED)
+        let next = (promise >= effort.promise)
             .then(|| descent.next(problem, unknowns, here.0, &parabola))
             .flatten();
-        let Some((theta, damping)) = next else {
+        let Some(Next { theta, damping, there }) = next else {
             let converged = promise < ROUNDING;
             let has_kink = !descent.at_kink && unknowns.contains(&Unknown::Delay);
             if !converged && has_kink {
@@ -76,7 +88,7 @@ pub(crate) fn minimise(
         };
         (descent.theta, descent.damping) = (theta, damping);
         let before = here.0;
-        here = problem.evaluate(&descent.theta);
+        here = there;
         let is_poor = before - here.0 < POOR_GAIN * promise;
         descent.poor = if is_poor { descent.poor + 1 } else { 0 };
         if is_poor {
@@ -89,7 +101,7 @@ pub(crate) fn minimise(
         }
     }
     let (cost, _, information) = here;
-    let (theta, iterations) = (descent.theta, most_iterations);
+    let (theta, iterations) = (descent.theta, effort.iterations);
     Optimum { theta, cost, information, converged: false, iterations }
 }
 
@@ -122,27 +134,51 @@ impl Descent {
         Parabola::new((gradient, information), (&self.theta, &self.limits), is_held)
     }
 
-    /// After the longest step that lowers the cost, if there is one, and the damping from there.
+    /// The longest step that lowers the cost, if there is one.
     fn next(
         &self,
         problem: &Problem<'_>,
         unknowns: &[Unknown],
         cost: f64,
         parabola: &Parabola<'_>,
-    ) -> Option<(DVector<f64>, f64)> {
+    ) -> Option<Next> {
+        let moved = |damping: f64| {
+            let step = parabola.step(damping)?;
+            Some(within(unknowns, &self.limits, &self.theta, &step))
+        };
+        // Most steps lower the cost: the first is evaluated at once, with its slope.
         let mut damping = self.damping;
-        while damping < MOST_DAMPING {
-            let next = parabola
-                .step(damping)
-                .map(|step| within(unknowns, &self.limits, &self.theta, &step))
-                .filter(|next| problem.cost(next) < cost);
-            if let Some(next) = next {
-                return Some((next, (0.1 * damping).max(LEAST_DAMPING)));
+        if let Some(theta) = moved(damping) {
+            let there = problem.evaluate(&theta);
+            if there.0 < cost {
+                return Some(Next { theta, damping: relaxed(damping), there });
             }
-            damping *= 5.0;
         }
-        None
+        loop {
+            damping *= 5.0;
+            if damping >= MOST_DAMPING {
+                return None;
+            }
+            if let Some(theta) = moved(damping).filter(|theta| problem.cost(theta) < cost) {
+                let there = problem.evaluate(&theta);
+                return Some(Next { theta, damping: relaxed(damping), there });
+            }
+        }
     }
+}
+
+/// Where a step leads.
+struct Next {
+    theta: DVector<f64>,
+    /// The damping of the step after it.
+    damping: f64,
+    /// Cost, gradient and information there.
+    there: (f64, DVector<f64>, DMatrix<f64>),
+}
+
+/// The damping after a step that lowered the cost.
+fn relaxed(damping: f64) -> f64 {
+    (0.1 * damping).max(LEAST_DAMPING)
 }
 
 /// Where each number of a problem means something.

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::drive::Drive;
+use super::driven::{DrivenStep, KeptSteps, driven};
 use super::kalman::{Innovation, Likelihood, Start, Wanted, likelihood};
 use super::parameters::{Active, Sensor, Shape, Unknown, Values};
 use super::schedule::{Instrument, Measurements};
@@ -66,6 +67,7 @@ pub(crate) struct Record {
 struct Part {
     measurements: Measurements,
     start: Start,
+    steps: KeptSteps,
 }
 
 /// What a trial is of.
@@ -129,6 +131,7 @@ impl Record {
             let found = spikes(own);
             count += found.len();
             part.measurements.strike_out(&found);
+            part.steps = KeptSteps::default();
             rest = others;
         }
         count
@@ -174,7 +177,7 @@ impl Part {
             position: position.map_or(0.0, |p| p.values()[0] - wait_s * first),
             position_variance: (spread * sample_s.max(wait_s)).powi(2).max(f64::MIN_POSITIVE),
         };
-        Self { measurements, start }
+        Self { measurements, start, steps: KeptSteps::default() }
     }
 
     /// Evenly spread pieces that hold a part of it, each with a start of its own.
@@ -376,9 +379,18 @@ impl<'a> Problem<'a> {
 
     fn likelihood_of(&self, record: &Record, values: &Values, wanted: Wanted) -> Likelihood {
         let Record { tracks, turning, parts, .. } = record;
-        let of = |Part { measurements, start }: &Part| {
-            let drive = Drive::new(tracks, turning.as_ref(), values, measurements.first_s());
-            likelihood(measurements, drive, &self.active, values, *start, wanted)
+        let of = |Part { measurements, start, steps }: &Part| {
+            let all = || {
+                let first_s = measurements.first_s();
+                driven(measurements, Drive::new(tracks, turning.as_ref(), values, first_s))
+            };
+            let pass = |steps: &mut dyn Iterator<Item = DrivenStep>| {
+                likelihood(measurements, steps, &self.active, values, *start, wanted)
+            };
+            match steps.get(values, measurements.samples(), || all().collect()) {
+                Some(kept) => pass(&mut kept.iter().copied()),
+                None => pass(&mut all()),
+            }
         };
         let all = parts.iter().map(of).reduce(Likelihood::and);
         all.unwrap_or_else(|| Likelihood::of_nothing(&self.active, wanted))

@@ -1,11 +1,12 @@
 //! Which parts the model gets: the search over candidates.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::candidate::{Candidate, Decision, Turn};
 use super::held_out::HeldOut;
-use super::minimise::{MOST_ITERATIONS, Optimum, ROUNDING, limits, minimise};
+use super::minimise::{Effort, Optimum, ROUNDING, limits, minimise};
+use super::parabola::{Minimum, Scores};
 use super::parameters::{Unknown, Usual, Values};
 use super::problem::{Prior, Problem, Record};
 use super::whiteness::Whiteness;
@@ -69,38 +70,56 @@ struct Model<'a> {
 impl<'a> Fitted<'a> {
     /// Fits all numbers of a problem, starting from another fit where it has them.
     pub(crate) fn of(problem: Problem<'a>, from: Option<&Fitted<'_>>, at: &Values) -> Self {
-        Self::within(problem, from, at, MOST_ITERATIONS)
+        Self::within(problem, from, at, Effort::COARSE)
     }
 
-    fn within(
+    pub(crate) fn within(
         problem: Problem<'a>,
         from: Option<&Fitted<'_>>,
         at: &Values,
-        iterations: usize,
+        effort: Effort,
+    ) -> Self {
+        let known = |unknown, record| from.and_then(|from| from.value(unknown, record));
+        let start = |unknown, record| known(unknown, record).unwrap_or_else(|| at.get(unknown));
+        Self::from_start(problem, start, effort)
+    }
+
+    /// Fits all numbers of a problem from the start of each unknown in each record.
+    pub(crate) fn from_start(
+        problem: Problem<'a>,
+        start: impl Fn(Unknown, usize) -> f64,
+        effort: Effort,
     ) -> Self {
         let mut theta = DVector::zeros(problem.len());
         for record in 0..problem.records.len() {
             for &unknown in problem.unknowns() {
                 let Some(place) = problem.index(unknown, record) else { continue };
-                let known = from.and_then(|from| from.value(unknown, record));
                 let (low, high) = limits(unknown, &problem.fixed.shape);
-                theta[place] = known.unwrap_or_else(|| at.get(unknown)).clamp(low, high);
+                theta[place] = start(unknown, record).clamp(low, high);
             }
         }
-        let optimum = minimise(&problem, theta, iterations);
+        let optimum = minimise(&problem, theta, effort);
         Self { problem, optimum }
     }
 
-    /// What was found for a trial; of one that was not there, what the first has.
-    fn value(&self, unknown: Unknown, record: usize) -> Option<f64> {
+    /// Returns the estimate for a record, or that of the first record where there is none.
+    pub(crate) fn value(&self, unknown: Unknown, record: usize) -> Option<f64> {
         let record = if record < self.problem.records.len() { record } else { 0 };
         self.problem.index(unknown, record).map(|place| self.optimum.theta[place])
     }
 
-    /// Unconverged last, then by cost.
-    fn rank(&self) -> (bool, f64) {
-        (!self.optimum.converged, self.optimum.cost)
+    /// Compares two fits of one problem: converged ones first, then by cost.
+    pub(crate) fn compare(&self, other: &Self) -> std::cmp::Ordering {
+        let by_cost = self.optimum.cost.total_cmp(&other.optimum.cost);
+        other.optimum.converged.cmp(&self.optimum.converged).then(by_cost)
     }
+}
+
+/// Whether fits from different starts have come to the same optimum.
+fn are_one(fits: &[Fitted<'_>]) -> bool {
+    let costs = || fits.iter().map(|fitted| fitted.optimum.cost);
+    let (least, most) = (costs().fold(f64::MAX, f64::min), costs().fold(f64::MIN, f64::max));
+    fits.iter().all(|fitted| fitted.optimum.converged) && most - least < 2.0 * ROUNDING
 }
 
 /// Mean speeds of trials that differ by less than this part of the greatest show nothing of what
@@ -147,38 +166,48 @@ impl<'a> Search<'a> {
         Fitted::of(self.problem(unknowns, linear), from, at)
     }
 
-    /// Fits the same model to the records of this search.
+    /// Fits the same model to the records of this search, to the optimum itself.
     pub(crate) fn again(&self, fitted: &Fitted<'_>) -> Fitted<'a> {
         let Problem { fixed, .. } = fitted.problem;
         let problem = Problem::new(self.records, fitted.problem.unknowns(), self.priors, fixed);
-        Fitted::of(problem, Some(fitted), &fixed)
+        Fitted::within(problem, Some(fitted), &fixed, Effort::FINE)
     }
 
-    /// The best of the fits from all starts, which are compared before they have ended.
+    /// Returns the best fit from several starts.
+    ///
+    /// Where the start before and that of output error lead to one optimum, the likelihood has no
+    /// other to speak of. Else the fits from all starts are compared before they have ended.
     pub(crate) fn fit_from_all(
         &self,
         unknowns: &[Unknown],
         from: Option<&Fitted<'_>>,
     ) -> Option<Fitted<'a>> {
         let problem = self.problem(unknowns, false);
-        let origins: Vec<(Option<&Fitted<'_>>, &Values)> = from
+        let mut origins: Vec<(Option<&Fitted<'_>>, &Values)> = from
             .map(|from| (Some(from), &self.fixed))
             .into_iter()
             .chain(self.starts.iter().map(|start| (None, start)))
             .collect();
-        let mut begun = parallel::map(&origins, |(from, at)| {
-            Fitted::within(problem.clone(), *from, at, SCREENING)
-        });
-        begun.sort_by(|a, b| a.optimum.cost.total_cmp(&b.optimum.cost));
+        let within = |(from, at): &(Option<&Fitted<'_>>, &Values), effort| {
+            Fitted::within(problem.clone(), *from, at, effort)
+        };
+        let mut ended = Vec::new();
         // Acceleration alone has optima with and without linear drag, far apart.
+        if self.knows_velocity && origins.len() > FINALISTS {
+            let apart = [origins.remove(0), origins.pop()?];
+            ended = parallel::map(&apart, |origin| within(origin, Effort::COARSE));
+            if are_one(&ended) {
+                return ended.into_iter().min_by(Fitted::compare);
+            }
+        }
+        let mut begun = parallel::map(&origins, |origin| within(origin, Effort::begun(SCREENING)));
+        begun.sort_by(|a, b| a.optimum.cost.total_cmp(&b.optimum.cost));
         begun.truncate(if self.knows_velocity { FINALISTS } else { begun.len() });
-        let ended = parallel::map(&begun, |begun| match begun.optimum.converged {
+        ended.extend(parallel::map(&begun, |begun| match begun.optimum.converged {
             true => begun.clone(),
             false => Fitted::of(begun.problem.clone(), Some(begun), &self.fixed),
-        });
-        ended
-            .into_iter()
-            .min_by(|a, b| a.rank().0.cmp(&b.rank().0).then(a.rank().1.total_cmp(&b.rank().1)))
+        }));
+        ended.into_iter().min_by(Fitted::compare)
     }
 
     fn problem(&self, unknowns: &[Unknown], linear: bool) -> Problem<'a> {
@@ -187,13 +216,13 @@ impl<'a> Search<'a> {
         Problem::new(self.records, unknowns, self.priors, fixed)
     }
 
-    /// Starts with the first candidates in the model and leaves out, one by one, the one that
-    /// is worth least, until each that is left is worth its place. Then adds what the logs
-    /// still ask for, and leaves out what was only in its place. Held-out trials have the last
-    /// word.
+    /// Searches the model that the logs support.
     ///
-    /// Backwards first, since one fault hides another: under a current and a delay together, a
-    /// lag alone makes nothing better.
+    /// One pass at the optimum of the plant alone gives the scores of the first candidates, each by
+    /// itself and all together. If nothing is significant the plant alone goes on. Else all are
+    /// fitted at once, since one fault hides another (under a current and a delay together, a lag
+    /// alone makes nothing better), and the information matrix there says which to leave out.
+    /// Then candidates that the logs still support are added. Held-out trials have the last word.
     pub(crate) fn run(
         &self,
         base: Fitted<'a>,
@@ -205,26 +234,37 @@ impl<'a> Search<'a> {
         self.eliminate(&mut model);
         self.grow(&mut model, candidates);
         let kept = self.judge(&mut model);
+        let scores = self.scores(&model.fitted, candidates);
         let decisions = parallel::map(candidates, |candidate| {
             let kept = kept.iter().find(|decision| decision.candidate == *candidate);
-            kept.cloned().unwrap_or_else(|| self.left_out(*candidate, &model))
+            kept.cloned().unwrap_or_else(|| self.left_out(*candidate, &model, &scores))
         });
         (model.fitted, decisions)
     }
 
-    fn first(&self, base: Fitted<'a>, mut kept: Vec<Candidate>) -> Model<'a> {
-        if kept.is_empty() {
-            return Model { fitted: base, kept };
+    fn first(&self, base: Fitted<'a>, first: Vec<Candidate>) -> Model<'a> {
+        let (terms, others): (Vec<Candidate>, Vec<Candidate>) =
+            first.iter().partition(|candidate| candidate.is_term());
+        if first.is_empty() {
+            return Model { fitted: base, kept: first };
         }
-        if let Some(fitted) = self.full(&base, &kept) {
-            return Model { fitted, kept };
-        }
-        // Too much for these logs: begin with what the score test sees.
-        let is_seen = |c: &Candidate| self.score(&base, *c).unwrap_or(0.0) > self.needed(*c);
-        kept.retain(|c| c.is_term() || is_seen(c));
-        match self.full(&base, &kept) {
-            Some(fitted) => Model { fitted, kept },
+        let plant = match self.full(&base, &terms) {
+            Some(fitted) => Model { fitted, kept: terms },
             None => Model { fitted: base, kept: Vec::new() },
+        };
+        let scores = self.scores(&plant.fitted, &others);
+        if !scores.is_any_significant(|candidate| self.needed(candidate)) {
+            return plant;
+        }
+        if let Some(fitted) = self.full(&plant.fitted, &first) {
+            return Model { fitted, kept: first };
+        }
+        // Too many for these logs: only those that the scores name.
+        let named = |c: &Candidate| c.is_term() || scores.of(*c) > self.needed(*c);
+        let kept: Vec<Candidate> = first.into_iter().filter(named).collect();
+        match self.full(&plant.fitted, &kept) {
+            Some(fitted) => Model { fitted, kept },
+            None => plant,
         }
     }
 
@@ -235,21 +275,59 @@ impl<'a> Search<'a> {
         self.fit_from_all(&unknowns, Some(base)).filter(|fitted| fitted.optimum.converged)
     }
 
-    /// Leaves out what is not worth its place.
+    /// Leaves out what is not worth its place, by the information matrix, and fits what is left.
     fn eliminate(&self, model: &mut Model<'a>) {
         let mut needed_anyway = Vec::new();
-        while let Some((least, without)) = self.least_worth(model, &needed_anyway) {
-            model.fitted = self.at_least(least, model.fitted.clone(), &without);
-            let decision = self.decide(least, &model.fitted, &without);
-            if !decision.admitted {
-                model.kept.retain(|kept| *kept != least);
-                model.fitted = without;
-            } else if decision.likelihood_ratio < decision.needed {
-                needed_anyway.push(least);
-            } else {
-                break;
+        loop {
+            let gone = self.superfluous(model, &needed_anyway);
+            let Some(least) = gone.first().copied() else { return };
+            let all = self.without_all(model, &gone);
+            if gone.len() > 1 && self.criterion(&all) < self.criterion(model) {
+                *model = all;
+                continue;
+            }
+            // Where the parabola misleads, the likelihood decides on one at a time.
+            let without = if gone.len() > 1 { self.without_all(model, &[least]) } else { all };
+            model.fitted = self.at_least(least, model.fitted.clone(), &without.fitted);
+            match self.decide(least, &model.fitted, &without.fitted).admitted {
+                true => needed_anyway.push(least),
+                false => *model = without,
             }
         }
+    }
+
+    /// The candidates that the parabola at the optimum finds not worth their place, the least
+    /// worthy first: after each, the others move to where the parabola without it has its minimum.
+    fn superfluous(&self, model: &Model<'a>, needed_anyway: &[Candidate]) -> Vec<Candidate> {
+        let Model { fitted, kept } = model;
+        let Some(mut parabola) = Minimum::of(fitted) else { return Vec::new() };
+        let is_needed = |c: &Candidate, gone: &[Candidate]| {
+            kept.iter().any(|other| other.needs() == Some(*c) && !gone.contains(other))
+        };
+        let mut gone = Vec::new();
+        loop {
+            let open = kept.iter().copied().filter(|c| {
+                let is_open = c.has_score() && !gone.contains(c) && !needed_anyway.contains(c);
+                is_open && !is_needed(c, &gone)
+            });
+            // A term may stay for its size, whatever its worth.
+            let worthless = open.filter_map(|c| {
+                let worth = parabola.worth(fitted, c);
+                let decision = self.decision(c, worth, self.size(c, fitted), None);
+                (!decision.admitted).then_some((worth - decision.needed, c))
+            });
+            let Some((_, least)) = worthless.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+                return gone;
+            };
+            gone.push(least);
+            parabola.leave_out(fitted, least);
+        }
+    }
+
+    /// The model without some candidates.
+    fn without_all(&self, model: &Model<'a>, gone: &[Candidate]) -> Model<'a> {
+        let kept = model.kept.iter().copied().filter(|c| !gone.contains(c)).collect();
+        Model { fitted: self.changed(&model.fitted, gone, None, Effort::COARSE), kept }
     }
 
     /// Adds what the logs still ask for, as long as the Bayesian information criterion gains.
@@ -295,11 +373,12 @@ impl<'a> Search<'a> {
             possible && !model.kept.contains(c) && !refused.contains(c)
         };
         let open: Vec<Candidate> = candidates.iter().copied().filter(is_open).collect();
-        let promises = parallel::map(&open, |c| match c.has_score() {
-            true => self.score(&model.fitted, *c).unwrap_or(0.0) > self.needed(*c),
+        let scores = self.scores(&model.fitted, &open);
+        let promises = |c: &Candidate| match c.has_score() {
+            true => scores.of(*c) > self.needed(*c),
             false => !is_white || c.may_hide() && c.imitators().iter().any(is_kept),
-        });
-        open.into_iter().zip(promises).filter(|(_, promises)| *promises).map(|(c, _)| c).collect()
+        };
+        open.into_iter().filter(promises).collect()
     }
 
     /// The model with a candidate more, its rival left out, after a few iterations; or, if that is
@@ -324,7 +403,7 @@ impl<'a> Search<'a> {
         let mut kept = model.kept.clone();
         kept.retain(|kept| !less.contains(kept));
         kept.push(candidate);
-        let fitted = self.changed(&model.fitted, less, Some(candidate), PROBING);
+        let fitted = self.changed(&model.fitted, less, Some(candidate), Effort::begun(PROBING));
         Model { fitted, kept }
     }
 
@@ -390,15 +469,11 @@ impl<'a> Search<'a> {
     }
 
     /// Why a candidate is not part of the model.
-    fn left_out(&self, candidate: Candidate, model: &Model<'a>) -> Decision {
-        let fitted = &model.fitted;
-        let ratio = match candidate.has_score() {
-            true => self.score(fitted, candidate).unwrap_or(0.0),
-            false => 0.0,
-        };
-        // What the logs ask for and held-out trials refuse is shown with both.
-        let is_close = candidate.is_term() || ratio > self.needed(candidate);
-        let with = is_close.then(|| self.changed(fitted, &[], Some(candidate), MOST_ITERATIONS));
+    fn left_out(&self, candidate: Candidate, model: &Model<'a>, scores: &Scores) -> Decision {
+        let (fitted, ratio) = (&model.fitted, scores.of(candidate));
+        // What the logs support and held-out trials refuse is shown with both.
+        let is_close = ratio > self.needed(candidate);
+        let with = is_close.then(|| self.changed(fitted, &[], Some(candidate), Effort::COARSE));
         let decision = match with.filter(|with| with.optimum.converged) {
             Some(with) => self.judged(candidate, &with, fitted),
             None => self.decision(candidate, ratio, None, None),
@@ -468,7 +543,7 @@ impl<'a> Search<'a> {
         if with.optimum.cost < without.optimum.cost + ROUNDING {
             return with;
         }
-        let again = self.changed(without, &[], Some(candidate), MOST_ITERATIONS);
+        let again = self.changed(without, &[], Some(candidate), Effort::COARSE);
         if again.optimum.cost < with.optimum.cost { again } else { with }
     }
 
@@ -504,61 +579,13 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The candidate that is worth least, and the model without it.
-    ///
-    /// Those that Wald's test does not see are not refitted one by one: the least of them
-    /// goes first.
-    fn least_worth(
-        &self,
-        model: &Model<'a>,
-        needed_anyway: &[Candidate],
-    ) -> Option<(Candidate, Fitted<'a>)> {
-        let (fitted, kept) = (&model.fitted, &model.kept);
-        let linear = Candidate::LinearDrag;
-        if kept.contains(&linear) && self.size(linear, fitted) == Some(0.0) {
-            return Some((linear, self.without(fitted, linear)));
-        }
-        let covariance = scaled_inverse(&fitted.optimum.information);
-        let wald = |candidate: &Candidate| {
-            let of = |covariance| self.wald(fitted, *candidate, covariance);
-            covariance.as_ref().map_or(0.0, of) - self.needed(*candidate)
-        };
-        let is_needed = |c: &Candidate| kept.iter().any(|other| other.needs() == Some(*c));
-        let open: Vec<Candidate> =
-            kept.iter().copied().filter(|c| !needed_anyway.contains(c) && !is_needed(c)).collect();
-        let seen = open.iter().copied().filter(|c| c.has_score());
-        let least = seen.min_by(|a, b| wald(a).total_cmp(&wald(b)));
-        if let Some(least) = least.filter(|least| wald(least) < 0.0) {
-            return Some((least, self.without(fitted, least)));
-        }
-        // Wald's test trusts a parabola; where it keeps all, the likelihood itself decides.
-        let without = parallel::map(&open, |candidate| self.without(fitted, *candidate));
-        open.into_iter().zip(without).min_by(|a, b| {
-            let worth = |(candidate, without): &(Candidate, Fitted<'a>)| {
-                let decision = self.decide(*candidate, fitted, without);
-                decision.likelihood_ratio - decision.needed
-            };
-            worth(a).total_cmp(&worth(b))
-        })
-    }
-
-    /// (θ/σ)² of a candidate, its largest if it has several numbers that are not of trials.
-    fn wald(&self, fitted: &Fitted<'a>, candidate: Candidate, covariance: &DMatrix<f64>) -> f64 {
-        let places = candidate.unknowns().into_iter().flat_map(|(unknown, _)| {
-            (0..self.records.len()).filter_map(move |record| fitted.problem.index(unknown, record))
-        });
-        let each = places.map(|at| fitted.optimum.theta[at].powi(2) / covariance[(at, at)]);
-        let (sum, max) = each.fold((0.0, 0.0_f64), |(sum, max), x| (sum + x, max.max(x)));
-        if candidate == Candidate::Current { sum } else { max }
-    }
-
     /// The model with some candidates less, and one more.
     fn changed(
         &self,
         model: &Fitted<'a>,
         less: &[Candidate],
         more: Option<Candidate>,
-        iterations: usize,
+        effort: Effort,
     ) -> Fitted<'a> {
         let mut unknowns = model.problem.unknowns().to_vec();
         unknowns.retain(|unknown| !less.iter().any(|less| less.has(*unknown)));
@@ -572,7 +599,7 @@ impl<'a> Search<'a> {
         }
         let was_linear = model.problem.is_linear() && !less.contains(&Candidate::LinearThrust);
         let linear = was_linear || more == Some(Candidate::LinearThrust);
-        Fitted::within(self.problem(&unknowns, linear), Some(model), &at, iterations)
+        Fitted::within(self.problem(&unknowns, linear), Some(model), &at, effort)
     }
 
     /// Waves are first looked for where the errors of prediction have most of their power, and
@@ -586,42 +613,21 @@ impl<'a> Search<'a> {
     }
 
     fn without(&self, model: &Fitted<'a>, candidate: Candidate) -> Fitted<'a> {
-        self.changed(model, &[candidate], None, MOST_ITERATIONS)
+        self.changed(model, &[candidate], None, Effort::COARSE)
     }
 
-    /// Rao's score test of a candidate at the optimum without it:
-    /// `gᵀ (I_cc − I_cb I_bb⁻¹ I_bc)⁻¹ g`.
-    fn score(&self, model: &Fitted<'a>, candidate: Candidate) -> Option<f64> {
-        let mut unknowns = model.problem.unknowns().to_vec();
-        unknowns.extend(candidate.unknowns().into_iter().map(|(unknown, _)| unknown));
-        let problem = self.problem(&unknowns, model.problem.is_linear());
-        let mut theta = DVector::zeros(problem.len());
-        let mut base = Vec::new();
-        let mut added = Vec::new();
-        for record in 0..self.records.len() {
-            for &unknown in &unknowns {
-                let place = problem.index(unknown, record)?;
-                match model.problem.index(unknown, record) {
-                    Some(known) => {
-                        theta[place] = model.optimum.theta[known];
-                        base.push(place);
-                    }
-                    None => added.push(place),
-                }
-            }
-        }
-        for places in [&mut base, &mut added] {
-            places.sort_unstable();
-            places.dedup();
-        }
-        let (_, gradient, information) = problem.evaluate(&theta);
-        let pick = |rows: &[usize], columns: &[usize]| {
-            DMatrix::from_fn(rows.len(), columns.len(), |i, j| information[(rows[i], columns[j])])
+    /// Scores of the candidates that are not in a model, from one pass.
+    fn scores(&self, model: &Fitted<'a>, candidates: &[Candidate]) -> Scores {
+        let is_new = |c: &Candidate| {
+            let unknowns = c.unknowns();
+            let has = |unknown| model.problem.index(unknown, 0).is_some();
+            let possible = c
+                .needs()
+                .is_none_or(|other| other.unknowns().into_iter().all(|(unknown, _)| has(unknown)));
+            c.has_score() && possible && !unknowns.into_iter().any(|(unknown, _)| has(unknown))
         };
-        let solved = pick(&base, &base).cholesky()?.solve(&pick(&base, &added));
-        let left_over = pick(&added, &added) - pick(&added, &base) * solved;
-        let g = DVector::from_fn(added.len(), |j, _| gradient[added[j]]);
-        Some(g.dot(&left_over.cholesky()?.solve(&g)))
+        let new: Vec<Candidate> = candidates.iter().copied().filter(is_new).collect();
+        Scores::at(model, &new)
     }
 }
 

@@ -2,10 +2,11 @@
 
 use nalgebra::Vector6;
 
-use super::{Change, Online, OnlineEstimate, OnlineOptions, Sample, Scheme};
+use super::{
+    Change, Online, OnlineEstimate, OnlineHistory, OnlineOptions, PlantChanged, Sample, Scheme,
+};
 use crate::motion::{down_body, interpolated_attitude};
 use crate::plant::{Basis, RigidBody, Signal, Structure};
-use crate::results::{OnlineHistory, PlantChanged};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Error, Grid, Timed};
 
 /// What online identification of some trials ends with.

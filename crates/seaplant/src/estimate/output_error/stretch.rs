@@ -1,8 +1,8 @@
 //! Stretches of record that can be followed from one state, cut into integration steps.
 
-use crate::evaluate::starting_velocity;
 use crate::navigation::Motion;
 use crate::series::ROUNDING_S;
+use crate::trial::starting_velocity;
 use crate::{AxisRecord, Error, State, Timed};
 
 /// The longest step of the integration, s: drag changes a vehicle's speed over seconds.

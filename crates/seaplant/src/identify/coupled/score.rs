@@ -6,14 +6,14 @@ use nalgebra::Vector6;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::{LEVERS, plant_of_result};
+use super::LEVERS;
 use crate::estimate::{Actuator, CoupledFit};
 use crate::motion::{Inputs, Simulated, body_from_world, interpolated_attitude, simulate};
 use crate::plant::Plant;
-use crate::results::{AxisScore, CoupledPlant, CoupledScore};
+use crate::random::{gauss_markov, normal};
+use crate::results::{AxisScore, CoupledPlant, CoupledScore, plant_of_result};
 use crate::series::union;
 use crate::signal::sample_noise;
-use crate::twin::random::{gauss_markov, normal};
 use crate::{
     Agreement, Comparison, CoupledRecord, Dof, Error, Method, ScoredMotion, Timed, Trial,
     VelocityReport, parallel,

@@ -40,7 +40,8 @@ pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
         return of(Trust::Doubtful, masked(&untested));
     }
     let r2 = seen.iter().filter_map(|(_, score)| score.r2);
-    let least = r2.fold(f64::INFINITY, f64::min);
+    // Rounded down: "or more" has to hold.
+    let least = (100.0 * r2.fold(f64::INFINITY, f64::min)).floor() / 100.0;
     let allowed = match hidden.iter().all(|(_, score)| score.is_vouched()) {
         true => ", which ask for the same plant there where these are allowed for",
         false => "",

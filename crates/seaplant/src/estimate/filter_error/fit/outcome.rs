@@ -14,9 +14,9 @@ use crate::estimate::filter_error::problem::Problem;
 use crate::estimate::filter_error::search::Fitted;
 use crate::estimate::filter_error::strength::covariance_with_thrust;
 use crate::estimate::{Estimate, Fit, Innovations, Method, Nuisances, PRECISION, Waves};
-use crate::judge::robust_covariance;
 use crate::regression::batch_s;
 use crate::signal::autocorrelation;
+use crate::statistics::robust_covariance;
 use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
 

@@ -6,8 +6,8 @@ use crate::estimate::filter_error::minimise::{POSITION_PRECISION_S, VELOCITY_PRE
 use crate::estimate::filter_error::parameters::{Shape, Unknown, Usual, Values};
 use crate::estimate::filter_error::problem::{Belief, Prior};
 use crate::estimate::filter_error::schedule::{Instrument, Measurements};
+use crate::estimate::simulated_speed;
 use crate::estimate::{DelayedFit, OutputError, Records};
-use crate::judge::simulated_speed;
 use crate::signal::{rms, sample_noise};
 use crate::terms::Term;
 use crate::{AxisRecord, LumpedParameters, Terms, Timed};

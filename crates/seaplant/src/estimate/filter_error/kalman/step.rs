@@ -299,19 +299,24 @@ impl<const S: usize, const N: usize> Kalman<'_, S, N> {
     }
 
     /// `Ψ P Φᵀ` and its transpose, upper half: what a change Ψ of the transition does.
+    ///
+    /// Most rows of Ψ are zero: an unknown changes few states.
     pub(super) fn turned(&self, psi: &Square<S>, phi: &Square<S>) -> Square<S> {
         let p = &self.state.p;
-        let mut half = [[0.0; S]; S];
-        for (i, row) in half.iter_mut().enumerate() {
-            for (k, x) in row.iter_mut().enumerate() {
-                *x = (0..S).map(|l| psi[i][l] * p[l.min(k)][l.max(k)]).sum();
-            }
-        }
-        let of = |i: usize, j: usize| self.over(j, |l| half[i][l] * phi[j][l]);
         let mut to = [[0.0; S]; S];
         for i in 0..S {
-            for j in i..S {
-                to[i][j] = of(i, j) + of(j, i);
+            let mut half = [0.0; S];
+            for (l, &change) in psi[i].iter().enumerate().filter(|(_, change)| **change != 0.0) {
+                for (k, x) in half.iter_mut().enumerate() {
+                    *x += change * p[l.min(k)][l.max(k)];
+                }
+            }
+            if half == [0.0; S] {
+                continue;
+            }
+            for j in 0..S {
+                let x = self.over(j, |l| half[l] * phi[j][l]);
+                to[i.min(j)][i.max(j)] += if i == j { 2.0 * x } else { x };
             }
         }
         to

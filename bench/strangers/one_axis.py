@@ -1,0 +1,520 @@
+"""Draws vehicles that move in one axis, drives them, and writes their logs as a user has them.
+
+Shares nothing with Seaplant but the files, and needs Python alone. Each vehicle has a fault out of
+`FAULTS`, each in turn, and every third has a second one.
+
+    one_axis.py OUT NUMBER SEED [FAULT ...]   # writes OUT/000 ..., each with truth.json
+
+With faults named, each vehicle has these.
+"""
+
+import json
+import math
+import sys
+from pathlib import Path
+from random import Random
+
+STEP = 0.01
+TRIALS = {"first": 300.0, "second": 300.0, "third": 150.0, "fourth": 150.0}
+HELD_OUT = ["third", "fourth"]
+TRANSLATIONS = ["surge", "sway", "heave"]
+AXES = [*TRANSLATIONS, "yaw"]
+
+# Each fault is a function of the vehicle `s` and the generator `g`, and the axes that can have it.
+FAULTS = {}
+
+
+def fault(*axes):
+    def keep(f):
+        FAULTS[f.__name__] = (f, list(axes) or AXES)
+        return f
+
+    return keep
+
+
+@fault()
+def plain(s, g):
+    pass
+
+
+@fault()
+def lag(s, g):
+    s["lag_up"] = s["lag_down"] = g.uniform(0.1, 0.5)
+
+
+@fault()
+def lag_two_way(s, g):
+    s["lag_up"], s["lag_down"] = g.uniform(0.05, 0.2), g.uniform(0.25, 0.6)
+
+
+@fault()
+def slew(s, g):
+    s["slew"] = g.uniform(0.3, 0.8)
+
+
+@fault()
+def delay(s, g):
+    s["delay"] = g.uniform(0.05, 0.35)
+
+
+@fault(*TRANSLATIONS)
+def reverse(s, g):
+    s["reverse"] = g.uniform(0.6, 0.9)
+
+
+@fault()
+def exponent(s, g):
+    s["exponent"] = g.uniform(1.75, 2.15)
+
+
+@fault()
+def inflow(s, g):
+    s["inflow"] = g.uniform(0.1, 0.3)
+
+
+@fault()
+def inflow_ahead(s, g):
+    s["inflow_ahead"] = g.uniform(0.1, 0.3)
+
+
+@fault()
+def sag(s, g):
+    s["sag"] = g.uniform(0.05, 0.15)
+
+
+@fault()
+def tether(s, g):
+    s["tether"] = g.uniform(0.02, 0.1)
+
+
+@fault("surge", "sway")
+def current(s, g):
+    s["current"] = g.uniform(0.05, 0.2) * g.choice([-1, 1])
+
+
+@fault("surge", "sway")
+def current_varies(s, g):
+    s["current"], s["current_std"] = g.uniform(-0.1, 0.1), g.uniform(0.03, 0.08)
+
+
+@fault()
+def swell(s, g):
+    s["swell"], s["swell_s"] = g.uniform(0.05, 0.2), g.uniform(4.0, 10.0)
+
+
+@fault()
+def linear_drag(s, g):
+    s["linear"] = g.uniform(0.1, 0.5)
+
+
+@fault()
+def weak(s, g):
+    s["effort"], s["tether"] = g.uniform(0.15, 0.3), g.uniform(0.02, 0.05)
+
+
+@fault()
+def noise(s, g):
+    s["noise"] = g.uniform(3.0, 7.0)
+
+
+@fault()
+def spikes(s, g):
+    s["spikes"] = g.uniform(0.002, 0.01)
+
+
+@fault()
+def gaps(s, g):
+    s["gaps"] = g.uniform(3.0, 12.0)
+
+
+@fault()
+def stamps(s, g):
+    s["jitter"], s["begin"] = g.uniform(0.05, 0.2), g.uniform(0.01, 0.05)
+
+
+@fault()
+def slow_speed_log(s, g):
+    s["thrust_hz"] = g.choice([2.0, 4.0])
+
+
+@fault()
+def coarse_speed_log(s, g):
+    s["levels"] = 256
+
+
+@fault("surge", "sway")
+def means(s, g):
+    s["window"] = g.uniform(0.4, 1.2)
+
+
+@fault("surge", "sway")
+def smoothed(s, g):
+    s["smoothed"] = g.uniform(0.2, 0.6)
+
+
+@fault("heave")
+def scale(s, g):
+    s["scale"] = g.uniform(0.96, 1.04)
+
+
+@fault("yaw")
+def heading_drifts(s, g):
+    s["drift"] = g.uniform(0.002, 0.01) * g.choice([-1, 1])
+
+
+@fault("surge", "sway", "yaw")
+def speed_control(s, g):
+    s["controlled"] = True
+
+
+def draw(seed, wanted=()):
+    """A vehicle: mass, drag, thrusters, instruments and faults, by chance or as wanted."""
+    g = Random(seed)
+    first = wanted or [list(FAULTS)[seed % len(FAULTS)]]
+    common = [axis for axis in AXES if all(axis in FAULTS[name][1] for name in first)]
+    axis = g.choice(common)
+    names = list(first)
+    if not wanted and g.random() < 1 / 3:
+        others = [name for name in FAULTS if axis in FAULTS[name][1]]
+        names.append(g.choice([name for name in others if name not in [*names, "plain"]]))
+    mass = math.exp(g.uniform(math.log(15.0), math.log(15e3)))
+    length = (mass / 300.0) ** (1 / 3)
+    turns = axis == "yaw"
+    inertia = mass * length**2 * g.uniform(0.05, 0.15) if turns else mass
+    top = g.uniform(0.5, 1.3) / length**0.5 if turns else g.uniform(0.5, 1.2) * length**0.25
+    s = {
+        "seed": seed,
+        "axis": axis,
+        "faults": names,
+        "mass": inertia,
+        "top": top,
+        "quadratic": inertia / (top * g.uniform(1.5, 8.0)),
+        "linear": 0.0,
+        "arm": length * g.uniform(0.2, 0.5) if turns else 1.0,
+        "bias": g.uniform(-0.03, 0.03),
+        "max_rate": g.uniform(100.0, 300.0),
+        "effort": 1.0,
+        "lag_up": 0.0,
+        "lag_down": 0.0,
+        "slew": 0.0,
+        "delay": 0.0,
+        "reverse": 1.0,
+        "known_reverse": g.choice([1.0, g.uniform(0.75, 0.95)]),
+        "exponent": 2.0,
+        "inflow": 0.0,
+        "inflow_ahead": 0.0,
+        "sag": 0.0,
+        "tether": 0.0,
+        "current": 0.0,
+        "current_std": 0.0,
+        "swell": 0.0,
+        "swell_s": 8.0,
+        "noise": 1.0,
+        "spikes": 0.0,
+        "gaps": 0.0,
+        "jitter": 0.0,
+        "begin": 0.0,
+        "thrust_hz": 10.0,
+        "levels": 0,
+        "window": 0.0,
+        "smoothed": 0.0,
+        "scale": 1.0,
+        "drift": 0.0,
+        "controlled": False,
+        "hz": g.choice([5.0, 8.0, 10.0]),
+    }
+    for name in names:
+        FAULTS[name][0](s, g)
+    if turns:
+        # Of a pair that turns one propeller runs backward, whichever way it turns.
+        s["known_reverse"] = 1.0
+    s["linear"] *= s["quadratic"] * top
+    s["force"] = s["quadratic"] * top**2 + s["linear"] * top
+    s["bias"] *= s["force"]
+    return s, g
+
+
+class Joystick:
+    """Levels, each held for a while, a third of them zero."""
+
+    def __init__(self, g, low, high, hold):
+        self.g, self.low, self.high, self.hold = g, low, high, hold
+        self.left, self.level = 0.0, 0.0
+
+    def now(self):
+        self.left -= STEP
+        if self.left <= 0:
+            self.left = self.g.uniform(*self.hold)
+            size = self.g.uniform(self.low, self.high) * self.g.choice([-1, 1])
+            self.level = 0.0 if self.low == 0 and self.g.random() < 0.3 else size
+        return self.level
+
+
+def orders(s, g, name, seconds):
+    """What the pilot asks for at every step, in parts of full force, or of top speed."""
+    if name in HELD_OUT:
+        stick = Joystick(g, 0.2, 0.7, (15.0, 40.0))
+        return [s["effort"] * stick.now() for _ in range(round(seconds / STEP))]
+    stick = Joystick(g, 0.0, 0.5, (4.0, 15.0))
+    size, omega = g.uniform(0.3, 0.6), 2 * math.pi / g.uniform(6.0, 16.0)
+    phase, behind, asked = g.uniform(0, 2 * math.pi), 0.0, []
+    for k in range(round(seconds / STEP)):
+        behind += STEP * (stick.now() - behind)
+        asked.append(s["effort"] * (size * math.sin(omega * k * STEP + phase) + behind))
+    return asked
+
+
+class Propellers:
+    """A pair of propellers from what is asked of them to their force."""
+
+    def __init__(self, s, g):
+        self.s, self.g = s, g
+        self.speed, self.wander, self.queue = 0.0, 0.0, []
+
+    def told(self, part):
+        """The speed that gives a part of full force by the curve that the analyst has."""
+        s = self.s
+        part = max(-s["known_reverse"], min(1.0, part))
+        worth = part if part > 0 else part / s["known_reverse"]
+        fade = STEP / 0.5
+        self.wander += -fade * self.wander + 0.003 * math.sqrt(2 * fade) * self.g.gauss(0, 1)
+        turning = math.copysign(math.sqrt(abs(worth)), worth)
+        return (turning + self.wander * abs(turning)) * s["max_rate"]
+
+    def follow(self, told):
+        s = self.s
+        self.queue.append(told)
+        if len(self.queue) <= round(s["delay"] / STEP):
+            return self.speed
+        told = self.queue.pop(0)
+        before = self.speed
+        is_faster = told * before >= 0 and abs(told) > abs(before)
+        lag = s["lag_up"] if is_faster else s["lag_down"]
+        after = told + (before - told) * math.exp(-STEP / lag) if lag else told
+        if s["slew"]:
+            most = s["max_rate"] * STEP / s["slew"]
+            after = before + max(-most, min(most, after - before))
+        self.speed = after
+        return 0.5 * (before + after) if lag or s["slew"] else after
+
+    def force(self, speed, through_water, done):
+        s = self.s
+        part = speed / s["max_rate"]
+        pushed = math.copysign(abs(part) ** s["exponent"], part)
+        if pushed < 0:
+            pushed *= s["known_reverse"] * s["reverse"]
+        pushed *= 1 - s["sag"] * done
+        advance = through_water / s["top"]
+        pushed -= s["inflow"] * abs(part) * advance
+        if part * advance > 0:
+            pushed -= s["inflow_ahead"] * abs(part) * advance
+        return pushed * s["force"]
+
+
+class Outside:
+    """Current, tether and swell."""
+
+    def __init__(self, s, g):
+        self.s, self.g = s, g
+        self.pull, self.drift = g.gauss(0, 1), g.gauss(0, 1)
+        self.wave, self.rate = 0.0, 0.0
+
+    def now(self):
+        s, g = self.s, self.g
+        self.pull += -STEP / 30 * self.pull + math.sqrt(2 * STEP / 30) * g.gauss(0, 1)
+        self.drift += -STEP / 90 * self.drift + math.sqrt(2 * STEP / 90) * g.gauss(0, 1)
+        w, damping = 2 * math.pi / s["swell_s"], 0.08
+        # Its standard deviation is one: q = 4 damping w^3.
+        kick = math.sqrt(4 * damping * w**3 * STEP) * g.gauss(0, 1)
+        self.rate += STEP * (-2 * damping * w * self.rate - w * w * self.wave) + kick
+        self.wave += STEP * self.rate
+        force = s["tether"] * self.pull + s["swell"] * self.wave
+        return force * s["force"], s["current"] + s["current_std"] * self.drift
+
+
+def drive(s, g, name, start):
+    """One trial; the propeller speed told, velocity over ground and place, at every step."""
+    seconds, total = TRIALS[name], sum(TRIALS.values())
+    propellers, outside = Propellers(s, g), Outside(s, g)
+    v, x, told = 0.0, 0.0, 0.0
+    rows = []
+    for k, asked in enumerate(orders(s, g, name, seconds)):
+        if k % 10 == 0:
+            if s["controlled"]:
+                wanted = 0.7 * s["top"] * asked
+                asked = 0.8 * s["mass"] * (wanted - v) / s["force"] + 0.5 * asked * abs(asked)
+            if s["axis"] == "heave":
+                asked -= 0.02 * x + 0.05 * v / s["top"]
+            told = propellers.told(asked + s["bias"] / s["force"])
+        push, water = outside.now()
+        speed = propellers.follow(told)
+        done = (start + k * STEP) / total
+
+        def rate(v, speed=speed, push=push, water=water, done=done):
+            r = v - water
+            drag = (s["quadratic"] * abs(r) + s["linear"]) * r
+            force = propellers.force(speed, r, done) - drag - s["bias"] + push
+            return force / s["mass"]
+
+        rows.append((told, v, x))
+        middle = v + 0.5 * STEP * rate(v)
+        x, v = x + STEP * middle, v + STEP * rate(middle)
+    return rows
+
+
+def stamped(s, g, hz, count):
+    """Instants of samples: the step of each, and the time that is logged of it."""
+    every = 1 / (hz * STEP)
+    for k in range(int(count / every)):
+        at = round(k * every)
+        moved = s["jitter"] / hz * g.uniform(-0.5, 0.5) if s["jitter"] else 0.0
+        yield at, at * STEP + s["begin"] + moved
+
+
+def seen(s, rows):
+    """Velocity as its instrument has it before noise."""
+    velocity = [row[1] for row in rows]
+    if s["smoothed"]:
+        keep, y = math.exp(-STEP / s["smoothed"]), velocity[0]
+        for k, v in enumerate(velocity):
+            y = keep * y + (1 - keep) * v
+            velocity[k] = y
+    width = round(s["window"] / STEP)
+    if width:
+        total = [0.0]
+        for v in velocity:
+            total.append(total[-1] + v)
+        velocity = [
+            (total[k + 1] - total[max(0, k + 1 - width)]) / min(width, k + 1)
+            for k in range(len(velocity))
+        ]
+    return [s["scale"] * v for v in velocity]
+
+
+def motion_log(s, g, rows):
+    """Header and rows of what the axis is measured by."""
+    begin = g.uniform(20, len(rows) * STEP - 60)
+    is_missing = lambda t: s["gaps"] and begin < t < begin + s["gaps"]
+    wild = lambda size: g.gauss(0, size) if g.random() < s["spikes"] else 0.0
+    if s["axis"] == "yaw":
+        turned = g.uniform(0, 2 * math.pi)
+        for at, t in stamped(s, g, 10.0, len(rows)):
+            angle = rows[at][2] + turned + s["drift"] * t + wild(1.0)
+            angle += math.radians(0.1) * s["noise"] * g.gauss(0, 1)
+            if not is_missing(t):
+                yield t, [angle % (2 * math.pi)]
+        return
+    velocity = seen(s, rows)
+    depth_noise = 0.02
+    for at, t in stamped(s, g, s["hz"], len(rows)):
+        values = [velocity[at] + 0.003 * s["noise"] * g.gauss(0, 1) + wild(s["top"])]
+        if s["axis"] == "heave":
+            depth = 20 + rows[at][2] + depth_noise * g.gauss(0, 1)
+            values.append(round(depth / 0.01) * 0.01)
+        if not is_missing(t):
+            yield t, values
+
+
+HEADERS = {
+    "surge": {"velocity.surge": "u (m/s)"},
+    "sway": {"velocity.sway": "v (m/s)"},
+    "heave": {"velocity.heave": "w (m/s)", "depth": "depth (m)"},
+    "yaw": {"attitude.heading": "heading (rad)"},
+}
+
+
+def table(path, header, rows):
+    lines = [",".join(["time (s)", *header])]
+    lines += [",".join([f"{t:.4f}", *(f"{x:.7g}" for x in values)]) for t, values in rows]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def speed_log(s, g, rows):
+    """Speeds of both propellers, rpm; in yaw they turn against each other."""
+    rpm = 30 / math.pi
+    quantum = 2 * s["max_rate"] * rpm / s["levels"] if s["levels"] else 10.0
+    for at, t in stamped(s, g, s["thrust_hz"], len(rows)):
+        logged = round(rows[at][0] * rpm / quantum) * quantum
+        yield t, [logged, -logged if s["axis"] == "yaw" else logged]
+
+
+DIRECTIONS = {"surge": [1, 0, 0], "sway": [0, 1, 0], "heave": [0, 0, 1], "yaw": [1, 0, 0]}
+
+
+def claims(s, folder):
+    """What the user writes of the vehicle and the trials."""
+    each = s["force"] / (2 * s["arm"]) / s["max_rate"] ** 2
+    back = s["known_reverse"] * each
+    lines = [f'name = "stranger {s["seed"]}"']
+    for name, side in (("A", -1), ("B", 1)):
+        place = [0.0, side * s["arm"], 0.0] if s["axis"] == "yaw" else [0.0, 0.0, 0.0]
+        lines += [
+            "[[thruster]]",
+            f'name = "{name}"',
+            f"position_m = {place}",
+            f"direction = {DIRECTIONS[s['axis']]}",
+            f'curve = {{ kind = "quadratic", forward = {each:.9g}, reverse = {back:.9g} }}',
+        ]
+    (folder / "vehicle.toml").write_text("\n".join(lines) + "\n")
+    lines = ['vehicle = "vehicle.toml"']
+    for name in TRIALS:
+        lines += [
+            "[[trial]]",
+            f'name = "{name}"',
+            f'log = ["{name}-speed.csv", "{name}-motion.csv"]',
+            f'dof = ["{s["axis"]}"]',
+        ]
+        if name in HELD_OUT:
+            lines.append('role = "hold-out"')
+    lines.append("[channels]")
+    lines += [f'"thruster.{name}.speed" = {{ column = "{name} (rpm)" }}' for name in "AB"]
+    lines += [f'"{key}" = {{ column = "{name}" }}' for key, name in HEADERS[s["axis"]].items()]
+    (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
+
+
+def write(folder, seed, wanted=()):
+    """Draws one vehicle and writes its folder."""
+    s, g = draw(seed, wanted)
+    folder.mkdir(parents=True, exist_ok=True)
+    start, squares, count = 0.0, 0.0, 0
+    for name, seconds in TRIALS.items():
+        rows = drive(s, g, name, start)
+        start += seconds
+        squares, count = squares + sum(v * v for _, v, _ in rows), count + len(rows)
+        table(folder / f"{name}-speed.csv", ["A (rpm)", "B (rpm)"], speed_log(s, g, rows))
+        table(
+            folder / f"{name}-motion.csv", HEADERS[s["axis"]].values(), motion_log(s, g, rows)
+        )
+    claims(s, folder)
+    truth = {
+        "dof": s["axis"],
+        "faults": s["faults"],
+        "mass": s["mass"],
+        "quadratic_drag": s["quadratic"],
+        "linear_drag": s["linear"],
+        "bias_force": s["bias"],
+        "rms_speed": math.sqrt(squares / count),
+        "settings": s,
+    }
+    (folder / "truth.json").write_text(json.dumps(truth, indent=1))
+    return s
+
+
+def main():
+    out, number, seed, wanted = (
+        Path(sys.argv[1]),
+        int(sys.argv[2]),
+        int(sys.argv[3]),
+        sys.argv[4:],
+    )
+    if unknown := [name for name in wanted if name not in FAULTS]:
+        sys.exit(f"no fault is called {', '.join(unknown)}; there are {', '.join(FAULTS)}")
+    if wanted and not any(all(axis in FAULTS[name][1] for name in wanted) for axis in AXES):
+        sys.exit(f"no axis can have all of {', '.join(wanted)}")
+    for k in range(seed, seed + number):
+        s = write(out / f"{k:03}", k, wanted)
+        print(f"{k:03}", s["axis"], "+".join(s["faults"]), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,65 @@
+//! The greatest thrust of a vehicle, as its curves state it.
+
+use super::PlantModel;
+use crate::{Dof, ThrustCurve, Thruster, ThrusterInput};
+
+/// One revolution a minute, rad/s.
+const RPM: f64 = std::f64::consts::PI / 30.0;
+
+impl PlantModel {
+    /// The most thrust of a thruster in reverse (below zero) and forward, N.
+    ///
+    /// Tables end at theirs, a law of a command at −1 and 1, and a law of propeller speed at
+    /// `max_rpm`; `None` where nothing states an end.
+    pub fn thrust_limits(&self, thruster: &Thruster) -> Option<[f64; 2]> {
+        let ends = |input: f64| {
+            let at = |x: f64| thruster.curve.force(x, None);
+            [at(-input), at(input)]
+        };
+        match &thruster.curve {
+            ThrustCurve::Table { tables, .. } => {
+                let forces = || tables.iter().flat_map(|table| table.points()).map(|(_, f)| f);
+                Some([forces().fold(0.0, f64::min), forces().fold(0.0, f64::max)])
+            }
+            ThrustCurve::Quadratic { input: ThrusterInput::Command, .. } => Some(ends(1.0)),
+            ThrustCurve::Quadratic { input: ThrusterInput::Speed, .. } => {
+                self.max_rpm.map(|rpm| ends(rpm * RPM))
+            }
+            ThrustCurve::Quadratic { .. } => None,
+        }
+    }
+
+    /// The most force or moment that all thrusters make on an axis, the negative way and the
+    /// positive, N and N m; `None` if none pushes there, or one of unknown greatest thrust does.
+    ///
+    /// # Example
+    /// ```
+    /// use seaplant::Dof;
+    /// use seaplant::exchange::PlantFile;
+    /// let file: PlantFile = serde_json::from_value(serde_json::json!({
+    ///     "schema": "seaplant/plant/1", "name": "sled", "source": "worked by hand",
+    ///     "axes": ["surge"], "mass_matrix": [100.0],
+    ///     "thruster": [{
+    ///         "name": "main", "position_m": [0.0, 0.0, 0.0], "direction": [-1.0, 0.0, 0.0],
+    ///         "curve": { "kind": "quadratic", "input": "command", "forward": 50.0, "reverse": 30.0 }
+    ///     }]
+    /// })).expect("a table");
+    /// let model = file.model()?;
+    /// assert_eq!(model.force_limits(Dof::Surge), Some([-50.0, 30.0]));
+    /// assert_eq!(model.force_limits(Dof::Yaw), None);
+    /// # Ok::<(), seaplant::Error>(())
+    /// ```
+    pub fn force_limits(&self, dof: Dof) -> Option<[f64; 2]> {
+        let ratio = self.actuation.get(&dof).and_then(|found| found.reverse_ratio.as_ref());
+        let ratio = ratio.map_or(1.0, |ratio| ratio.value);
+        let mut total = [0.0; 2];
+        for thruster in self.thrusters.iter().filter(|own| crate::Vehicle::acts_on(own, dof)) {
+            let lever = thruster.unit_wrench()[dof.index()];
+            let [reverse, forward] = self.thrust_limits(thruster)?;
+            let mut ends = [lever * ratio * reverse, lever * forward];
+            ends.sort_by(f64::total_cmp);
+            total = [total[0] + ends[0], total[1] + ends[1]];
+        }
+        (total[0] < 0.0 && total[1] > 0.0).then_some(total)
+    }
+}

@@ -1,0 +1,28 @@
+//! Draws of random numbers and processes.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+/// A draw from the standard normal distribution.
+pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    rng.sample(StandardNormal)
+}
+
+/// A first-order Gauss–Markov process, stationary from the start, with its correlation time in steps.
+pub(crate) fn gauss_markov(
+    mut rng: ChaCha8Rng,
+    std: f64,
+    correlation: f64,
+    count: usize,
+) -> Vec<f64> {
+    let keep = (-1.0 / correlation).exp();
+    let renew = (1.0 - keep * keep).sqrt();
+    let mut x = normal(&mut rng);
+    let mut path = Vec::with_capacity(count);
+    for _ in 0..count {
+        path.push(std * x);
+        x = keep * x + renew * normal(&mut rng);
+    }
+    path
+}

@@ -1,0 +1,46 @@
+//! The model of a plant of one axis that results hold.
+
+use super::PlantResult;
+use crate::estimate::Candidate;
+use crate::{Model, ThrustModel, VelocitySensor};
+
+/// How results call the current of a trial.
+const CURRENT_OF: &str = "current: ";
+
+impl Model {
+    /// The model that results hold.
+    pub fn of_result(result: &PlantResult) -> Self {
+        let value = |name: &str| result.nuisances.get(name).map(|nuisance| nuisance.value);
+        let current = result.nuisances.iter().filter_map(|(name, nuisance)| {
+            Some((name.strip_prefix(CURRENT_OF)?.to_owned(), nuisance.value))
+        });
+        let thrust = ThrustModel {
+            lag_s: value("lag").unwrap_or(0.0),
+            delay_s: value("delay").unwrap_or(0.0),
+            reverse_ratio: value("reverse_ratio").unwrap_or(1.0),
+            inflow: value("inflow").unwrap_or(0.0),
+            lag_ratio: value("lag_ratio").unwrap_or(1.0),
+            slew_s: value("slew").unwrap_or(0.0),
+            inflow_ahead: value("inflow_ahead").unwrap_or(0.0),
+            exponent: value("thrust_exponent").unwrap_or(2.0),
+            full_speed: value("full_speed").unwrap_or(1.0),
+            linear: result
+                .structure
+                .iter()
+                .any(|decision| decision.candidate == Candidate::LinearThrust && decision.admitted),
+            turning: value("turning").unwrap_or(0.0),
+            current: current.collect(),
+        };
+        let sensor = VelocitySensor {
+            lag_s: value("sensor_lag").unwrap_or(0.0),
+            window_s: value("sensor_window").unwrap_or(0.0),
+            scale: value("velocity_scale").unwrap_or(1.0),
+        };
+        Self { lumped: result.lumped, thrust, sensor }
+    }
+
+    /// How results call the current of a trial.
+    pub(crate) fn current_name(trial: &str) -> String {
+        format!("{CURRENT_OF}{trial}")
+    }
+}
