@@ -1,9 +1,9 @@
 //! One header in C, with no dependency but math.h: the reference of every other format.
 
-use seaplant::exchange::{Actuation, PlantModel};
-use seaplant::results::Parameter;
-use seaplant::{Dof, ThrustCurve, ThrustTable};
+use seaplant::exchange::PlantModel;
+use seaplant::{ThrustCurve, ThrustTable};
 
+use crate::actuators::Fitted;
 use crate::code::{Syntax, block, bracket, input_of, names, number, numbers, own};
 use crate::remarks::{Frame, Remarks, commented, harmless, without_actuation};
 use crate::template::fill;
@@ -41,19 +41,6 @@ pub(crate) fn remarks<'a>(model: &'a PlantModel, format: &'a str) -> Remarks<'a>
     // Without thrusters there is nothing that lags inside.
     let limits = if model.thrusters.is_empty() { without_actuation(model) } else { None };
     Remarks { model, format, frame: Frame::Frd, limits: limits.into_iter().collect() }
-}
-
-/// Of a format whose forces come in as a wrench; `with_thrusters` is one that has thrusters.
-pub(crate) fn remarks_of_wrench<'a>(
-    model: &'a PlantModel,
-    format: &'a str,
-    with_thrusters: &str,
-) -> Remarks<'a> {
-    let mut limits: Vec<String> = without_actuation(model).into_iter().collect();
-    limits.push(format!(
-        "forces come in as a wrench; thrusters and their curves are not part of it (see the format {with_thrusters})"
-    ));
-    Remarks { model, format, frame: Frame::Frd, limits }
 }
 
 /// The header as text.
@@ -113,38 +100,9 @@ fn actuators(model: &PlantModel) -> String {
     let cases: String = (0..model.thrusters.len())
         .map(|k| format!("    case {k}: return seaplant_thrust_{k}(input, supply_v);\n"))
         .collect();
-    let fitted = fitted(model);
-    let places = [
-        ("CASES", cases),
-        ("LAG", numbers(fitted.lag_s)),
-        ("FORCE_LAG", numbers(fitted.force_lag_s)),
-        ("DELAY", numbers(fitted.delay_s)),
-        ("RATIO", numbers(fitted.reverse_ratio)),
-    ];
+    let mut places = vec![("CASES", cases)];
+    places.extend(Fitted::of(model).places());
     text + &fill(WRENCH, &places)
-}
-
-/// What was fitted of the actuators, by axis; 0, 0, 0 and 1 where nothing was.
-pub(crate) struct Fitted {
-    pub(crate) lag_s: [f64; 6],
-    pub(crate) force_lag_s: [f64; 6],
-    pub(crate) delay_s: [f64; 6],
-    pub(crate) reverse_ratio: [f64; 6],
-}
-
-pub(crate) fn fitted(model: &PlantModel) -> Fitted {
-    let axes = |of: fn(&Actuation) -> &Option<Parameter>, otherwise: f64| {
-        Dof::ALL.map(|dof| {
-            let found = model.actuation.get(&dof).and_then(|actuation| of(actuation).as_ref());
-            found.map_or(otherwise, |parameter| parameter.value)
-        })
-    };
-    Fitted {
-        lag_s: axes(|x| &x.lag, 0.0),
-        force_lag_s: axes(|x| &x.force_lag, 0.0),
-        delay_s: axes(|x| &x.delay, 0.0),
-        reverse_ratio: axes(|x| &x.reverse_ratio, 1.0),
-    }
 }
 
 const INTERPOLATE: &str = "static inline double seaplant_interpolate(const double input[], const double force[], int count, double x)

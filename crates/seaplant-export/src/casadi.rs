@@ -1,9 +1,10 @@
 //! A module for CasADi, ready for acados.
 
 use seaplant::exchange::PlantModel;
-use seaplant::{ThrustCurve, ThrustTable, Thruster};
+use seaplant::Thruster;
 
-use crate::code::{Syntax, axes, block, bracket, input_of, number, numbers};
+use crate::actuators::{CurveSyntax, Fitted, neutral};
+use crate::code::{Syntax, axes, block, bracket, input_of, numbers};
 use crate::python::name_list;
 use crate::remarks::{commented, harmless};
 use crate::template::fill;
@@ -18,6 +19,13 @@ const SYNTAX: Syntax = Syntax {
     entry: |name, i, j| format!("{name}[{i}, {j}]"),
     add: |place, value| format!("{place} += {value}"),
     set: |place, value| format!("{place} = {value}"),
+};
+
+const CURVES: CurveSyntax = CurveSyntax {
+    input: "x",
+    supply_v: "volts",
+    list: |all| format!("[{all}]"),
+    interpolated: "interpolated",
 };
 
 impl Exporter for Casadi {
@@ -59,39 +67,13 @@ fn actuators(model: &PlantModel) -> String {
         format!("    \"{name}\",  # input {}\n", input_of(&thruster.curve))
     };
     let row = |thruster: &Thruster| format!("        [{}],\n", numbers(thruster.unit_wrench()));
-    let law = |thruster: &Thruster| format!("    lambda x, volts: {},\n", curve(&thruster.curve));
-    let fitted = c::fitted(model);
-    let places = [
+    let law = |thruster: &Thruster| format!("    lambda x, volts: {},\n", CURVES.thrust(&thruster.curve));
+    let mut places = vec![
         ("THRUSTERS", of(&name)),
         ("ALLOCATION", of(&row)),
-        ("NEUTRAL", numbers(model.thrusters.iter().map(|thruster| thruster.curve.neutral()))),
-        ("LAG", numbers(fitted.lag_s)),
-        ("FORCE_LAG", numbers(fitted.force_lag_s)),
-        ("DELAY", numbers(fitted.delay_s)),
-        ("RATIO", numbers(fitted.reverse_ratio)),
+        ("NEUTRAL", neutral(model)),
         ("CURVES", of(&law)),
     ];
+    places.extend(Fitted::of(model).places());
     fill(include_str!("templates/casadi_actuators.py"), &places)
-}
-
-fn curve(curve: &ThrustCurve) -> String {
-    match curve {
-        ThrustCurve::Quadratic { law, .. } => {
-            let law = numbers([law.forward, law.reverse, law.deadband, law.neutral]);
-            format!("quadratic({law}, x)")
-        }
-        ThrustCurve::Table { tables, .. } => {
-            let of = |table: &ThrustTable| {
-                let (inputs, forces): (Vec<f64>, Vec<f64>) = table.points().unzip();
-                format!("interpolated(x, [{}], [{}])", numbers(inputs), numbers(forces))
-            };
-            if tables.len() == 1 {
-                return of(&tables[0]);
-            }
-            let volts = tables.iter().map(|table| number(table.voltage.unwrap_or(0.0)));
-            let volts = volts.collect::<Vec<_>>().join(", ");
-            let all = tables.iter().map(of).collect::<Vec<_>>().join(", ");
-            format!("interpolated(volts, [{volts}], [{all}])")
-        }
-    }
 }

@@ -17,6 +17,7 @@
 //!
 //! The library of the mathematics knows nothing of file formats; this crate knows nothing of logs.
 
+mod actuators;
 mod c;
 mod casadi;
 mod code;

@@ -1,9 +1,9 @@
 //! A module for NumPy.
 
 use seaplant::exchange::PlantModel;
-use seaplant::{ThrustCurve, ThrustTable};
 
-use crate::code::{Syntax, block, bracket, input_of, names, number, numbers, own};
+use crate::actuators::{CurveSyntax, Fitted, neutral};
+use crate::code::{Syntax, block, bracket, input_of, names, numbers, own};
 use crate::remarks::{Remarks, commented, harmless};
 use crate::template::fill;
 use crate::{Error, Exported, ExportedFile, Exporter, c};
@@ -17,6 +17,13 @@ const SYNTAX: Syntax = Syntax {
     entry: |name, i, j| format!("{name}[{i}, {j}]"),
     add: |place, value| format!("{place} += {value}"),
     set: |place, value| format!("{place} = {value}"),
+};
+
+const CURVES: CurveSyntax = CurveSyntax {
+    input: "x",
+    supply_v: "volts",
+    list: |all| format!("[{all}]"),
+    interpolated: "np.interp",
 };
 
 impl Exporter for Python {
@@ -74,9 +81,9 @@ fn actuators(model: &PlantModel) -> String {
         let name = harmless(&thruster.name).replace('"', "'");
         text += &format!("    \"{name}\",  # input {}\n", input_of(&thruster.curve));
     }
-    let neutral = numbers(model.thrusters.iter().map(|thruster| thruster.curve.neutral()));
     text += &format!(
-        "]\n\nNEUTRAL = [{neutral}]\n\"\"\"Inputs with which propellers stand still.\"\"\"\n"
+        "]\n\nNEUTRAL = [{}]\n\"\"\"Inputs with which propellers stand still.\"\"\"\n",
+        neutral(model)
     );
     text += "\nALLOCATION = np.array(\n    [\n";
     for thruster in &model.thrusters {
@@ -86,16 +93,9 @@ fn actuators(model: &PlantModel) -> String {
     text += QUADRATIC;
     text += "\n\nCURVES = [\n";
     for thruster in &model.thrusters {
-        text += &format!("    lambda x, volts: {},\n", curve(&thruster.curve));
+        text += &format!("    lambda x, volts: {},\n", CURVES.thrust(&thruster.curve));
     }
-    let fitted = c::fitted(model);
-    let places = [
-        ("LAG", numbers(fitted.lag_s)),
-        ("FORCE_LAG", numbers(fitted.force_lag_s)),
-        ("DELAY", numbers(fitted.delay_s)),
-        ("RATIO", numbers(fitted.reverse_ratio)),
-    ];
-    text + "]\n" + &fill(WRENCH, &places)
+    text + "]\n" + &fill(WRENCH, &Fitted::of(model).places())
 }
 
 const QUADRATIC: &str = "
@@ -159,25 +159,3 @@ class Actuators:
         \"\"\"The inputs that were in force at a time.\"\"\"
         return next((x for since, x in reversed(self.past) if since <= time), self.past[0][1])
 ";
-
-fn curve(curve: &ThrustCurve) -> String {
-    match curve {
-        ThrustCurve::Quadratic { law, .. } => {
-            let law = numbers([law.forward, law.reverse, law.deadband, law.neutral]);
-            format!("quadratic({law}, x)")
-        }
-        ThrustCurve::Table { tables, .. } => {
-            let of = |table: &ThrustTable| {
-                let (inputs, forces): (Vec<f64>, Vec<f64>) = table.points().unzip();
-                format!("np.interp(x, [{}], [{}])", numbers(inputs), numbers(forces))
-            };
-            if tables.len() == 1 {
-                return of(&tables[0]);
-            }
-            let volts = tables.iter().map(|table| number(table.voltage.unwrap_or(0.0)));
-            let volts = volts.collect::<Vec<_>>().join(", ");
-            let all = tables.iter().map(of).collect::<Vec<_>>().join(", ");
-            format!("np.interp(volts, [{volts}], [{all}])")
-        }
-    }
-}

@@ -1,8 +1,9 @@
 //! One module in Rust, with no dependency.
 
 use seaplant::exchange::PlantModel;
-use seaplant::{ThrustCurve, ThrustTable};
+use seaplant::ThrustCurve;
 
+use crate::actuators::{CurveSyntax, Fitted, neutral};
 use crate::code::{Syntax, block, bracket, input_of, names, number, numbers, own};
 use crate::remarks::{commented, harmless};
 use crate::template::fill;
@@ -17,6 +18,13 @@ const SYNTAX: Syntax = Syntax {
     entry: |name, i, j| format!("{name}[{i}][{j}]"),
     add: |place, value| format!("{place} += {value};"),
     set: |place, value| format!("{place} = {value};"),
+};
+
+const CURVES: CurveSyntax = CurveSyntax {
+    input: "input",
+    supply_v: "supply_v",
+    list: |all| format!("&[{all}]"),
+    interpolated: "interpolated",
 };
 
 impl Exporter for Rust {
@@ -64,7 +72,7 @@ fn actuators(model: &PlantModel) -> String {
         format!("    [{}], // {name}: input {input}\n", numbers(thruster.unit_wrench()))
     };
     let case = |(k, thruster): (usize, &seaplant::Thruster)| {
-        format!("        {k} => {},\n", curve(&thruster.curve))
+        format!("        {k} => {},\n", CURVES.thrust(&thruster.curve))
     };
     let has = |is_so: fn(&ThrustCurve) -> bool| model.thrusters.iter().any(|t| is_so(&t.curve));
     let mut laws = String::new();
@@ -74,18 +82,14 @@ fn actuators(model: &PlantModel) -> String {
     if has(|curve| matches!(curve, ThrustCurve::Table { .. })) {
         laws += INTERPOLATED;
     }
-    let fitted = c::fitted(model);
-    let places = [
+    let mut places = vec![
         ("THRUSTERS", model.thrusters.len().to_string()),
         ("ALLOCATION", model.thrusters.iter().map(row).collect()),
-        ("NEUTRAL", numbers(model.thrusters.iter().map(|t| t.curve.neutral()))),
+        ("NEUTRAL", neutral(model)),
         ("LAWS", laws),
         ("CASES", model.thrusters.iter().enumerate().map(case).collect()),
-        ("LAG", numbers(fitted.lag_s)),
-        ("FORCE_LAG", numbers(fitted.force_lag_s)),
-        ("DELAY", numbers(fitted.delay_s)),
-        ("RATIO", numbers(fitted.reverse_ratio)),
     ];
+    places.extend(Fitted::of(model).places());
     fill(include_str!("templates/actuators.rs.txt"), &places)
 }
 
@@ -97,41 +101,15 @@ fn quadratic(forward: f64, reverse: f64, deadband: f64, neutral: f64, x: f64) ->
 ";
 
 const INTERPOLATED: &str = "
-fn interpolated(points: &[(f64, f64)], x: f64) -> f64 {
-    let after = points.partition_point(|point| point.0 < x);
+fn interpolated(x: f64, points: &[f64], values: &[f64]) -> f64 {
+    let after = points.partition_point(|point| *point < x);
     if after == 0 {
-        return points[0].1;
+        return values[0];
     }
     if after == points.len() {
-        return points[after - 1].1;
+        return values[after - 1];
     }
-    let ((a, low), (b, high)) = (points[after - 1], points[after]);
+    let (a, b, low, high) = (points[after - 1], points[after], values[after - 1], values[after]);
     low + (x - a) / (b - a) * (high - low)
 }
 ";
-
-fn curve(curve: &ThrustCurve) -> String {
-    match curve {
-        ThrustCurve::Quadratic { law, .. } => {
-            let law = numbers([law.forward, law.reverse, law.deadband, law.neutral]);
-            format!("quadratic({law}, input)")
-        }
-        ThrustCurve::Table { tables, .. } => {
-            let of = |table: &ThrustTable| {
-                let points: Vec<String> = table
-                    .points()
-                    .map(|(x, force)| format!("({}, {})", number(x), number(force)))
-                    .collect();
-                format!("interpolated(&[{}], input)", points.join(", "))
-            };
-            if tables.len() == 1 {
-                return of(&tables[0]);
-            }
-            let point = |table: &ThrustTable| {
-                format!("({}, {})", number(table.voltage.unwrap_or(0.0)), of(table))
-            };
-            let points: Vec<String> = tables.iter().map(point).collect();
-            format!("interpolated(&[{}], supply_v)", points.join(", "))
-        }
-    }
-}

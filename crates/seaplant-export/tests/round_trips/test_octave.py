@@ -1,4 +1,4 @@
-"""The m-file, run by Octave."""
+"""The m-files, run by Octave."""
 
 from __future__ import annotations
 
@@ -85,6 +85,40 @@ def test_octave(case, tmp_path):
     found = np.loadtxt(tmp_path / "trajectory.txt", ndmin=2)[:, :6]
     expected = np.array(trajectory["velocity"])[: len(found)]
     assert np.abs(found - expected)[:, case.own].max() < EULER
+
+
+DRIVEN = """
+addpath('{folder}');
+inputs = load('-ascii', '{inputs}');
+state = seaplant_thrusters([], inputs(:, 1));
+out = zeros(6, {steps});
+for k = 1:{steps}
+    [state, out(:, k)] = seaplant_thrusters(state, inputs(:, floor((k - 1) / 25) + 1), 0.02, {volts});
+end
+f = fopen('{wrench}', 'w'); fprintf(f, [repmat('%.17g ', 1, 6) '\\n'], out); fclose(f);
+"""
+
+
+@pytest.mark.skipif(not OCTAVE, reason="there is no Octave")
+def test_lag_delay_and_reverse_ratio_of_octave(case, tmp_path):
+    actuated = case.reference["actuated"]
+    if actuated is None:
+        assert not case.file("octave", "seaplant_thrusters.m").exists()
+        return
+    np.savetxt(tmp_path / "inputs.txt", actuated["inputs"], fmt="%.17g")
+    expected = np.array(actuated["wrench"])
+    script = DRIVEN.format(
+        folder=case.file("octave"),
+        inputs=tmp_path / "inputs.txt",
+        wrench=tmp_path / "wrench.txt",
+        steps=len(expected),
+        volts=actuated["supply_v"],
+    )
+    (tmp_path / "run.m").write_text(script)
+    command = [*OCTAVE.split(), "--no-gui", "--norc", "--quiet", tmp_path / "run.m"]
+    subprocess.run(command, check=True, timeout=120)
+    found = np.loadtxt(tmp_path / "wrench.txt", ndmin=2)
+    assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
 
 
 def level(case):

@@ -111,7 +111,7 @@ def appended():
 
 
 def angles(w, x, y, z):
-    size = w * w + x * x + y * y + z * z
+    size = x * x + y * y + z * z + w * w
     if not size > 0:
         return None, None, None
     return (

@@ -1,0 +1,90 @@
+//! Thrusters as lines of code: what templates of several languages share.
+
+use seaplant::exchange::{Actuation, PlantModel};
+use seaplant::results::Parameter;
+use seaplant::{Dof, ThrustCurve, ThrustTable};
+
+use crate::code::{number, numbers};
+
+/// What was fitted of the actuators, by axis; 0, 0, 0 and 1 where nothing was.
+pub(crate) struct Fitted {
+    pub(crate) lag_s: [f64; 6],
+    pub(crate) force_lag_s: [f64; 6],
+    pub(crate) delay_s: [f64; 6],
+    pub(crate) reverse_ratio: [f64; 6],
+}
+
+impl Fitted {
+    pub(crate) fn of(model: &PlantModel) -> Self {
+        let axes = |of: fn(&Actuation) -> &Option<Parameter>, otherwise: f64| {
+            Dof::ALL.map(|dof| {
+                let found = model.actuation.get(&dof).and_then(|actuation| of(actuation).as_ref());
+                found.map_or(otherwise, |parameter| parameter.value)
+            })
+        };
+        Self {
+            lag_s: axes(|x| &x.lag, 0.0),
+            force_lag_s: axes(|x| &x.force_lag, 0.0),
+            delay_s: axes(|x| &x.delay, 0.0),
+            reverse_ratio: axes(|x| &x.reverse_ratio, 1.0),
+        }
+    }
+
+    /// The places of a template that stand for these numbers.
+    pub(crate) fn places(&self) -> [(&'static str, String); 4] {
+        [
+            ("LAG", numbers(self.lag_s)),
+            ("FORCE_LAG", numbers(self.force_lag_s)),
+            ("DELAY", numbers(self.delay_s)),
+            ("RATIO", numbers(self.reverse_ratio)),
+        ]
+    }
+}
+
+/// Inputs with which propellers stand still.
+pub(crate) fn neutral(model: &PlantModel) -> String {
+    numbers(model.thrusters.iter().map(|thruster| thruster.curve.neutral()))
+}
+
+/// How a language writes a thrust curve.
+pub(crate) struct CurveSyntax {
+    /// The name of the thruster's input.
+    pub(crate) input: &'static str,
+    /// The name of the supply voltage.
+    pub(crate) supply_v: &'static str,
+    /// A list of expressions.
+    pub(crate) list: fn(&str) -> String,
+    /// The function of `x`, points and values that interpolates linearly and holds its ends.
+    pub(crate) interpolated: &'static str,
+}
+
+impl CurveSyntax {
+    /// The thrust of an input as an expression: `quadratic(…)` or an interpolation.
+    pub(crate) fn thrust(&self, curve: &ThrustCurve) -> String {
+        match curve {
+            ThrustCurve::Quadratic { law, .. } => {
+                let law = numbers([law.forward, law.reverse, law.deadband, law.neutral]);
+                format!("quadratic({law}, {})", self.input)
+            }
+            ThrustCurve::Table { tables, .. } => self.of_tables(tables),
+        }
+    }
+
+    fn of_tables(&self, tables: &[ThrustTable]) -> String {
+        let of = |table: &ThrustTable| {
+            let (inputs, forces): (Vec<f64>, Vec<f64>) = table.points().unzip();
+            self.interpolation(self.input, &numbers(inputs), &numbers(forces))
+        };
+        if let [table] = tables {
+            return of(table);
+        }
+        let volts = tables.iter().map(|table| number(table.voltage.unwrap_or(0.0)));
+        let volts = volts.collect::<Vec<_>>().join(", ");
+        let all = tables.iter().map(of).collect::<Vec<_>>().join(", ");
+        self.interpolation(self.supply_v, &volts, &all)
+    }
+
+    fn interpolation(&self, x: &str, points: &str, values: &str) -> String {
+        format!("{}({x}, {}, {})", self.interpolated, (self.list)(points), (self.list)(values))
+    }
+}
