@@ -189,9 +189,10 @@ pub struct HoldEntry {
     /// `"60 %"`.
     #[serde(default)]
     pub force: BTreeMap<Dof, ForceEntry>,
-    /// Inputs of thrusters by name, in the units of their curves.
+    /// Inputs of thrusters by name: a number in the unit of the curve, or a part of the thrust at its
+    /// end, as `"60 %"`.
     #[serde(default)]
-    pub thruster: BTreeMap<String, f64>,
+    pub thruster: BTreeMap<String, ForceEntry>,
     /// Angles of rudders and fins by name, deg.
     #[serde(default)]
     pub angle_deg: BTreeMap<String, f64>,
@@ -200,13 +201,13 @@ pub struct HoldEntry {
     pub supply_v: Option<f64>,
 }
 
-/// A force or moment on an axis.
+/// A force or moment on an axis, or the input of a thruster.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ForceEntry {
-    /// N or N m.
+    /// N or N m; of a thruster, the unit of its curve.
     Si(f64),
-    /// A part of the greatest that the thrusters give that way, as `60 %`.
+    /// A part of the greatest thrust that way, as `60 %`.
     Percent(String),
 }
 
@@ -240,6 +241,39 @@ impl ForceEntry {
             ))
         })?;
         Ok(0.01 * percent.abs() * if percent < 0.0 { ends[0] } else { ends[1] })
+    }
+}
+
+impl ForceEntry {
+    /// The input of a thruster of a plant, in the unit of its curve; `supply_v` is for curves of
+    /// several voltages.
+    ///
+    /// # Errors
+    /// [`seaplant::Error::Plant`] for a part of the thrust of a thruster that the plant lacks, or
+    /// whose curve has no stated end.
+    pub fn of_thruster(
+        &self,
+        model: &PlantModel,
+        name: &str,
+        supply_v: Option<f64>,
+    ) -> Result<f64, seaplant::Error> {
+        let text = match self {
+            Self::Si(input) => return Ok(*input),
+            Self::Percent(text) => text,
+        };
+        let refuse = |reason: &str| seaplant::Error::Plant {
+            axes: model.plant.structure().name(),
+            reason: format!("an input of thruster `{name}` of `{text}` {reason}"),
+        };
+        let percent = Self::percent(text)
+            .ok_or_else(|| refuse("is no part; write it as \"60 %\", of at most 100 %"))?;
+        let thruster = model.thrusters.iter().find(|thruster| thruster.name == name);
+        let thruster = thruster.ok_or_else(|| {
+            refuse("is of a thruster that the plant does not have; name one of its own")
+        })?;
+        model.input_for_part(thruster, 0.01 * percent, supply_v).ok_or_else(|| {
+            refuse("needs the end of its curve, which is not known; give a number in the unit of the curve, or state max_rpm or a measured table")
+        })
     }
 }
 
@@ -288,15 +322,18 @@ impl Profile {
             }
         }
         let forces = self.hold.iter().flat_map(|hold| &hold.force);
-        for (dof, force) in forces {
-            if let ForceEntry::Percent(text) = force
+        let forces = forces.map(|(dof, entry)| (format!("force.{dof}"), dof.units().force, entry));
+        let inputs = self.hold.iter().flat_map(|hold| &hold.thruster);
+        let inputs = inputs
+            .map(|(name, entry)| (format!("thruster.{name}"), "the unit of its curve", entry));
+        for (key, unit, entry) in forces.chain(inputs) {
+            if let ForceEntry::Percent(text) = entry
                 && ForceEntry::percent(text).is_none()
             {
                 let reason = format!(
-                    "is `{text}`; give a number in {}, or a part of at most 100 % as \"60 %\"",
-                    dof.units().force
+                    "is `{text}`; give a number in {unit}, or a part of at most 100 % as \"60 %\""
                 );
-                return refuse(&format!("hold.force.{dof}"), reason);
+                return refuse(&format!("hold.{key}"), reason);
             }
         }
         if self.hold.windows(2).any(|pair| pair[1].from_s <= pair[0].from_s) {
@@ -330,7 +367,8 @@ impl Profile {
     /// The inputs as series; thrusters that an entry does not name stand still.
     ///
     /// # Errors
-    /// [`seaplant::Error::NotFinite`] for an input that is no number; as [`ForceEntry::on`].
+    /// [`seaplant::Error::NotFinite`] for an input that is no number; as [`ForceEntry::on`] and
+    /// [`ForceEntry::of_thruster`].
     pub fn drive(&self, model: &PlantModel) -> Result<Drive, seaplant::Error> {
         let mut drive = Drive::default();
         for dof in Dof::ALL {
@@ -346,7 +384,11 @@ impl Profile {
         for name in named {
             let known = model.thrusters.iter().find(|thruster| thruster.name == *name);
             let still = known.map_or(0.0, |thruster| thruster.curve.neutral());
-            let inputs = self.each(|hold| hold.thruster.get(name).copied());
+            let of = |hold: &HoldEntry| {
+                let entry = hold.thruster.get(name);
+                entry.map(|entry| entry.of_thruster(model, name, hold.supply_v)).transpose()
+            };
+            let inputs: Vec<Option<f64>> = self.hold.iter().map(of).collect::<Result<_, _>>()?;
             if let Some(series) = self.series(&inputs, still)? {
                 drive.thrusters.insert(name.clone(), series);
             }
@@ -564,6 +606,33 @@ mod tests {
         let entry = ForceEntry::Percent("60 %".to_owned());
         let error = entry.on(&open.model().expect("possible"), Dof::Surge).expect_err("unknown");
         assert!(error.to_string().contains("max_rpm"), "{error}");
+    }
+
+    #[test]
+    fn a_part_of_a_thruster_is_an_input_of_its_curve() {
+        let heavy = crate::read_plant_file(Path::new("published:bluerov2-heavy-von-benzon-2022"));
+        let heavy = heavy.expect("a table").expect("a plant").model().expect("possible");
+        let thruster = &heavy.thrusters[0];
+        let [reverse, forward] = heavy.thrust_limits(thruster).expect("stated");
+        let driven = |text: &str| {
+            let entry =
+                format!("duration_s = 1.0\n[[hold]]\nthruster.{:?} = {text}", thruster.name);
+            let profile = profile(&entry);
+            profile.check(Path::new("p.toml")).map_err(|error| error.to_string())?;
+            let drive = profile.drive(&heavy).map_err(|error| error.to_string())?;
+            Ok::<f64, String>(drive.thrusters[&thruster.name].held_at(0.5))
+        };
+        for (text, thrust) in [("\"60 %\"", 0.6 * forward), ("\"-25 %\"", 0.25 * reverse)] {
+            let input = driven(text).expect("known");
+            assert!((thruster.curve.force(input, None) - thrust).abs() < 1e-6 * forward, "{text}");
+        }
+        assert_eq!(driven("\"0 %\""), Ok(thruster.curve.neutral()));
+        assert_eq!(driven("1600.0"), Ok(1600.0));
+        let error = driven("\"160 %\"").expect_err("too much");
+        assert!(error.contains(&format!("hold.thruster.{}", thruster.name)), "{error}");
+        let entry = ForceEntry::Percent("60 %".to_owned());
+        let error = entry.of_thruster(&heavy, "tail", None).expect_err("no such thruster");
+        assert!(error.to_string().contains("`tail`"), "{error}");
     }
 
     #[test]

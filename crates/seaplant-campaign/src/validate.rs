@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use seaplant::exchange::PlantModel;
 use seaplant::results::{
-    AxisScore, CoupledPlant, PlantResult, Results, Score, TrialResult, TrialScore,
+    AxisScore, CoupledPlant, CoupledScore, PlantResult, Results, Score, TrialResult, TrialScore,
 };
 use seaplant::{
     Comparison, Dof, Error, Method, Model, Role, Trial, evaluate, score_coupled, score_plant,
+    score_table,
 };
 use serde::Serialize;
 
@@ -113,10 +114,7 @@ fn together(
     plant: &CoupledPlant,
     trials: &[SourcedTrial],
 ) -> Result<Vec<Validation>, Error> {
-    let is_read = |of: &&SourcedTrial| {
-        of.trial.role() != Role::Steady && of.trial.coupled(&plant.axes).is_ok()
-    };
-    let read: Vec<&SourcedTrial> = trials.iter().filter(is_read).collect();
+    let read = read_for(&plant.axes, trials);
     if read.is_empty() {
         return Ok(Vec::new());
     }
@@ -126,7 +124,23 @@ fn together(
     let is_known =
         |of: &&&SourcedTrial| of.inputs.iter().any(|input| fitted.contains(&input.sha256.as_str()));
     let known = read.iter().filter(is_known).map(|of| of.trial.name().to_owned());
-    let fitted_to: Vec<String> = known.collect();
+    Ok(by_axis(&score, &plant.axes, Some(plant.method), &known.collect::<Vec<_>>()))
+}
+
+/// The trials that were read for a plant of several axes and are not steady runs.
+fn read_for<'a>(axes: &[Dof], trials: &'a [SourcedTrial]) -> Vec<&'a SourcedTrial> {
+    let is_read =
+        |of: &&SourcedTrial| of.trial.role() != Role::Steady && of.trial.coupled(axes).is_ok();
+    trials.iter().filter(is_read).collect()
+}
+
+/// The score of axes that were simulated together, one by one.
+fn by_axis(
+    score: &CoupledScore,
+    axes: &[Dof],
+    method: Option<Method>,
+    fitted_to: &[String],
+) -> Vec<Validation> {
     let of = |(&dof, whole): (&Dof, &AxisScore)| {
         let of_trial = |(name, axes): (&String, &BTreeMap<Dof, AxisScore>)| {
             let own = axes.get(&dof)?;
@@ -146,22 +160,28 @@ fn together(
             trials: score.trials.iter().filter_map(of_trial).collect(),
             ..Score::default()
         };
-        let (axes, method) = (plant.axes.clone(), Some(plant.method));
-        Validation { dof, axes, method, score, fitted_to: fitted_to.clone() }
+        Validation { dof, axes: axes.to_vec(), method, score, fitted_to: fitted_to.to_vec() }
     };
-    Ok(score.by_axis.iter().map(of).collect())
+    score.by_axis.iter().map(of).collect()
 }
 
-/// Scores each axis of a published table by itself, as [`validate`] scores fitted plants.
+/// Scores a published table, as [`validate`] scores fitted plants: its axes together on trials that
+/// were read for them, and otherwise each by itself.
 ///
 /// # Errors
-/// As [`score_plant`].
+/// As [`score_table`] and [`score_plant`].
 pub fn validate_table(
     model: &PlantModel,
     trials: &[SourcedTrial],
 ) -> Result<Vec<Validation>, Error> {
+    let axes = model.plant.axes();
+    let read = read_for(axes, trials);
+    if axes.len() > 1 && !read.is_empty() {
+        let scored: Vec<&Trial> = read.iter().map(|of| &of.trial).collect();
+        return Ok(by_axis(&score_table(model, &scored)?, axes, None, &[]));
+    }
     let mut validations = Vec::new();
-    for &dof in model.plant.axes() {
+    for &dof in axes {
         let scored = moving(dof, trials);
         let Some(axis) = model.single_axis(dof).filter(|_| !scored.is_empty()) else { continue };
         let score = score_plant(dof, &Model::from(axis.to_lumped()), &scored)?;

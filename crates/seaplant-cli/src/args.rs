@@ -1,5 +1,6 @@
 //! What a user may write on the command line.
 
+mod completer;
 mod fits;
 mod logs;
 mod plants;

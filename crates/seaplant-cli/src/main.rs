@@ -17,6 +17,7 @@ use args::{Arguments, Command};
 use output::Output;
 
 fn main() -> ExitCode {
+    commands::completions::answer();
     keep_readers_quiet();
     writing::leave_nothing_behind();
     let arguments = Arguments::try_parse().unwrap_or_else(|error| misused(&error));

@@ -50,14 +50,20 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     text
 }
 
+/// The notes of the report's first screen: each once, wherever it was made.
 fn count_notes(results: &Results) -> usize {
-    let notes = |caveats: &[Caveat]| {
-        caveats.iter().filter(|caveat| caveat.severity == Severity::Note).count()
-    };
-    results.plants.values().map(|plant| notes(&plant.caveats)).sum::<usize>()
-        + results.coupled.values().map(|plant| notes(&plant.caveats)).sum::<usize>()
-        + results.steady.values().map(|steady| notes(&steady.caveats)).sum::<usize>()
-        + notes(&results.caveats)
+    let plants = results.plants.values().flat_map(|plant| &plant.caveats);
+    let coupled = results.coupled.values().flat_map(|plant| &plant.caveats);
+    let steady = results.steady.values().flat_map(|steady| &steady.caveats);
+    let bollard = results.bollard_pull.iter().flat_map(|pull| &pull.caveats);
+    let all = plants.chain(coupled).chain(steady).chain(bollard).chain(&results.caveats);
+    let mut notes: Vec<&Caveat> = Vec::new();
+    for caveat in all.filter(|caveat| caveat.severity == Severity::Note) {
+        if !notes.contains(&caveat) {
+            notes.push(caveat);
+        }
+    }
+    notes.len()
 }
 
 /// How far a plant may be trusted, and why.

@@ -1,7 +1,7 @@
 //! A module for CasADi, ready for acados.
 
-use seaplant::exchange::PlantModel;
 use seaplant::Thruster;
+use seaplant::exchange::PlantModel;
 
 use crate::actuators::{CurveSyntax, Fitted, neutral};
 use crate::code::{Syntax, axes, block, bracket, input_of, numbers};
@@ -67,7 +67,8 @@ fn actuators(model: &PlantModel) -> String {
         format!("    \"{name}\",  # input {}\n", input_of(&thruster.curve))
     };
     let row = |thruster: &Thruster| format!("        [{}],\n", numbers(thruster.unit_wrench()));
-    let law = |thruster: &Thruster| format!("    lambda x, volts: {},\n", CURVES.thrust(&thruster.curve));
+    let law =
+        |thruster: &Thruster| format!("    lambda x, volts: {},\n", CURVES.thrust(&thruster.curve));
     let mut places = vec![
         ("THRUSTERS", of(&name)),
         ("ALLOCATION", of(&row)),

@@ -1,7 +1,7 @@
 //! One module in Rust, with no dependency.
 
-use seaplant::exchange::PlantModel;
 use seaplant::ThrustCurve;
+use seaplant::exchange::PlantModel;
 
 use crate::actuators::{CurveSyntax, Fitted, neutral};
 use crate::code::{Syntax, block, bracket, input_of, names, number, numbers, own};

@@ -96,7 +96,8 @@ impl LiveChart {
         let mut lines = vec![line(&curve.line.0, Ink::Simulated, &curve.line.1)];
         lines.extend(curve.beside.iter().map(|(name, y)| line(name, Ink::Measured, y)));
         let band = curve.band.iter().flatten();
-        lines.extend(band.map(|end| line("95 % band", Ink::Difference, end)));
+        let ends = ["95 % band, lower end", "95 % band, upper end"];
+        lines.extend(band.zip(ends).map(|(y, name)| line(name, Ink::Difference, y)));
         let panel = Panel {
             label: curve.y_label.clone(),
             height: ALONE_PX,

@@ -195,13 +195,36 @@ pub(crate) fn spoken(x: f64) -> String {
     format!("{x:.decimals$}")
 }
 
+/// An estimate and its standard deviation in a sentence, to the digits that the deviation leaves:
+/// two of its own decide, as in the report's tables.
+pub(crate) fn estimated(value: f64, std: f64) -> String {
+    if !(std > 0.0 && std.is_finite() && value.abs().max(std) < 1e7) {
+        return format!("{} ± {}", spoken(value), spoken(std));
+    }
+    let place = std.log10().floor() as i32 - 1;
+    let step = 10f64.powi(place.max(0));
+    let decimals = (-place).clamp(0, 9) as usize;
+    let [value, std] = [value, std].map(|x| if place > 0 { (x / step).round() * step } else { x });
+    format!("{value:.decimals$} ± {std:.decimals$}")
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{CaveatCode, spoken};
+    use super::{CaveatCode, estimated, spoken};
 
     #[test]
     fn a_code_is_read_as_words() {
         assert_eq!(CaveatCode::MassBelowDryMass.words(), "mass below dry mass");
+    }
+
+    #[test]
+    fn the_deviation_decides_the_digits_of_an_estimate() {
+        let said: Vec<String> =
+            [(16364.2, 14.2), (12970.2, 253.0), (0.27812, 0.0341), (2230.9, 0.0), (-7.0, 0.4)]
+                .map(|(value, std)| estimated(value, std))
+                .into();
+        let expected = ["16364 ± 14", "12970 ± 250", "0.278 ± 0.034", "2231 ± 0", "-7.00 ± 0.40"];
+        assert_eq!(said, expected);
     }
 
     #[test]

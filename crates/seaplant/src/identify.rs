@@ -10,7 +10,7 @@ mod verdict;
 
 use std::collections::BTreeMap;
 
-pub use coupled::{compare_coupled, score_coupled};
+pub use coupled::{compare_coupled, score_coupled, score_table};
 pub use stages::{Stage, stages};
 
 use convert::{accumulated, empty_results, steady_result};

@@ -7,6 +7,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueHint};
 use seaplant::{Method, Terms};
 
+use super::completer::plants;
 use super::method;
 
 /// A method, or all of them.
@@ -86,8 +87,8 @@ pub struct Identify {
     after_help = "Examples:\n  seaplant validate results/results.json another-dive/campaign.toml\n  seaplant validate published:bluerov2-wu-2018 campaign.toml"
 )]
 pub struct Validate {
-    /// The results.json of a fit, a plant file, or published:NAME, each axis by itself.
-    #[arg(value_hint = ValueHint::FilePath)]
+    /// The results.json of a fit, a plant file, or published:NAME.
+    #[arg(value_hint = ValueHint::FilePath, add = plants())]
     pub results: PathBuf,
     /// The campaign whose trials to score on.
     #[arg(value_hint = ValueHint::FilePath)]
@@ -104,7 +105,7 @@ pub struct Validate {
 )]
 pub struct Compare {
     /// The results of each fit (the folder or its results.json), a plant file, or published:NAME.
-    #[arg(required = true, num_args = 2.., value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
+    #[arg(required = true, num_args = 2.., value_name = "RESULTS", value_hint = ValueHint::AnyPath, add = plants())]
     pub results: Vec<PathBuf>,
     /// The method whose plants to compare; the recommended ones if not given.
     #[arg(long, value_parser = method())]

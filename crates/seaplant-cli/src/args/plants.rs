@@ -8,6 +8,7 @@ use seaplant::{Dof, Method};
 use seaplant_control::Law;
 use seaplant_export::EXPORTERS;
 
+use super::completer::plants;
 use super::method;
 
 fn dof() -> impl TypedValueParser<Value = Dof> {
@@ -25,7 +26,7 @@ fn dof() -> impl TypedValueParser<Value = Dof> {
 )]
 pub struct Simulate {
     /// The results.json of a fit; for inputs alone also a plant file or published:NAME.
-    #[arg(value_hint = ValueHint::FilePath)]
+    #[arg(value_hint = ValueHint::FilePath, add = plants())]
     pub results: PathBuf,
     /// A profile, a table of inputs, or the log or files that were logged side by side.
     #[arg(value_name = "INPUTS", value_hint = ValueHint::FilePath)]
@@ -93,7 +94,7 @@ fn formats() -> PossibleValuesParser {
 pub struct Export {
     /// The results.json of a fit, a plant file (seaplant/plant in TOML or JSON), or
     /// published:NAME.
-    #[arg(value_hint = ValueHint::FilePath)]
+    #[arg(value_hint = ValueHint::FilePath, add = plants())]
     pub plant: PathBuf,
     /// The format.
     #[arg(long, value_name = "FORMAT", value_parser = formats())]
@@ -127,7 +128,7 @@ fn law() -> impl TypedValueParser<Value = Law> {
 )]
 pub struct Control {
     /// The results.json of a fit, a plant file, or published:NAME.
-    #[arg(value_hint = ValueHint::FilePath)]
+    #[arg(value_hint = ValueHint::FilePath, add = plants())]
     pub plant: PathBuf,
     /// The natural frequency of an axis's closed loop, as "surge 0.05 Hz"; give it once for each
     /// axis.

@@ -1,14 +1,34 @@
+//! Completion by the shell: it asks the program, which knows its own words.
+
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::CommandFactory;
+use clap_complete::env::{CompleteEnv, Shells};
 
 use crate::args::{Arguments, Completions};
 use crate::output::print;
 
+/// The variable by which a shell's script asks for completions.
+const VARIABLE: &str = "SEAPLANT_COMPLETE";
+
+/// In bash a word ends at a colon, and so would `published:NAME`.
+const BASH: &str = "COMP_WORDBREAKS=${COMP_WORDBREAKS//:/}\n";
+
 pub fn run(arguments: &Completions) -> anyhow::Result<ExitCode> {
-    let mut command = Arguments::command();
+    let shell = arguments.shell.to_string();
+    let known = Shells::builtins();
+    let known = known.completer(&shell).with_context(|| format!("{shell} is not known"))?;
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut command, "seaplant", &mut script);
+    if shell == "bash" {
+        script.extend_from_slice(BASH.as_bytes());
+    }
+    known.write_registration(VARIABLE, "seaplant", "seaplant", "seaplant", &mut script)?;
     print(&String::from_utf8(script)?)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Answers a shell that asks for completions, and ends the program then.
+pub fn answer() {
+    CompleteEnv::with_factory(Arguments::command).var(VARIABLE).complete();
 }

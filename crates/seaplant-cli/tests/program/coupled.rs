@@ -171,3 +171,36 @@ fn a_rigid_body_that_cannot_be_is_refused() {
     let said = refused(&workshop);
     assert!(said.contains("rigid_body") && said.contains("sum of the others"), "{said}");
 }
+
+#[test]
+fn a_table_of_several_axes_is_scored_with_its_axes_together() {
+    let workshop = boat(CAMPAIGN);
+    let [m11, m22, m23, m33] = BOAT;
+    let [du, dv, dvv, dr, drr] = DRAG;
+    let table = |du: f64| {
+        format!(
+            "schema = \"seaplant/plant/1\"\nname = \"boat\"\nsource = \"the truth\"\n\
+             axes = [\"surge\", \"sway\", \"yaw\"]\n\
+             mass_matrix = [[{m11}, 0.0, 0.0], [0.0, {m22}, {m23}], [0.0, {m23}, {m33}]]\n\
+             linear_damping = [0.0, {dv}, {dr}]\nquadratic_damping = [{du}, {dvv}, {drr}]\n"
+        )
+    };
+    workshop.write("truth.toml", table(du));
+    workshop.write("wrong.toml", table(4.0 * du));
+    let scores = |plant: &str| {
+        let said = workshop.json(&["validate", plant, "campaign.toml", "--json"]);
+        let all = said.as_array().expect("scores").clone();
+        assert_eq!(all.len(), 3, "{said}");
+        for one in &all {
+            assert_eq!(one["axes"].as_array().map(Vec::len), Some(3), "{one}");
+            assert_eq!(one["score"]["trials"].as_array().map(Vec::len), Some(2), "{one}");
+        }
+        [0, 1, 2].map(|k| all[k]["score"]["r_squared"].as_f64().expect("a score"))
+    };
+    let right = scores("truth.toml");
+    assert!(right.iter().all(|r2| *r2 > 0.99), "{right:?}");
+    let wrong = scores("wrong.toml");
+    assert!(wrong[0] < 0.9, "{wrong:?}");
+    let said = workshop.success(&["validate", "truth.toml", "campaign.toml"]);
+    assert!(said.contains("sway, coupled"), "{said}");
+}

@@ -246,17 +246,40 @@ fn every_schema_is_one() {
 }
 
 #[test]
-fn shells_complete_the_commands() {
+fn shells_are_told_how_to_ask_for_completions() {
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
-        let says = predicate::str::contains("identify").and(predicate::str::contains("--quiet"));
-        let fish = predicate::str::contains("identify").and(predicate::str::contains("quiet"));
-        let output = seaplant().args(["completions", shell]).assert().success();
-        if shell == "fish" {
-            output.stdout(fish);
-        } else {
-            output.stdout(says);
-        }
+        let asks = predicate::str::contains("SEAPLANT_COMPLETE");
+        seaplant().args(["completions", shell]).assert().success().stdout(asks);
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn bash_completes_commands_files_and_published_tables() {
+    let workshop = Workshop::empty();
+    workshop.write("results.json", "{}");
+    let bin = assert_cmd::cargo::cargo_bin!("seaplant");
+    let folder = bin.parent().expect("a folder").display();
+    let completed = |words: &[&str]| {
+        let script = format!(
+            "PATH=\"{folder}:$PATH\"; . <(seaplant completions bash); COMP_WORDS=({all}); COMP_CWORD={at}; _clap_complete_seaplant seaplant '{last}' x 2> /dev/null; printf '%s\\n' \"${{COMPREPLY[@]}}\"",
+            all = words.join(" "),
+            at = words.len() - 1,
+            last = words[words.len() - 1],
+        );
+        let ran = std::process::Command::new("bash")
+            .args(["-c", &script])
+            .current_dir(workshop.path())
+            .output()
+            .expect("bash runs");
+        String::from_utf8(ran.stdout).expect("text")
+    };
+    assert_eq!(completed(&["seaplant", "ident"]).trim(), "identify");
+    assert_eq!(completed(&["seaplant", "export", "published:rex"]).trim(), "published:rexrov");
+    assert_eq!(completed(&["seaplant", "compare", "a", "resu"]).trim(), "results.json");
+    let offered = completed(&["seaplant", "control", "published:b"]);
+    assert!(offered.lines().count() > 1, "{offered}");
+    assert!(offered.lines().all(|name| name.starts_with("published:bluerov2")), "{offered}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::caveat::spoken;
+use crate::caveat::{estimated, spoken};
 use crate::estimate::steady::SteadyFit;
 use crate::estimate::{Estimate, Fit, Method};
 use crate::judge::{Judged, drag_at, free_error, is_better, vouched};
@@ -29,14 +29,12 @@ pub(crate) fn disagreement(recommended: &Fit, other: &Fit) -> Option<Caveat> {
     })?;
     let (name, a, b) = apart;
     let message = format!(
-        "{} and {} disagree on the {name} in {}: {} ± {} against {} ± {}; the intervals do not include the cause of this",
+        "{} and {} disagree on the {name} in {}: {} against {}; the intervals do not include the cause of this",
         recommended.method,
         other.method,
         recommended.dof,
-        spoken(a.value),
-        spoken(a.std),
-        spoken(b.value),
-        spoken(b.std)
+        estimated(a.value, a.std),
+        estimated(b.value, b.std)
     );
     Some(Caveat::warning(CaveatCode::MethodsDisagree, message))
 }
@@ -68,14 +66,12 @@ pub(crate) fn disputed(one: &Judged, other: &Judged, speed: f64) -> Option<Cavea
         return None;
     };
     let message = format!(
-        "{} predicts trials that it has not seen as well as {}, and finds another {what} in {}: {} ± {} against {} ± {} {unit}; the trials do not show which is right",
+        "{} predicts trials that it has not seen as well as {}, and finds another {what} in {}: {} against {} {unit}; the trials do not show which is right",
         other.fit.method,
         one.fit.method,
         one.fit.dof,
-        spoken(y.value),
-        spoken(y.std),
-        spoken(x.value),
-        spoken(x.std)
+        estimated(y.value, y.std),
+        estimated(x.value, x.std)
     );
     let factor = (y.value / x.value).max(x.value / y.value);
     let is_open = !(factor > 0.0 && factor < ANOTHER_PLANT);
@@ -274,12 +270,10 @@ pub(crate) fn steady_against_unsteady(
     let off = (unsteady.value - runs.value).abs();
     (sure && off > 0.05 * runs.value.abs()).then(|| {
         let mut message = format!(
-            "quadratic drag in {} is {} ± {} when the vehicle oscillates and {} ± {} in steady runs",
+            "quadratic drag in {} is {} when the vehicle oscillates and {} in steady runs",
             fit.dof,
-            spoken(unsteady.value),
-            spoken(unsteady.std),
-            spoken(runs.value),
-            spoken(runs.std)
+            estimated(unsteady.value, unsteady.std),
+            estimated(runs.value, runs.std)
         );
         let unit = fit.dof.units().position;
         if let Some((to_and_fro, along)) = strokes.unsteady.zip(strokes.steady) {

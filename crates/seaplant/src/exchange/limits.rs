@@ -29,6 +29,62 @@ impl PlantModel {
         }
     }
 
+    /// The input at which a thruster makes a part of the thrust at the end of its curve, from −1
+    /// (all it gives in reverse) to 1 (all forward), in the unit of the curve.
+    ///
+    /// `supply_v` \[V\] is for curves of several voltages. Ends of curves are those of
+    /// [`Self::thrust_limits`]; `None` where nothing states one, or where the curve gives no thrust
+    /// that way.
+    ///
+    /// # Example
+    /// ```
+    /// use seaplant::exchange::PlantFile;
+    /// let file: PlantFile = serde_json::from_value(serde_json::json!({
+    ///     "schema": "seaplant/plant/1", "name": "sled", "source": "worked by hand",
+    ///     "axes": ["surge"], "mass_matrix": [100.0],
+    ///     "thruster": [{
+    ///         "name": "main", "position_m": [0.0, 0.0, 0.0], "direction": [1.0, 0.0, 0.0],
+    ///         "curve": { "kind": "quadratic", "input": "command", "forward": 50.0, "reverse": 30.0 }
+    ///     }]
+    /// })).expect("a table");
+    /// let model = file.model()?;
+    /// // A quarter of 50 N: half of the command, for thrust goes with its square.
+    /// let half = model.input_for_part(&model.thrusters[0], 0.25, None).expect("known");
+    /// assert!((half - 0.5).abs() < 1e-9);
+    /// # Ok::<(), seaplant::Error>(())
+    /// ```
+    pub fn input_for_part(
+        &self,
+        thruster: &Thruster,
+        part: f64,
+        supply_v: Option<f64>,
+    ) -> Option<f64> {
+        let curve = &thruster.curve;
+        let ends = match curve {
+            ThrustCurve::Table { .. } => curve.range().into(),
+            ThrustCurve::Quadratic { input: ThrusterInput::Command, .. } => [-1.0, 1.0],
+            ThrustCurve::Quadratic { input: ThrusterInput::Speed, .. } => {
+                [-self.max_rpm? * RPM, self.max_rpm? * RPM]
+            }
+            ThrustCurve::Quadratic { .. } => return None,
+        };
+        let force = |x: f64| curve.force(x, supply_v);
+        let still = curve.neutral();
+        if part == 0.0 {
+            return Some(still);
+        }
+        let end = ends.into_iter().find(|end| force(*end) * part > 0.0)?;
+        let wanted = part.abs() * force(end).abs();
+        // From rest to the end of the curve, by halves: 60 leave less than the last digit.
+        let (mut less, mut more) = (still, end);
+        for _ in 0..60 {
+            let middle = 0.5 * (less + more);
+            let reached = force(middle) * part.signum();
+            if reached < wanted { less = middle } else { more = middle }
+        }
+        Some(more)
+    }
+
     /// The most force or moment that all thrusters make on an axis, the negative way and the
     /// positive, N and N m; `None` if none pushes there, or one of unknown greatest thrust does.
     ///

@@ -12,7 +12,7 @@ mod trials;
 mod under_way;
 mod verdict;
 
-pub use score::{compare_coupled, score_coupled};
+pub use score::{compare_coupled, score_coupled, score_table};
 
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
 //! Which method's plant to recommend.
 
-use crate::caveat::spoken;
+use crate::caveat::{estimated, spoken};
 use crate::estimate::t_quantile_975;
 use crate::{Fit, Method, Vehicle};
 
@@ -130,8 +130,8 @@ pub(crate) fn impossible(
         return Some(format!("its {name} is {} {}", spoken(mass.value), units.mass));
     }
     if mass.std >= mass.value || mass.std.is_nan() {
-        let (value, std) = (spoken(mass.value), spoken(mass.std));
-        return Some(format!("its {name} is {value} ± {std} {}", units.mass));
+        let known = estimated(mass.value, mass.std);
+        return Some(format!("its {name} is {known} {}", units.mass));
     }
     let dry = vehicle.dry_mass_kg.filter(|_| !fit.dof.is_rotation());
     if let Some(dry) = dry.filter(|dry| mass.high95 < *dry) {

@@ -1,7 +1,7 @@
 //! Reasons to doubt a plant of several axes.
 
 use super::{Records, correlation, known, under_way};
-use crate::caveat::spoken;
+use crate::caveat::{estimated, spoken};
 use crate::estimate::{Actuator, CoupledFit, NEGLIGIBLE_POWER, damping_power};
 use crate::judge::{NOT_WHITE, PREDICTS};
 use crate::plant::{Basis, EffectForce};
@@ -58,9 +58,8 @@ pub(super) fn doubts(
 
 /// That translations are measured late, by what they were taken to be earlier.
 fn late(fit: &CoupledFit) -> Option<Caveat> {
-    let of = |value: f64, std: Option<f64>| {
-        std.map(|std| format!("{} ± {} s", spoken(value.abs()), spoken(1.96 * std)))
-    };
+    let of =
+        |value: f64, std: Option<f64>| std.map(|std| format!("{} s", estimated(value.abs(), std)));
     let way = if fit.report.delay_s > 0.0 { "later" } else { "earlier" };
     let [delay_std, lag_std] = fit.report_std;
     let delay = of(fit.report.delay_s, delay_std)
@@ -89,7 +88,7 @@ fn measured_elsewhere(fit: &CoupledFit) -> Option<Caveat> {
         .zip(fit.lever_std)
         .filter_map(|(((ahead, behind), metres), std)| {
             let way = if metres < 0.0 { behind } else { ahead };
-            Some(format!("{} ± {} m {way}", spoken(metres.abs()), spoken(1.96 * std?)))
+            Some(format!("{} m {way}", estimated(metres.abs(), std?)))
         })
         .collect();
     (!parts.is_empty()).then(|| {
@@ -323,9 +322,8 @@ fn restoring(fit: &CoupledFit, vehicle: &Vehicle) -> Option<Caveat> {
         let is_off = (value - stated).abs() > CONTRADICTION * std + CONTRADICTION_PART * stated.abs();
         is_off.then(|| {
             format!(
-                "`{term}` is {} ± {} {}, but by the vehicle file it is {}; weigh the vehicle in water, check the centres of gravity and buoyancy, and the scale of thrust",
-                spoken(value),
-                spoken(std),
+                "`{term}` is {} {}, but by the vehicle file it is {}; weigh the vehicle in water, check the centres of gravity and buoyancy, and the scale of thrust",
+                estimated(value, std),
                 term.unit(),
                 spoken(stated)
             )

@@ -2,7 +2,7 @@
 
 use super::Scored;
 use super::known::{drag_at, usual_speed};
-use crate::caveat::spoken;
+use crate::caveat::{estimated, spoken};
 use crate::estimate::CoupledFit;
 use crate::plant::Basis;
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Estimate};
@@ -100,11 +100,9 @@ fn apart(
         let off = (x.value - y.value).abs();
         (off > part * x.value.abs() && off > 2.0 * x.std.hypot(y.std)).then(|| Apart {
             message: format!(
-                "{name} in {dof} is {} ± {} and not {} ± {} {unit}",
-                spoken(y.value),
-                spoken(y.std),
-                spoken(x.value),
-                spoken(x.std)
+                "{name} in {dof} is {} and not {} {unit}",
+                estimated(y.value, y.std),
+                estimated(x.value, x.std)
             ),
             factor: factor(x.value, y.value),
         })

@@ -8,10 +8,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::LEVERS;
 use crate::estimate::{Actuator, CoupledFit};
+use crate::exchange::{Actuation, PlantModel};
 use crate::motion::{Inputs, Simulated, body_from_world, interpolated_attitude, simulate};
 use crate::plant::Plant;
 use crate::random::{gauss_markov, normal};
-use crate::results::{AxisScore, CoupledPlant, CoupledScore, plant_of_result};
+use crate::results::{AxisScore, CoupledPlant, CoupledScore, Parameter, plant_of_result};
 use crate::series::union;
 use crate::signal::sample_noise;
 use crate::{
@@ -97,6 +98,19 @@ pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<Coupled
     }
     let current = mean_current(result);
     score(&plant, &Standing::of_result(result), &records, |_| current)
+}
+
+/// The error of a table of several axes on trials, each simulated freely from its start in water
+/// that stands still.
+///
+/// Thrust acts behind the lag, delay and reverse ratio that the table states for its first axis.
+///
+/// # Errors
+/// That of the first trial, if none was read for the table's axes; as [`simulate`].
+pub fn score_table(model: &PlantModel, trials: &[&Trial]) -> Result<CoupledScore, Error> {
+    let axes = model.plant.axes();
+    let records: Result<Vec<_>, Error> = trials.iter().map(|trial| trial.coupled(axes)).collect();
+    score(&model.plant, &Standing::of_table(model), &records?, |_| [0.0; 2])
 }
 
 /// Measured and simulated velocity of each axis over a trial, simulated freely from its start with
@@ -412,6 +426,22 @@ impl<'a> Standing<'a> {
             lever_m: LEVERS.map(number),
         };
         Self { actuator, report, fit: None }
+    }
+
+    /// What a table states of it.
+    fn of_table(model: &PlantModel) -> Self {
+        let first = model.plant.axes().first().and_then(|dof| model.actuation.get(dof));
+        let value = |of: fn(&Actuation) -> &Option<Parameter>, otherwise: f64| {
+            let found = first.and_then(|actuation| of(actuation).as_ref());
+            found.map_or(otherwise, |parameter| parameter.value)
+        };
+        let actuator = Actuator {
+            lag_s: value(|x| &x.lag, 0.0).max(value(|x| &x.force_lag, 0.0)),
+            delay_s: value(|x| &x.delay, 0.0),
+            log_reverse_ratio: value(|x| &x.reverse_ratio, 1.0).ln(),
+            ..Actuator::default()
+        };
+        Self { actuator, report: VelocityReport::default(), fit: None }
     }
 
     /// What drives a trial, with thrust as it acts.

@@ -1,6 +1,6 @@
 //! Thrust that never changes: it tells the mass in surge from nothing.
 
-use crate::caveat::spoken;
+use crate::caveat::estimated;
 use crate::plant::{Basis, EffectForce, Signal, Structure};
 use crate::{CoupledRecord, Dof, Error, Timed};
 
@@ -23,7 +23,7 @@ pub(super) fn reason(structure: &Structure, records: &[&CoupledRecord]) -> Optio
     let named: Vec<String> = drives
         .iter()
         .zip(&ranges)
-        .map(|((name, _), [mean, std])| format!("{name} is {} ± {}", spoken(*mean), spoken(*std)))
+        .map(|((name, _), [mean, std])| format!("{name} is {}", estimated(*mean, *std)))
         .collect();
     let reason = format!(
         "surge cannot be identified from these trials: {} in all of them, as at one engine order, so that the mass in surge cannot be separated from thrust and resistance; leave surge out (axes = [\"yaw\"] gives the steering), or add trials with starts, stops or other shaft speeds",

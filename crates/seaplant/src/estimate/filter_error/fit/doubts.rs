@@ -1,7 +1,7 @@
 //! What gives reason to doubt a fit.
 
 use super::start::{LEAST_LAG_S, force_rms};
-use crate::caveat::spoken;
+use crate::caveat::{estimated, spoken};
 use crate::estimate::Fit;
 use crate::estimate::filter_error::minimise::limits;
 use crate::estimate::filter_error::parameters::Unknown;
@@ -68,8 +68,9 @@ pub(super) fn accelerometer_doubts(fit: &Fit) -> Vec<Caveat> {
     let smooths = smooths.into_iter().filter_map(|(what, time)| Some((what, time?)));
     let smooths = smooths.filter(|_| most.is_some()).map(|(what, time)| {
         let message = format!(
-            "the accelerometer in {} is smoothed before it is logged, with a {what} of {:.2} ± {:.2} s, which is allowed for here",
-            fit.dof, time.value, time.std
+            "the accelerometer in {} is smoothed before it is logged, with a {what} of {} s, which is allowed for here",
+            fit.dof,
+            estimated(time.value, time.std)
         );
         Caveat::note(CaveatCode::LagOrDelay, message)
     });
@@ -187,8 +188,9 @@ pub(super) fn caveats(fit: &Fit, innovations: &[Vec<f64>]) -> Vec<Caveat> {
     for (name, estimate) in late {
         if let Some(estimate) = estimate.filter(|estimate| !estimate.covers(0.0)) {
             let message = format!(
-                "thrust in {} follows its log with a {name} of {:.2} ± {:.2} s, which this method estimates; methods that ignore it give a wrong drag",
-                fit.dof, estimate.value, estimate.std
+                "thrust in {} follows its log with a {name} of {} s, which this method estimates; methods that ignore it give a wrong drag",
+                fit.dof,
+                estimated(estimate.value, estimate.std)
             );
             caveats.push(Caveat::note(CaveatCode::LagOrDelay, message));
         }
