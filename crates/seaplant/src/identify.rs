@@ -23,8 +23,8 @@ use crate::diagnose::{
 use crate::estimate::online::{OnlineOptions, fit_online};
 use crate::estimate::steady::{SteadyOptions, fit_steady};
 use crate::estimate::{
-    EquationError, EquationErrorStatistics, FilterError, Fit, Method, OutputError, Paper, Records,
-    Sriv, TotalLeastSquares, WeightedLeastSquares, first_delays,
+    DelayedFit, EquationError, EquationErrorStatistics, FilterError, Fit, Method, OutputError,
+    Paper, Records, Sriv, TotalLeastSquares, WeightedLeastSquares, first_delays,
 };
 use crate::exchange::{Draws, PlantModel};
 use crate::judge::score_plant;
@@ -242,13 +242,18 @@ impl Work<'_> {
         Ok(axes)
     }
 
-    fn fit(&self, method: Method, terms: Option<Terms>) -> Result<(Fit, Vec<AxisRecord>), Error> {
-        let Self { options, trials, .. } = *self;
+    /// Which velocity a method works on.
+    fn source(&self, method: Method) -> VelocitySource {
         let usual = match method {
             Method::Paper => VelocitySource::Position,
             _ => VelocitySource::Measured,
         };
-        let source = options.velocity.unwrap_or(usual);
+        self.options.velocity.unwrap_or(usual)
+    }
+
+    fn fit(&self, method: Method, terms: Option<Terms>) -> Result<(Fit, Vec<AxisRecord>), Error> {
+        let trials = self.trials;
+        let source = self.source(method);
         let axes = self.axes(&trials.fit, source)?;
         if axes.is_empty() {
             return Err(Error::NoTrial { dof: self.dof });
@@ -344,7 +349,7 @@ impl Work<'_> {
             score_plant(self.dof, model, trials).ok()?.mean_abs_error
         };
         let of = |terms: Terms| {
-            let (fit, _) = work.fit(recommended.method, Some(terms)).ok()?;
+            let fit = work.of_terms(recommended, terms).ok()?;
             let model = fit.model();
             Some(SubsetResult {
                 terms: terms.fitted(),
@@ -357,6 +362,18 @@ impl Work<'_> {
             })
         };
         parallel::map(&Terms::subsets(), |terms| of(*terms)).into_iter().flatten().collect()
+    }
+
+    /// A fit of other terms than those of a fit, from where that one ended.
+    fn of_terms(&self, fit: &Fit, terms: Terms) -> Result<Fit, Error> {
+        if fit.method != Method::FilterError {
+            return Ok(self.fit(fit.method, Some(terms))?.0);
+        }
+        let axes = self.axes(&self.trials.fit, self.source(fit.method))?;
+        let dry_mass_kg = self.vehicle.dry_mass_kg;
+        let records = Records { dry_mass_kg, terms: Some(terms), ..Records::from(&axes[..]) };
+        let start = DelayedFit { delay_s: 0.0, fit: fit.clone() };
+        self.options.filter_error.fit_from(records, &start)
     }
 
     fn steady(&self, recommended: Option<&Fit>, found: &mut Identification) {

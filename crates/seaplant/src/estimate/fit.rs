@@ -6,6 +6,7 @@ use super::{
     Decision, Filters, Innovations, Method, Nuisances, PhysicalEstimates, SteadyTest,
     t_quantile_975,
 };
+use crate::estimate::filter_error::Values;
 use crate::estimate::online::OnlineHistory;
 use crate::regression::LeastSquares;
 use crate::terms::Term;
@@ -56,6 +57,8 @@ pub struct Fit {
     pub history: Option<OnlineHistory>,
     /// Doubts that the estimator itself has.
     pub caveats: Vec<Caveat>,
+    /// Where the filter error method ended: fits of other terms begin there.
+    pub(crate) optimum: Option<Values>,
 }
 
 /// A number with its uncertainty.
@@ -178,6 +181,7 @@ impl Fit {
             innovations: Vec::new(),
             history: None,
             caveats,
+            optimum: None,
         }
     }
 }

@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::candidate::Candidate;
+use super::minimise::Effort;
 use super::parameters::{Unknown, Values};
 use super::problem::{Kind, Problem, Record};
 use super::search::{Fitted, Search};
@@ -86,7 +87,7 @@ impl FilterError {
     }
 
     /// As [`FilterError::fit`], from a start that is given: that of equation error with settings of
-    /// one's own, by the delay that suits it best.
+    /// one's own, by the delay that suits it best, or a fit of this method with other terms.
     ///
     /// # Errors
     /// As [`FilterError::fit`].
@@ -118,7 +119,7 @@ impl FilterError {
         let candidates: Vec<Candidate> =
             searched.filter(|c| !required.contains(c)).copied().collect();
         let (mut spiked, begun) =
-            strike_first(&mut unsteady, &mut others, &first, &unknowns, linear);
+            strike_first(&mut unsteady, &mut others, (&first, start), &unknowns, linear);
         let starts = match candidates.is_empty() {
             true => Vec::new(),
             false => starts(&first.values, axes, start),
@@ -217,7 +218,7 @@ fn part_to_search(records: &[Record]) -> Option<Vec<Record>> {
 fn strike_first(
     fitted: &mut [Record],
     others: &mut [Record],
-    first: &Beginning,
+    (first, start): (&Beginning, &DelayedFit),
     unknowns: &[Unknown],
     linear: bool,
 ) -> (usize, Values) {
@@ -225,7 +226,10 @@ fn strike_first(
     let mut fixed = first.fixed();
     fixed.shape.linear = linear;
     let problem = Problem::new(&records, unknowns, &first.priors, fixed);
-    let base = Fitted::of(problem, None, &first.values);
+    let base = match &start.fit.optimum {
+        Some(known) => Fitted::within(problem, None, known, Effort::begun(0)),
+        None => Fitted::of(problem, None, &first.values),
+    };
     let Fitted { problem, optimum } = &base;
     strike_out(others, |_, other| innovations_of_another(problem, &optimum.theta, other));
     let spikes = strike_out(fitted, |k, _| problem.innovations(&optimum.theta, k));

@@ -249,6 +249,7 @@ pub(super) fn into_fit(found: &Found, method: &OutputError) -> Result<Fit, Error
         innovations: Vec::new(),
         history: None,
         caveats: Vec::new(),
+        optimum: None,
     })
 }
 

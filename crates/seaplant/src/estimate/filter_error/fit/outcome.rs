@@ -95,6 +95,7 @@ pub(super) fn into_fit(
         innovations: axes.iter().zip(&innovations).map(|(axis, e)| of_trial(axis, e)).collect(),
         history: None,
         caveats: Vec::new(),
+        optimum: Some(values),
     };
     fit.caveats = caveats(&fit, &innovations);
     Ok(fit)
