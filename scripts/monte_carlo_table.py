@@ -94,10 +94,10 @@ def errors(tables: dict, methods: list[str]) -> None:
 def assurance(tables: dict) -> None:
     print("## False assurance and false alarms\n")
     print(
-        "Of the recommended plants: how many wrong ones were called `usable` + `usable with care`;"
-        " how many good ones were called `doubtful` or `do not use`. A plant is wrong if its mass is"
-        " off by more than 10 % or its drag, at the mean speed of the held-out trial, by more than"
-        " 20 %, and good if they are within 5 % and 10 %.\n"
+        "For the recommended plants, the table counts the wrong plants with the verdict `usable` +"
+        " `usable with care`, and then the good plants with the verdict `doubtful` or `do not use`. A"
+        " plant is wrong if its mass is off by more than 10 % or its drag, at the mean speed of the"
+        " held-out trial, by more than 20 %; it is good if both are within 5 % and 10 %.\n"
     )
     print(heading_of("disturbance", DOFS))
     for case, table in tables.items():
@@ -105,9 +105,9 @@ def assurance(tables: dict) -> None:
     every = [of for table in tables.values() for of in table["assurance"]]
     total = lambda key: sum(of[key] for of in every)
     print(
-        f"\nTogether: {total('wrong_but_usable')} of {total('wrong')} wrong plants were called usable"
+        f"\nIn total, {total('wrong_but_usable')} of {total('wrong')} wrong plants were called usable"
         f" and {total('wrong_but_usable_with_care')} usable with care; {total('good_but_doubted')} of"
-        f" {total('good')} good ones were doubted.\n"
+        f" {total('good')} good plants were called doubtful or not to be used.\n"
     )
 
 
@@ -115,11 +115,12 @@ def coverage(folder: pathlib.Path) -> None:
     print("## Coverage\n")
     tables = {case: load(folder / f"coverage-{case}.json") for case in ("none", "tether")}
     print(
-        f"Part of the 95 % intervals that include the truth, in %, {tables['none']['runs']} seeds:"
-        " mass, quadratic drag, bias force. Output error's share one Student's t, that of the term"
-        " which the disturbance leaves least independent time: under tether the mass is surer than"
-        " it says. In heave, where force reacts to what disturbs, its drag is some 5 % off for that"
-        " reason alone; the intervals cover it only because they are wide.\n"
+        "The table shows the percentage of 95 % intervals that include the truth, for mass, quadratic"
+        f" drag and bias force, from {tables['none']['runs']} seeds. All intervals of output error use"
+        " the same quantile of Student's t, that of the term with the fewest effective samples under"
+        " the disturbance; under tether the mass is therefore more certain than its interval says. In"
+        " heave, where force reacts to the disturbances, the drag of output error is some 5 % off for"
+        " that reason alone; the intervals cover it only because they are wide.\n"
     )
     print(heading_of("disturbance, method", DOFS))
     for case, table in tables.items():
@@ -135,9 +136,10 @@ def linear_drag(folder: pathlib.Path) -> None:
     print("\n## Linear drag: false alarms and detections\n")
     tables = {truth: load(folder / f"linear-{truth}.json") for truth in ("zero", "half")}
     print(
-        "Part of the filter error method's fits that took linear drag into the model, in %,"
-        f" {tables['zero']['runs']} seeds, with a tether: where there is none, and where it is half of"
-        " the quadratic drag at the root mean square speed (scripts/linear-drag-half.toml).\n"
+        "The table shows the percentage of the filter error method's fits that included linear drag in"
+        f" the model, from {tables['zero']['runs']} seeds with a tether: where the true linear drag is"
+        " zero, and where it is half of the quadratic drag at the root mean square speed"
+        " (scripts/linear-drag-half.toml).\n"
     )
     print(heading_of("true linear drag", DOFS))
     for truth, table in tables.items():
@@ -161,10 +163,10 @@ def main() -> None:
     print("# What each method gets wrong\n")
     print("Made by `scripts/monte-carlo`; do not edit.\n")
     print(
-        f"Seaplant {first['version']}, the Jason 2 [twin](twin.md):"
-        " median |error| of mass / quadratic drag in % of the truth. `none` in brackets counts fits"
-        " that gave no answer. [The twin's chapter](twin.md#disturbances) says what each disturbance"
-        " does; `all` is the first six together.\n"
+        f"The tables below are for Seaplant {first['version']} and the Jason 2 [twin](twin.md). They"
+        " show the median |error| of mass / quadratic drag in % of the truth; `none` in brackets"
+        " counts fits without a result. [The page on the twin](twin.md#disturbances) describes the"
+        " disturbances; `all` is the first six together.\n"
     )
     errors(tables, methods)
     assurance(tables)

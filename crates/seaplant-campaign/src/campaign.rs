@@ -123,7 +123,11 @@ impl Campaign {
     }
 
     /// [`Self::identify`], calling back before each of its [`Self::stages`].
-    pub fn identify_watched(&self, command: &str, watch: &mut dyn FnMut(&Stage)) -> Identification {
+    pub fn identify_watched(
+        &self,
+        command: &str,
+        watch: &mut (dyn FnMut(&Stage) + Send),
+    ) -> Identification {
         let mut found = identify_watched(&self.vehicle, &self.trials, &self.options, watch);
         let results = &mut found.results;
         results.provenance.command = command.to_owned();

@@ -44,16 +44,17 @@ pub fn fitted(output: Output, campaign: &Campaign, command: &str) -> Identificat
         // Standard error that is gone cannot be helped.
         let _ = writeln!(anstream::stderr(), "{}", announced(&stages, expected));
     }
-    let now = Mutex::new(Pace { done: 0, before: Duration::ZERO, since: Instant::now() });
+    let now = Mutex::new(Pace { stage: None, before: Duration::ZERO, since: Instant::now() });
     let pace = || now.lock().unwrap_or_else(PoisonError::into_inner);
     let mut watch = |stage: &Stage| {
         let mut pace = pace();
-        *pace = Pace { done: stage.done, before: pace.elapsed(), since: Instant::now() };
+        let (stage, before) = (Some(stage.clone()), pace.elapsed());
+        *pace = Pace { stage, before, since: Instant::now() };
     };
     under_a_bar(
         output,
         || campaign.identify_watched(command, &mut watch),
-        |wait| show_fits(&stages, || *pace(), wait),
+        |wait| show_fits(&stages, || pace().clone(), wait),
     )
 }
 
@@ -77,9 +78,10 @@ pub fn written<T>(output: Output, write: impl FnOnce() -> T) -> T {
 }
 
 /// How far the fits have come.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Pace {
-    done: usize,
+    /// The fit that was begun last.
+    stage: Option<Stage>,
     /// What those took that are done.
     before: Duration,
     since: Instant,
@@ -127,11 +129,11 @@ fn show_fits(stages: &[Stage], pace: impl Fn() -> Pace, wait: &Receiver<()>) {
     bar.set_style(style("{bar:30} {pos} of {len} fits, {msg}"));
     while wait.recv_timeout(STEP) == Err(RecvTimeoutError::Timeout) {
         let pace = pace();
-        let Some(Stage { axes, method, .. }) = stages.get(pace.done) else { continue };
+        let Some(Stage { axes, method, done, .. }) = pace.stage else { continue };
         let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
         let (before, now) = (pace.before.as_secs_f64(), pace.since.elapsed().as_secs_f64());
-        let left = left::spoken(left::left(stages, pace.done, before, now));
-        bar.set_position(pace.done as u64);
+        let left = left::spoken(left::left(stages, done, before, now));
+        bar.set_position(done as u64);
         bar.set_message(format!("{} by {method}; {left} left", names.join(", ")));
     }
     bar.finish_and_clear();

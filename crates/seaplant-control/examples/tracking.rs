@@ -266,17 +266,19 @@ const INTRODUCTION: &str = "\
 
 <!-- Made by: cargo run -p seaplant-control --example tracking > docs/src/control-on-the-twin.md -->
 
-Tracking error of the Jason 2 [twin](twin.md), RMS over the second half of six minutes and over five seeds, in
-mm and mrad. The twin has its thrusters with limits and jitter and its instruments; position is dead reckoned,
-and the error is that of the position that the controller receives. Each axis has a loop of 0.06 Hz with ζ = 1 at
-10 Hz, made for the identified mass; all laws have the same feedback. The paths: a sine of 0.5 m (0.3 rad) at
-0.3925 rad/s, as the paper's heave trial; steps of 1 m (0.6 rad) there and back every 45 s; a place to keep.
+These tables show the tracking error of the Jason 2 [twin](twin.md), RMS over the second half of six minutes and
+over five seeds, in mm and mrad. The simulation includes thrusters with limits and jitter, and the instruments.
+Position is dead reckoned, and the error is that of the position that the controller receives. Each axis has a
+control loop of 0.06 Hz with ζ = 1 at 10 Hz, designed for the identified mass; all laws have the same feedback.
+The paths are a sine of 0.5 m (0.3 rad) at 0.3925 rad/s, as in the paper's heave trial; steps of 1 m (0.6 rad)
+back and forth every 45 s; and station keeping (hold).
 
-Plants that the controllers believe in: the identified one (filter error on the twin's own trials in the same
-sea); that by the paper's method on the same trials, whose mass is the true one times";
+The model-based controllers use one of three plants: the identified plant (filter error on the twin's own trials
+with the same disturbances); the plant that the paper's method finds from the same trials, whose mass is the
+true mass times";
 
 const REMAKE: &str = "\
-The command that remakes this page, in about a minute:
+This command regenerates the page, in about a minute:
 
 ```text
 cargo run -p seaplant-control --example tracking > docs/src/control-on-the-twin.md
@@ -294,9 +296,10 @@ fn biases(spec: &TwinSpec, beliefs: &Beliefs) -> String {
 const SIX_AXES: &str = "
 ## Six axes at once
 
-The published BlueROV2 Heavy, all axes controlled with 0.2 Hz at 20 Hz, follows sines of 0.4 to 0.5 m and 0.8 rad in
-four axes at once, with thrusters that lag by 0.1 s and noise of 2 mm and 3 mm/s: error of the last third of 300 s, RMS.
-\"Wrong\" is a plant with twice the masses and twice the damping; adaptation takes 20 s.
+The published BlueROV2 Heavy, with a control loop of 0.2 Hz at 20 Hz in all axes, follows sines of 0.4 to 0.5 m and
+0.8 rad in four axes at once. The thrusters have a lag of 0.1 s; the noise is 2 mm and 3 mm/s. The table shows the RMS
+error over the last third of 300 s. \"Wrong\" is a plant with twice the masses and twice the damping; the time
+constant of adaptation is 20 s.
 ";
 
 /// The same vehicle with other masses and damping, and its own weight and righting moment.
@@ -361,7 +364,7 @@ fn print_six_axes() -> Result<(), Box<dyn Error>> {
                     let errors = six_axes_error(&truth, believed, law, adapts)?;
                     let cells = match errors {
                         Some(errors) => errors.map(|x| format!(" {x:.1} |")).concat(),
-                        None => " runs away |".repeat(DOFS.len()),
+                        None => " diverges |".repeat(DOFS.len()),
                     };
                     println!("| {} | {plant} |{cells}", law.name());
                 }
@@ -391,7 +394,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             claims.push((sea, law, rows));
         }
         if k + 1 == SEAS.len() {
-            println!("\n## What a model is worth\n\nGeometric means over the four axes.\n");
+            println!("\n## Benefit of a model\n");
+            println!("Ratios of the errors above, as geometric means over the four axes.\n");
             println!("| sea | law | path | plant | fixed / PD | fixed / PID | adaptive / fixed |");
             println!("|---|---|---|---|--:|--:|--:|");
             for (sea, law, rows) in &claims {

@@ -9,6 +9,7 @@ mod unsteady;
 mod verdict;
 
 use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
 
 pub use coupled::{compare_coupled, score_coupled, score_table};
 pub use stages::{Stage, stages};
@@ -106,24 +107,43 @@ pub fn identify(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) 
 }
 
 /// [`identify`], calling back before each of its [`stages`], to show progress.
+///
+/// Axes are identified at the same time, so that stages begin in no certain order; their `done` counts
+/// those that have begun.
 pub fn identify_watched(
     vehicle: &Vehicle,
     trials: &[Trial],
     options: &IdentifyOptions,
-    watch: &mut dyn FnMut(&Stage),
+    watch: &mut (dyn FnMut(&Stage) + Send),
 ) -> Identification {
-    let mut found =
+    let empty =
         Identification { results: empty_results(vehicle, trials, options), models: Vec::new() };
     let stages = stages(vehicle, trials, options);
-    let mut begins = |axes: &[Dof], method| {
+    let begun = Mutex::new((0, watch));
+    let begins = |axes: &[Dof], method| {
         let here = |stage: &&Stage| stage.axes == axes && stage.method == method;
-        stages.iter().find(here).into_iter().for_each(&mut *watch);
+        let Some(stage) = stages.iter().find(here) else { return };
+        let mut begun = begun.lock().unwrap_or_else(PoisonError::into_inner);
+        let (done, watch) = &mut *begun;
+        watch(&Stage { done: *done, ..stage.clone() });
+        *done += 1;
     };
-    for dof in Dof::ALL {
+    let of_axes = parallel::map(&Dof::ALL, |&dof| {
+        let mut found = empty.clone();
         let trials = &TrialsOf::new(dof, trials);
         let work = Work { dof, vehicle, options, trials, batch: None };
         let recommended = work.unsteady(&mut found, &mut |method| begins(&[dof], method));
         work.steady(recommended.as_ref(), &mut found);
+        found
+    });
+    let mut found = empty;
+    for Identification { results, models } in of_axes {
+        found.models.extend(models);
+        found.results.plants.extend(results.plants);
+        found.results.methods.extend(results.methods);
+        found.results.subsets.extend(results.subsets);
+        found.results.steady.extend(results.steady);
+        found.results.failures.extend(results.failures);
     }
     reverse_elsewhere(&mut found.results.plants, &mut found.results.steady);
     implausible(&mut found.results.plants, vehicle);

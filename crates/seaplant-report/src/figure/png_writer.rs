@@ -52,16 +52,20 @@ fn stroke(ink: Ink) -> Stroke {
 fn draw(pixmap: &mut Pixmap, mark: &Mark, transform: Transform) {
     match mark {
         Mark::Line { ink, points } => {
-            let mut path = PathBuilder::new();
-            for (k, &(x, y)) in points.iter().enumerate() {
-                if k == 0 {
-                    path.move_to(x as f32, y as f32);
-                } else {
-                    path.line_to(x as f32, y as f32);
+            let stroke = stroke(*ink);
+            // Dashes go on from piece to piece only within a path.
+            let most = if stroke.dash.is_some() { points.len() } else { PIECE };
+            let mut rest = points.as_slice();
+            loop {
+                let (piece, is_last) = (&rest[..rest.len().min(most)], rest.len() <= most);
+                if let Some(path) = polyline(piece) {
+                    pixmap.stroke_path(&path, &paint(*ink), &stroke, transform, None);
                 }
-            }
-            if let Some(path) = path.finish() {
-                pixmap.stroke_path(&path, &paint(*ink), &stroke(*ink), transform, None);
+                if is_last {
+                    return;
+                }
+                // The last segment is drawn twice, for its join with the next.
+                rest = &rest[most - 2..];
             }
         }
         Mark::Area { ink, corner: (x, y), size: (width, height) } => {
@@ -83,6 +87,22 @@ fn draw(pixmap: &mut Pixmap, mark: &Mark, transform: Transform) {
             }
         }
     }
+}
+
+/// Points of a stroke that are drawn at once: the time of a stroke grows with the square of what of it
+/// lies side by side.
+const PIECE: usize = 48;
+
+fn polyline(points: &[(i32, i32)]) -> Option<Path> {
+    let mut path = PathBuilder::new();
+    for (k, &(x, y)) in points.iter().enumerate() {
+        if k == 0 {
+            path.move_to(x as f32, y as f32);
+        } else {
+            path.line_to(x as f32, y as f32);
+        }
+    }
+    path.finish()
 }
 
 /// The outlines of a line of text, where it stands; `None` if nothing of it is visible.
