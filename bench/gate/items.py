@@ -24,7 +24,7 @@ ROWS = {
     "current": ["current"],
     "lag": ["lag"],
     "delay": ["delay"],
-    "all": ["all"],
+    "all": ["tether", "current", "lag", "delay", "thrcoef", "lever"],
 }
 VEHICLES = ["rexrov", "bluerov2-heavy-von-benzon-2022"]
 REAL = {
