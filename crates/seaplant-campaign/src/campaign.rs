@@ -211,22 +211,26 @@ pub fn campaign_files(campaign: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Reads logs as one trial of one degree of freedom, by the vehicle, time column and
-/// channels of a campaign.
+/// Reads logs as one trial for a plant of some axes, by the vehicle, time column and channels of a
+/// campaign.
 ///
 /// The logs' paths are as given, not relative to the campaign.
 ///
 /// # Errors
 /// As [`Campaign::open`].
-pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, Error> {
+pub fn read_logs(campaign: &Path, logs: &[PathBuf], axes: &[Dof]) -> Result<Trial, Error> {
     let (file, _): (CampaignFile, _) = toml_file::read(campaign)?;
     file.check_time(campaign)?;
     let (vehicle, _) = read_vehicle(&toml_file::resolve(campaign, &file.vehicle)?)?;
     let names: Vec<String> = logs.iter().map(|log| log.display().to_string()).collect();
+    let (dof, coupled) = match axes {
+        [dof] => (vec![*dof], Vec::new()),
+        several => (Vec::new(), vec![several.to_vec()]),
+    };
     let entry = TrialEntry {
         name: names.join(", "),
         log: LogEntry::Several(logs.to_vec()),
-        dof: vec![dof],
+        dof,
         role: Role::HoldOut,
         from_s: None,
         to_s: None,
@@ -236,7 +240,7 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], dof: Dof) -> Result<Trial, E
         channels: BTreeMap::new(),
     };
     let channels = channel_map(campaign, all_channels(&file, &entry), &vehicle)?;
-    Ok(read_trial(campaign, logs, &file, &entry, &channels, &vehicle, &[])?.trial)
+    Ok(read_trial(campaign, logs, &file, &entry, &channels, &vehicle, &coupled)?.trial)
 }
 
 /// Makes a trial of a log that was read already; the entry's files are not looked at.

@@ -8,8 +8,8 @@ use seaplant::results::{
     AxisScore, CoupledPlant, CoupledScore, PlantResult, Results, Score, TrialResult, TrialScore,
 };
 use seaplant::{
-    Comparison, Dof, Error, Method, Model, Role, Trial, evaluate, score_coupled, score_plant,
-    score_table,
+    Comparison, Dof, Error, Method, Model, Role, Trial, compare_coupled, evaluate, score_coupled,
+    score_plant, score_table,
 };
 use serde::Serialize;
 
@@ -57,9 +57,29 @@ impl Simulation {
     /// # Errors
     /// As [`evaluate`].
     pub fn of(dof: Dof, plant: &PlantResult, trial: &Trial) -> Result<Self, Error> {
-        let Comparison { time_s, force, measured, simulated, velocity, .. } =
-            evaluate(dof, &Model::of_result(plant), trial)?;
-        Ok(Self {
+        Ok(evaluate(dof, &Model::of_result(plant), trial)?.into())
+    }
+
+    /// Drives a plant of several axes with the thrust of a trial that was read for it: one for each
+    /// of its axes, which move together.
+    ///
+    /// # Errors
+    /// As [`compare_coupled`]; [`Error::Plant`] if the simulation runs away.
+    pub fn of_coupled(plant: &CoupledPlant, trial: &Trial) -> Result<Vec<Self>, Error> {
+        let all = compare_coupled(plant, trial)?;
+        if all.len() < plant.axes.len() {
+            let axes: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
+            let reason = format!("its simulation of `{}` diverges", trial.name());
+            return Err(Error::Plant { axes: axes.join("-"), reason });
+        }
+        Ok(all.into_iter().map(Self::from).collect())
+    }
+}
+
+impl From<Comparison> for Simulation {
+    fn from(comparison: Comparison) -> Self {
+        let Comparison { dof, time_s, force, measured, simulated, velocity, .. } = comparison;
+        Self {
             dof,
             mean_abs_error: velocity.mean_abs_error,
             null_error: velocity.null_error,
@@ -68,7 +88,7 @@ impl Simulation {
             force,
             measured,
             simulated,
-        })
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, anyhow, bail};
 use seaplant::Dof;
-use seaplant::results::Results;
+use seaplant::results::{CoupledPlant, PlantResult, Results};
 use seaplant_campaign::{Simulation, campaign_files, read_logs};
 use seaplant_report::number::{or_absent, significant};
 
@@ -28,39 +28,82 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
         );
     }
     let results = read_results(&path)?;
-    let dof = arguments.dof.map_or_else(|| only_dof(&results), Ok)?;
-    let plant = results.plant_of(dof, arguments.method)?;
+    let chosen = Chosen::of(&results, arguments)?;
     let campaign = campaign_of(arguments, &results)?;
     let mut inputs = campaign_files(&campaign);
     inputs.push(path);
     inputs.extend(arguments.logs.iter().cloned());
     let permit = Permit::of(&inputs, arguments.force);
-    let is_ours = |bytes: &[u8]| bytes.starts_with(HEADER.as_bytes());
-    let trial = watched(output, || read_logs(&campaign, &arguments.logs, dof))?;
-    let simulation = Simulation::of(dof, plant, &trial)?;
+    let is_ours = |bytes: &[u8]| {
+        [HEADER, HEADER_OF_SEVERAL].iter().any(|header| bytes.starts_with(header.as_bytes()))
+    };
+    let trial = watched(output, || read_logs(&campaign, &arguments.logs, &chosen.axes()))?;
+    let (rows, said, lines) = match chosen {
+        Chosen::Axis(dof, plant) => {
+            let one = Simulation::of(dof, plant, &trial)?;
+            (csv(&one), serde_json::to_value(&one)?, words(trial.name(), &one))
+        }
+        Chosen::Several(plant) => {
+            let all = Simulation::of_coupled(plant, &trial)?;
+            let lines: Vec<String> = all.iter().map(|one| words(trial.name(), one)).collect();
+            (csv_of_several(&all), serde_json::to_value(&all)?, lines.join("\n"))
+        }
+    };
     if let Some(path) = &arguments.out {
-        write_file(path, csv(&simulation).as_bytes(), permit, is_ours)?;
+        write_file(path, rows.as_bytes(), permit, is_ours)?;
     }
     if arguments.out.is_none() && !output.json {
-        print(&csv(&simulation))?;
+        print(&rows)?;
     } else {
-        output.give(&simulation, || words(trial.name(), &simulation))?;
+        output.give(&said, || lines)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// The degree of freedom of results that hold one only.
-fn only_dof(results: &Results) -> Result<Dof> {
-    let all: Vec<Dof> = results.plants.keys().copied().collect();
-    match all.as_slice() {
-        [only] => Ok(*only),
-        [] => bail!(
-            "the results hold no plant of one axis, and a log is simulated axis by axis; give \
-             inputs (--step, a profile or a table of inputs) for a plant of several axes"
-        ),
-        several => {
-            let names: Vec<&str> = several.iter().map(|dof| dof.name()).collect();
-            bail!("the results hold {}; choose one with --dof", names.join(", "))
+/// The plant that is simulated.
+#[derive(Clone, Copy)]
+enum Chosen<'a> {
+    Axis(Dof, &'a PlantResult),
+    Several(&'a CoupledPlant),
+}
+
+impl<'a> Chosen<'a> {
+    /// The only plant of the results, or that of `--dof`: by itself where it has one of its own.
+    fn of(results: &'a Results, arguments: &Simulate) -> Result<Self> {
+        let single = |dof| Ok(Self::Axis(dof, results.plant_of(dof, arguments.method)?));
+        let axes: Vec<Dof> = results.plants.keys().copied().collect();
+        let several: Vec<&CoupledPlant> = results.coupled.values().collect();
+        let plant = match (arguments.dof, axes.as_slice(), several.as_slice()) {
+            (Some(dof), ..) if results.plants.contains_key(&dof) => return single(dof),
+            (Some(dof), ..) => match several.iter().find(|plant| plant.axes.contains(&dof)) {
+                Some(plant) => *plant,
+                None => return single(dof),
+            },
+            (None, [dof], []) => return single(*dof),
+            (None, [], [plant]) => *plant,
+            (None, ..) => {
+                let axes = axes.iter().map(|dof| dof.name());
+                let names: Vec<&str> =
+                    axes.chain(results.coupled.keys().map(String::as_str)).collect();
+                match names.is_empty() {
+                    true => bail!("the results hold no plant"),
+                    false => bail!("the results hold {}; choose one with --dof", names.join(", ")),
+                }
+            }
+        };
+        match arguments.method.filter(|method| *method != plant.method) {
+            Some(method) => bail!(
+                "the results hold no plant of several axes by {method}, but by {}",
+                plant.method
+            ),
+            None => Ok(Self::Several(plant)),
+        }
+    }
+
+    fn axes(self) -> Vec<Dof> {
+        match self {
+            Self::Axis(dof, _) => vec![dof],
+            Self::Several(plant) => plant.axes.clone(),
         }
     }
 }
@@ -90,6 +133,23 @@ fn words(trial: &str, simulation: &Simulation) -> String {
 
 /// What every file that this writes starts with.
 const HEADER: &str = "time [s],force [";
+
+/// The same of a plant of several axes, each of which is measured at its own times.
+const HEADER_OF_SEVERAL: &str = "time [s],axis,force [";
+
+fn csv_of_several(all: &[Simulation]) -> String {
+    let mut text = format!(
+        "{HEADER_OF_SEVERAL}N or N m],measured [m/s or rad/s],simulated [m/s or rad/s],difference [m/s or rad/s]\n"
+    );
+    for one in all {
+        for (k, t) in one.time_s.iter().enumerate() {
+            let (y, s, force) = (one.measured[k], one.simulated[k], one.force[k]);
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{t},{},{force},{y},{s},{}", one.dof, s - y);
+        }
+    }
+    text
+}
 
 fn csv(simulation: &Simulation) -> String {
     let units = simulation.dof.units();

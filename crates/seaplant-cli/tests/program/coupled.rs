@@ -204,3 +204,25 @@ fn a_table_of_several_axes_is_scored_with_its_axes_together() {
     let said = workshop.success(&["validate", "truth.toml", "campaign.toml"]);
     assert!(said.contains("sway, coupled"), "{said}");
 }
+
+#[test]
+fn a_log_is_simulated_with_all_axes_of_its_plant() {
+    let workshop = boat(CAMPAIGN);
+    identify(&workshop).success();
+    let words = ["simulate", "results", "two.csv", "--dof", "yaw", "--out", "two-simulated.csv"];
+    let all = workshop.json(&[&words[..], &["--json"]].concat());
+    let all = all.as_array().expect("an axis each");
+    for (one, axis) in all.iter().zip(["surge", "sway", "yaw"]) {
+        assert_eq!(one["dof"], axis);
+        assert!(one["r_squared"].as_f64() > Some(0.99), "{axis}");
+        assert_eq!(one["time_s"].as_array().map(Vec::len), Some(1500), "{axis}");
+    }
+    let rows = workshop.read("two-simulated.csv");
+    assert!(rows.starts_with("time [s],axis,force [N or N m],measured"), "{rows}");
+    assert_eq!(rows.lines().count(), 1 + 3 * 1500);
+    // Surge has a plant of its own beside.
+    let open = workshop.failure(&["simulate", "results", "two.csv"]);
+    assert_eq!(open, "the results hold surge, surge-sway-yaw; choose one with --dof");
+    let method = ["simulate", "results", "two.csv", "--dof", "yaw", "--method", "paper"];
+    assert!(workshop.failure(&method).contains("no plant of several axes by paper"));
+}
