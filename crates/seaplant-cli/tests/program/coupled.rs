@@ -212,14 +212,19 @@ fn a_log_is_simulated_with_all_axes_of_its_plant() {
     let words = ["simulate", "results", "two.csv", "--dof", "yaw", "--out", "two-simulated.csv"];
     let all = workshop.json(&[&words[..], &["--json"]].concat());
     let all = all.as_array().expect("an axis each");
+    assert_eq!(all.len(), 3);
+    let mut samples = 0;
     for (one, axis) in all.iter().zip(["surge", "sway", "yaw"]) {
         assert_eq!(one["dof"], axis);
         assert!(one["r_squared"].as_f64() > Some(0.99), "{axis}");
-        assert_eq!(one["time_s"].as_array().map(Vec::len), Some(1500), "{axis}");
+        // The first seconds make the state to begin from.
+        let own = one["time_s"].as_array().map_or(0, Vec::len);
+        assert!((1400..=1500).contains(&own), "{axis}: {own}");
+        samples += own;
     }
     let rows = workshop.read("two-simulated.csv");
     assert!(rows.starts_with("time [s],axis,force [N or N m],measured"), "{rows}");
-    assert_eq!(rows.lines().count(), 1 + 3 * 1500);
+    assert_eq!(rows.lines().count(), 1 + samples);
     // Surge has a plant of its own beside.
     let open = workshop.failure(&["simulate", "results", "two.csv"]);
     assert_eq!(open, "the results hold surge, surge-sway-yaw; choose one with --dof");
