@@ -53,7 +53,8 @@ pub(crate) fn caveats(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
         caveats.extend(trial.caveats(evidence.fit.dof));
     }
     caveats.extend(signs(evidence.fit));
-    caveats.extend(below_dry_mass(evidence.fit, evidence.vehicle));
+    let (dof, mass) = (evidence.fit.dof, evidence.fit.estimates().mass);
+    caveats.extend(below_dry_mass(dof, mass.value, mass.high95, evidence.vehicle));
     caveats.extend(conditioning(evidence.fit));
     caveats.extend(short(evidence));
     caveats.extend(excitation(evidence)?);
@@ -158,17 +159,21 @@ fn signs(fit: &Fit) -> Vec<Caveat> {
     caveats
 }
 
-fn below_dry_mass(fit: &Fit, vehicle: &Vehicle) -> Option<Caveat> {
-    let dry = vehicle.dry_mass_kg.filter(|_| !fit.dof.is_rotation())?;
-    let mass = fit.estimates().mass;
-    (mass.value < dry).then(|| {
+/// A mass below that of the vehicle in air; `high95` is the upper end of its interval.
+pub(crate) fn below_dry_mass(
+    dof: Dof,
+    mass: f64,
+    high95: f64,
+    vehicle: &Vehicle,
+) -> Option<Caveat> {
+    let dry = vehicle.dry_mass_kg.filter(|_| !dof.is_rotation())?;
+    (mass < dry).then(|| {
         let message = format!(
-            "the {} mass of {} kg is below the {} kg of the vehicle in air, and water can only add to that: check the thrust curve and units",
-            fit.dof,
-            spoken(mass.value),
+            "the {dof} mass of {} kg is below the {} kg of the vehicle in air, and water can only add to that: check the thrust curve and units",
+            spoken(mass),
             spoken(dry)
         );
-        if mass.high95 < dry {
+        if high95 < dry {
             Caveat::severe(CaveatCode::MassBelowDryMass, message)
         } else {
             Caveat::warning(CaveatCode::MassBelowDryMass, message)

@@ -231,3 +231,20 @@ fn a_log_is_simulated_with_all_axes_of_its_plant() {
     let method = ["simulate", "results", "two.csv", "--dof", "yaw", "--method", "paper"];
     assert!(workshop.failure(&method).contains("no plant of several axes by paper"));
 }
+
+#[test]
+fn masses_below_that_in_air_are_not_to_be_used() {
+    let workshop = boat(CAMPAIGN);
+    // As with thrust in kgf: both masses are less than a half of the boat's own.
+    workshop.write("vehicle.toml", "name = \"boat\"\ndry_mass_kg = 400.0\n");
+    identify(&workshop).failure();
+    let results: Value =
+        serde_json::from_str(&workshop.read("results/results.json")).expect("JSON");
+    let plant = &results["coupled"]["surge-sway-yaw"];
+    for axis in ["surge", "sway"] {
+        assert_eq!(plant["verdicts"][axis]["trust"], "do-not-use", "{axis}");
+    }
+    let caveats = plant["caveats"].as_array().expect("caveats");
+    let of_mass = |c: &&Value| c["code"] == "mass-below-dry-mass" && c["severity"] == "severe";
+    assert_eq!(caveats.iter().filter(of_mass).count(), 2, "{caveats:?}");
+}

@@ -259,12 +259,14 @@ pub(crate) fn steady_against_unsteady(
     steady: &SteadyFit,
     strokes: &Strokes,
 ) -> Option<Caveat> {
-    let (unsteady, runs, sure) = match fit.steady_test {
-        Some(test) => (test.unsteady.d_quadratic?, test.steady.d_quadratic?, !test.agrees),
+    // As the plant has it, where the test has a fit of its own: one drag has one number.
+    let unsteady = fit.estimates().d_quadratic?;
+    let (runs, sure) = match fit.steady_test {
+        Some(test) => (test.steady.d_quadratic?, !test.agrees),
         None => {
-            let (unsteady, joint) = (fit.estimates().d_quadratic?, steady.joint?.d_quadratic);
+            let joint = steady.joint?.d_quadratic;
             let off = (unsteady.value - joint.value).abs();
-            (unsteady, joint, off > 2.0 * unsteady.std.hypot(joint.std))
+            (joint, off > 2.0 * unsteady.std.hypot(joint.std))
         }
     };
     let off = (unsteady.value - runs.value).abs();

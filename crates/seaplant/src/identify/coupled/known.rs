@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::doubts::is_pushed;
 use crate::caveat::spoken;
-use crate::diagnose::impossible_mass;
+use crate::diagnose::{below_dry_mass, impossible_mass};
 use crate::estimate::{CoupledFit, fit_coupled};
 use crate::judge::{KNOWN_DRAG, KNOWN_MASS, MORE, WIDEST_DRAG, WIDEST_MASS};
 use crate::plant::{Basis, Product, RigidBody, Structure};
@@ -24,7 +24,9 @@ pub(super) fn doubts(
         let mass = parameter(parameters.get(&Basis::Mass(dof, dof).to_string())?);
         let drag = unknown_drag(fit, dof, records);
         let impossible = impossible_mass(dof, &mass, vehicle);
-        Some([impossible, unknown_mass(dof, &mass), drag].map(|caveat| Some((dof, caveat?))))
+        let light = below_dry_mass(dof, mass.value, mass.high95, vehicle);
+        let all = [impossible, light, unknown_mass(dof, &mass), drag];
+        Some(all.map(|caveat| Some((dof, caveat?))))
     };
     pushed.filter_map(of).flatten().flatten().collect()
 }
