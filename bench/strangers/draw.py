@@ -4,9 +4,10 @@ Shares nothing with Seaplant but the files: the state is momentum, not velocity 
 equations, so that C is never formed), attitude is a matrix, drag may be cross-flow in strips,
 and the mass tensor is full. Each vehicle has one to three faults out of `FAULTS`.
 
-    draw.py OUT NUMBER SEED [FAULT ...]   # writes OUT/000 ..., each with truth.json
+    draw.py OUT NUMBER SEED [FAULT ...] [INSTRUMENTS]   # writes OUT/000 ..., each with truth.json
 
-With faults named, each vehicle has these.
+With faults named, each vehicle has these. Without a DVL it has one of the sets of `INSTRUMENTS`, if
+that is named: `healthy` in place of a fault has none.
 """
 
 import json
@@ -21,6 +22,13 @@ AXES = ["surge", "sway", "heave", "roll", "pitch", "yaw"]
 STEP = 0.01
 SECONDS = (300.0, 300.0, 150.0)
 TRIALS = ["first", "second", "held-out"]
+
+# What measures motion in place of a DVL; attitude and a gyroscope are always there.
+INSTRUMENTS = {
+    "accelerometer": ["depth", "acceleration"],
+    "usbl": ["depth", "fixes"],
+    "accelerometer_and_usbl": ["depth", "acceleration", "fixes"],
+}
 
 # Each fault is a function of the vehicle `s` and the generator: it changes the truth, the logs or
 # what the files claim.
@@ -287,7 +295,9 @@ def draw(seed, wanted=()):
     }
     thrusters(s, g)
     chosen = g.choice(list(FAULTS), size=g.integers(1, 4), replace=False)
-    chosen = wanted or chosen
+    s["instruments"] = next((INSTRUMENTS[name] for name in wanted if name in INSTRUMENTS), ["dvl"])
+    named = [name for name in wanted if name in FAULTS]
+    chosen = [] if "healthy" in wanted else named or chosen
     for name in chosen:
         FAULTS[name](s, g)
     s["faults"] = [str(name) for name in chosen]
@@ -547,17 +557,12 @@ def write(s, g, out, folder):
                 time,
                 rows,
             )
-        at = nu[:, :3] + np.cross(nu[:, 3:], s["dvl_place"])
-        seen = behind_a_lag(at @ turn, s["dvl_smoothed"])
-        time, rows = sampled(seen, s["dvl_hz"], s["dvl_window"], s["dvl_late"])
-        rows = rows * s["dvl_scale"] + 0.003 * noise * g.standard_normal(rows.shape)
-        wild = g.uniform(size=rows.shape) < s["spikes"]
-        rows = np.where(wild, rows + g.standard_normal(rows.shape) * s["top"], rows)
-        if s["gap"]:
-            begin = g.uniform(20, SECONDS[k] - 60)
-            rows[(time > begin) & (time < begin + s["gap"])] = np.nan
-        table(folder / trial / "dvl.csv", ["x (m/s)", "y (m/s)", "z (m/s)"], time, rows)
-        both = np.hstack([nu[:, 3:] + s["gyro_bias"], euler])
+        if s["instruments"] == ["dvl"]:
+            write_dvl(s, g, nu, turn, SECONDS[k], folder / trial)
+            leak = np.zeros_like(euler)
+        else:
+            leak = write_without_dvl(s, g, nu, euler, out["place"][:count, k], folder / trial)
+        both = np.hstack([nu[:, 3:] + s["gyro_bias"], euler + leak])
         time, rows = sampled(both, s["imu_hz"])
         rows = rows + 0.002 * noise * g.standard_normal(rows.shape)
         header = [
@@ -570,6 +575,52 @@ def write(s, g, out, folder):
         ]
         table(folder / trial / "imu.csv", header, time, rows)
     claims(s, folder)
+
+
+def write_dvl(s, g, nu, turn, seconds, folder):
+    at = nu[:, :3] + np.cross(nu[:, 3:], s["dvl_place"])
+    seen = behind_a_lag(at @ turn, s["dvl_smoothed"])
+    time, rows = sampled(seen, s["dvl_hz"], s["dvl_window"], s["dvl_late"])
+    rows = rows * s["dvl_scale"] + 0.003 * s["noise"] * g.standard_normal(rows.shape)
+    wild = g.uniform(size=rows.shape) < s["spikes"]
+    rows = np.where(wild, rows + g.standard_normal(rows.shape) * s["top"], rows)
+    if s["gap"]:
+        begin = g.uniform(20, seconds - 60)
+        rows[(time > begin) & (time < begin + s["gap"])] = np.nan
+    table(folder / "dvl.csv", ["x (m/s)", "y (m/s)", "z (m/s)"], time, rows)
+
+
+def write_without_dvl(s, g, nu, euler, place, folder):
+    """Logs of what stands in for a DVL; returns the slow errors of attitude."""
+    count = len(nu)
+    leak = np.zeros((count, 3))
+    # An attitude filter is off by a third of a degree, which changes smoothly within half a minute.
+    std, tau = np.radians(0.3), 20.0
+    driven = g.standard_normal((count, 2)) * np.sqrt(2 * STEP / tau)
+    smooth = np.zeros((2, 2))
+    for k in range(count):
+        smooth[0] += -smooth[0] * STEP / tau + driven[k]
+        smooth[1] += (smooth[0] - smooth[1]) * STEP / tau
+        leak[k, :2] = smooth[1] * std * np.sqrt(2)
+    if "acceleration" in s["instruments"]:
+        v, omega = nu[:, :3], nu[:, 3:]
+        roll, pitch = euler[:, 0], euler[:, 1]
+        down = np.stack(
+            [-np.sin(pitch), np.sin(roll) * np.cos(pitch), np.cos(roll) * np.cos(pitch)], 1
+        )
+        felt = np.gradient(v, STEP, axis=0) + np.cross(omega, v) - G * down
+        felt += 0.03 * g.standard_normal(3)
+        time, rows = sampled(felt, s["imu_hz"])
+        rows = rows + 0.05 * s["noise"] * g.standard_normal(rows.shape)
+        table(folder / "accelerometer.csv", ["ax (m/s2)", "ay (m/s2)", "az (m/s2)"], time, rows)
+    time, rows = sampled(place[:, 2:], 10.0)
+    rows = rows + 0.005 * s["noise"] * g.standard_normal(rows.shape)
+    table(folder / "depth.csv", ["depth (m)"], time, rows)
+    if "fixes" in s["instruments"]:
+        time, rows = sampled(place[:, :2], 0.5)
+        rows = rows + 0.2 * s["noise"] * g.standard_normal(rows.shape)
+        table(folder / "usbl.csv", ["north (m)", "east (m)"], time, rows)
+    return leak
 
 
 def claims(s, folder):
@@ -611,11 +662,13 @@ def claims(s, folder):
     ]
     if "strips" not in s["faults"]:
         lines.append('symmetry = "none"')
+    names = {"dvl": "dvl", "depth": "depth", "acceleration": "accelerometer", "fixes": "usbl"}
+    files = ["thrust", *[names[x] for x in s["instruments"]], "imu"]
     for trial in TRIALS:
         lines += [
             "[[trial]]",
             f'name = "{trial}"',
-            f'log = ["{trial}/thrust.csv", "{trial}/dvl.csv", "{trial}/imu.csv"]',
+            f"log = {json.dumps([f'{trial}/{name}.csv' for name in files])}",
         ]
         if trial == "held-out":
             lines.append('role = "hold-out"')
@@ -624,7 +677,14 @@ def claims(s, folder):
         lines += [f'"wrench.{a}" = {{ column = "{a} force" }}' for a in AXES]
     else:
         lines += [f'"thruster.T{i + 1}.speed" = {{ column = "T{i + 1}" }}' for i in range(8)]
-    lines += [f'"dvl.velocity.{a}" = {{ column = "{a}" }}' for a in "xyz"]
+    if "dvl" in s["instruments"]:
+        lines += [f'"dvl.velocity.{a}" = {{ column = "{a}" }}' for a in "xyz"]
+    if "acceleration" in s["instruments"]:
+        lines += [f'"acceleration.{a}" = {{ column = "a{a}" }}' for a in "xyz"]
+    if "depth" in s["instruments"]:
+        lines.append('"depth" = { column = "depth" }')
+    if "fixes" in s["instruments"]:
+        lines += [f'"position.{a}" = {{ column = "{a}" }}' for a in ("north", "east")]
     lines += [f'"rate.{a}" = {{ column = "{c}" }}' for a, c in zip(AXES[3:], "pqr")]
     lines += [
         '"attitude.roll" = { column = "roll" }',
@@ -646,6 +706,7 @@ def one(job):
     truth = {
         "seed": seed,
         "faults": s["faults"],
+        "instruments": s["instruments"],
         "length_m": s["length"],
         "M": s["M"].tolist(),
         "rigid": s["rigid"].tolist(),
@@ -697,8 +758,9 @@ def main():
         int(sys.argv[3]),
         sys.argv[4:],
     )
-    if unknown := [name for name in wanted if name not in FAULTS]:
-        sys.exit(f"no fault is called {', '.join(unknown)}; there are {', '.join(FAULTS)}")
+    known = {**FAULTS, **INSTRUMENTS, "healthy": None}
+    if unknown := [name for name in wanted if name not in known]:
+        sys.exit(f"no fault is called {', '.join(unknown)}; there are {', '.join(known)}")
     jobs = [(out / f"{k:03}", k, wanted) for k in range(seed, seed + number)]
     with multiprocessing.Pool() as pool:
         for name, faults, length, rms, tilt in pool.imap(one, jobs):

@@ -50,5 +50,5 @@ fn masses_come_out_of_fixes_and_heading_with_an_antenna_off_the_centre() {
         assert!(score.r2.is_some_and(|r2| r2 > least), "{dof}: {score:?}");
     }
     let told: Vec<&str> = plant.caveats.iter().map(|caveat| caveat.message.as_str()).collect();
-    assert!(told.iter().any(|text| text.contains("the slope of position")), "{told:?}");
+    assert!(told.iter().any(|text| text.contains("estimates it from position")), "{told:?}");
 }

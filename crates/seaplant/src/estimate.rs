@@ -29,7 +29,7 @@ pub use coupled::{
     Actuator, AxisNoise, CoupledFit, CoupledPlan, CurrentDrift, Tried, fit_coupled,
     fit_coupled_freely,
 };
-pub(crate) use coupled::{LikelihoodStep, NEGLIGIBLE_POWER, damping_power};
+pub(crate) use coupled::{INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, damping_power};
 pub use equation_error::{DelayedFit, EquationError, EquationErrorStatistics, Shard, ShardClock};
 pub use filter_error::{Candidate, Decision, FilterError, SteadyTest, first_delays};
 pub(crate) use filter_error::{MOST_SEARCHED, MOST_TRIALS, drive_over, first_look};

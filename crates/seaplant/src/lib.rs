@@ -126,7 +126,7 @@ pub use statistics::robust_covariance;
 pub use terms::{Term, Terms};
 pub use thrust::{QuadraticThrust, ThrustCurve, ThrustModel, ThrustTable};
 pub use trial::{
-    AxisRecord, CoupledRecord, CoupledThruster, Role, ThrusterTrack, Trial, TrialSetup,
+    AxisRecord, CoupledRecord, CoupledThruster, GAINED_S, Role, ThrusterTrack, Trial, TrialSetup,
     UniformAxis, UniformStretch, VelocityReport, VelocitySource, lever_axes,
 };
 pub use vehicle::{

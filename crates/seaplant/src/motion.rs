@@ -14,7 +14,9 @@ use nalgebra::{Vector3, Vector6};
 pub use attitude::down_body;
 pub(crate) use attitude::{body_from_world, interpolated as interpolated_attitude};
 pub(crate) use flow::{Decay, Flow, HeldForce, PUSHED_BY, Slice, advance, with_down};
-pub(crate) use products::{apply, subtract_outer, subtract_outers, times, times_transposed};
+pub(crate) use products::{
+    apply, subtract_outer, subtract_outers, times, times_sparse_transposed, times_transposed,
+};
 pub(crate) use rate::{Prepared, Whole};
 pub(crate) use simulate::Moving;
 pub use simulate::{Inputs, Simulated, Wind, simulate};

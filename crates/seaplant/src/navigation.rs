@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 
 pub use acceleration::MeanAcceleration;
 pub(crate) use acceleration::MeanOver;
-use acceleration::{Around, Felt};
+use acceleration::{Around, Felt, LONGEST_MEAN_S};
 use attitude::AttitudeRecord;
 pub(crate) use attitude::unwrap;
 pub use beside::Beside;
@@ -51,12 +51,15 @@ pub struct Navigated {
     pub measured: BTreeMap<Dof, Timed>,
     /// Velocity by way of navigated position.
     pub by_position: BTreeMap<Dof, Motion>,
-    /// Acceleration along the translations that no instrument measures the velocity of.
+    /// Acceleration along the translations that no instrument measures the velocity of: of
+    /// [`navigate`] `ν̇ + ω × v` of the origin, sample by sample.
     pub acceleration: BTreeMap<Dof, MeanAcceleration>,
     /// Positions along a degree of freedom that were measured themselves: the way along the
     /// body's vertical axis that depth leads to (heave), roll, pitch, and the way about that axis
     /// that heading leads to (yaw).
     pub position: BTreeMap<Dof, Timed>,
+    /// Depth of the origin, m, where it was measured.
+    pub depth: Option<Timed>,
     /// Heading as it was measured, unwrapped, rad: its slope is the yaw rate of a level vehicle only.
     pub heading: Option<Timed>,
     /// Gaps of heading in which the vehicle may have turned about: what heading says before and
@@ -119,7 +122,7 @@ pub(crate) fn turning(rates: &[Timed; 3], lever: Vector3<f64>, axis: usize) -> O
 pub fn navigate(trial: &str, recording: &Recording, sensors: &Sensors) -> Result<Navigated, Error> {
     let voyage = Voyage::of(trial, recording.clone(), sensors)?;
     let displacement_ned = voyage.track().map(|track| track.displacement()).transpose()?;
-    Ok(Navigated { displacement_ned, ..voyage.along(&Dof::ALL)? })
+    Ok(Navigated { displacement_ned, ..voyage.along(&Dof::ALL, OfTurning::Kept)? })
 }
 
 /// [`navigate`] for some degrees of freedom only, without displacement; the recording is
@@ -130,7 +133,14 @@ pub(crate) fn navigate_along(
     sensors: &Sensors,
     dofs: &[Dof],
 ) -> Result<Navigated, Error> {
-    Voyage::of(trial, recording, sensors)?.along(dofs)
+    Voyage::of(trial, recording, sensors)?.along(dofs, OfTurning::Removed)
+}
+
+/// What becomes of −(ω × v) in accelerations, v being what was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum OfTurning {
+    Removed,
+    Kept,
 }
 
 /// Navigation but for what follows from the way travelled.
@@ -193,7 +203,7 @@ impl Voyage {
     }
 
     /// Adds velocity by way of position, and keeps no more than some degrees of freedom.
-    fn along(self, dofs: &[Dof]) -> Result<Navigated, Error> {
+    fn along(self, dofs: &[Dof], of_turning: OfTurning) -> Result<Navigated, Error> {
         let lacks = |&(_, dof): &(usize, Dof)| {
             let known = self.positioned.is_some() && dof != Dof::Heave
                 || self.nav.measured.contains_key(&dof);
@@ -208,6 +218,7 @@ impl Voyage {
         let Self { attitude, mut nav, trial, felt, sensors, .. } = self;
         let found = rows.into_iter().zip(velocities);
         nav.by_position.extend(found.map(|((_, dof), v)| (dof, Motion::Velocity(v))));
+        nav.depth = nav.position.get(&Dof::Heave).cloned();
         if let Some(depth) = nav.position.get(&Dof::Heave).filter(|_| dofs.contains(&Dof::Heave)) {
             let (path, doubt) = heave_path(&trial, depth, &attitude, &nav);
             nav.position.insert(Dof::Heave, path.clone());
@@ -229,11 +240,15 @@ impl Voyage {
         let unmeasured = |dof: &&Dof| !felt.is_empty() && !nav.measured.contains_key(dof);
         let felt_along: Vec<Dof> = dofs.iter().filter(unmeasured).copied().collect();
         for dof in felt_along {
-            let around = Around { rates: nav.rates.as_ref(), turning: nav.turning.get(&dof) };
+            let is_removed = of_turning == OfTurning::Removed;
+            let turning = nav.turning.get(&dof).filter(|_| is_removed);
+            // Plants of several axes average over spans of their own.
+            let longest_s = if is_removed { LONGEST_MEAN_S } else { 0.0 };
+            let around = Around { rates: nav.rates.as_ref(), turning, longest_s };
             let mut doubts = Vec::new();
             let found = felt.along(dof, &trial, &sensors, &attitude, &around, &mut doubts)?;
             if let Some(found) = found {
-                doubts.extend(around.unknown_turning(&trial, dof));
+                doubts.extend(around.unknown_turning(&trial, dof).filter(|_| is_removed));
                 nav.acceleration.insert(dof, found);
             }
             doubts.retain(|doubt| !nav.caveats.contains(doubt));

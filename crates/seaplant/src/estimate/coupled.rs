@@ -24,7 +24,7 @@ use crate::plant::{Basis, Plant, RigidBody, Signal, Structure};
 use crate::{CoupledRecord, Dof, Error, Method, VelocityReport};
 pub use actuator::Actuator;
 use equation_error::Solved;
-use filter::{Drift, Noise};
+use filter::{Drift, InstrumentNoise};
 use fit::{Optimum, Problem, Tolerance};
 pub use plan::CoupledPlan;
 use report::Reported;
@@ -34,9 +34,12 @@ pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 use start::begun;
 pub(crate) use step::LikelihoodStep;
 use uncertainty::{
-    Asked, attitude_noise, current_drift, disturbances, inflation, inverse, of_coefficients,
-    whiteness,
+    Asked, attitude_noise, current_drift, disturbances, inflation, instruments, inverse,
+    of_coefficients, whiteness,
 };
+
+/// What results call the noise of instruments, and its units.
+pub(crate) const INSTRUMENTS: [(&str, &str); InstrumentNoise::COUNT] = InstrumentNoise::NAMES;
 
 /// A coupled plant fitted to trials.
 #[derive(Clone, Debug)]
@@ -62,6 +65,9 @@ pub struct CoupledFit {
     /// Standard deviation of a sample of roll and of pitch, rad, and that of its estimate, where
     /// attitude is a state.
     pub attitude_noise: Option<(f64, f64)>,
+    /// Noise of the instruments that measure position, depth, heading and acceleration, by its name in
+    /// results, and that of its estimate.
+    pub instruments: BTreeMap<&'static str, (f64, f64)>,
     /// How the current changes about its mean of a trial, if the trials show that.
     pub current_drift: Option<CurrentDrift>,
     /// How translations are reported, late beside thrust and rates or from elsewhere than is stated, if
@@ -302,7 +308,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             point
         };
         let Some(slope) = problem.by_noise(&with(Drift::TRIED)) else { return Ok(self) };
-        let s = Noise::<N, M>::DRIFT;
+        let s = optimum.point.noise.first_of_drift();
         let rest = inverse(&slope.information.view((0, 0), (s, s)).into_owned());
         let cross = slope.information.view((0, s), (s, 1)).into_owned();
         let left = slope.information[(s, s)] - cross.dot(&(&rest * &cross));
@@ -413,8 +419,14 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             actuator_std: std::array::from_fn(std_of_actuator),
             has_thrusters: problem.has_thrusters,
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
-            disturbances: disturbances(&problem.structure, &optimum.point.noise, &noise_covariance),
+            disturbances: disturbances(
+                &problem.structure,
+                &optimum.point.noise,
+                &noise_covariance,
+                |i| problem.is_unmeasured(i),
+            ),
             attitude_noise: attitude_noise(&optimum.point.noise, &noise_covariance),
+            instruments: instruments(&optimum.point.noise, &noise_covariance),
             report: reported.how,
             report_std: reported.std,
             lever_std: reported.lever_std,
@@ -513,6 +525,17 @@ impl<const N: usize, const M: usize> Search<N, M> {
 }
 
 impl CoupledFit {
+    /// Noise of instruments as a filter takes it.
+    fn instrument_noise(&self) -> InstrumentNoise {
+        let mut noise = InstrumentNoise::NONE;
+        for (k, (name, _)) in InstrumentNoise::NAMES.iter().enumerate() {
+            if let Some((value, _)) = self.instruments.get(name) {
+                (noise.numbers[k], noise.active[k]) = (*value, true);
+            }
+        }
+        noise
+    }
+
     /// The current of a trial, north and east, m/s; zero of one that was not fitted.
     pub fn current_of(&self, trial: &str) -> [f64; 2] {
         self.currents.get(trial).map_or([0.0; 2], |current| current.map(|(value, _)| value))

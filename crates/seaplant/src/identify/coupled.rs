@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
-use crate::estimate::{CoupledFit, Tried, fit_coupled, fit_coupled_freely};
+use crate::estimate::{CoupledFit, INSTRUMENTS, Tried, fit_coupled, fit_coupled_freely};
 use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
 use crate::results::{
     AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, CoupledScore, Driven,
@@ -526,6 +526,11 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
     if let Some(noise) = fit.attitude_noise {
         all.insert("attitude noise".to_owned(), parameter(noise, "rad"));
     }
+    for (name, unit) in INSTRUMENTS {
+        if let Some(noise) = fit.instruments.get(name) {
+            all.insert(name.to_owned(), parameter(*noise, unit));
+        }
+    }
     for (dof, noise) in &fit.disturbances {
         let units = dof.units();
         if fit.method == Method::OutputError {
@@ -534,7 +539,9 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
         }
         all.insert(format!("disturbance: {dof}"), parameter(noise.disturbance, units.force));
         all.insert(format!("disturbance correlation: {dof}"), parameter(noise.correlation_s, "s"));
-        all.insert(format!("velocity noise: {dof}"), parameter(noise.velocity, units.velocity));
+        if noise.velocity.1.is_finite() {
+            all.insert(format!("velocity noise: {dof}"), parameter(noise.velocity, units.velocity));
+        }
     }
     all
 }

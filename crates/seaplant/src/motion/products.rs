@@ -29,6 +29,20 @@ pub(crate) fn times_transposed<const M: usize, const K: usize, const N: usize>(
     SMatrix::from_data(ArrayStorage(product))
 }
 
+/// A Bᵀ of a B that is mostly zero.
+pub(crate) fn times_sparse_transposed<const M: usize, const K: usize, const N: usize>(
+    a: &SMatrix<f64, M, K>,
+    b: &SMatrix<f64, N, K>,
+) -> SMatrix<f64, M, N> {
+    let mut product = [[0.0; M]; N];
+    for (of_a, of_b) in a.data.0.iter().zip(&b.data.0) {
+        for (column, &factor) in product.iter_mut().zip(of_b).filter(|(_, by)| **by != 0.0) {
+            add_scaled(column, of_a, factor);
+        }
+    }
+    SMatrix::from_data(ArrayStorage(product))
+}
+
 /// A x.
 pub(crate) fn apply<const M: usize, const N: usize>(
     a: &SMatrix<f64, M, N>,
@@ -91,6 +105,8 @@ mod tests {
         let (x, y) = (SVector::from([0.3, -1.0, 2.0, 0.7]), SVector::from([1.0, 0.5, -0.2]));
         assert!((times(&a, &b) - a * b).amax() < ROUNDING);
         assert!((times_transposed(&a, &b.transpose()) - a * b).amax() < ROUNDING);
+        let thin = SMatrix::<f64, 2, 3>::new(0.0, 0.5, 0.0, -0.7, 0.0, 0.0);
+        assert!((times_sparse_transposed(&a, &thin) - a * thin.transpose()).amax() < ROUNDING);
         assert!((apply(&a, &y) - a * y).amax() < ROUNDING);
         let mut less = a;
         subtract_outer(&mut less, &x, &y);

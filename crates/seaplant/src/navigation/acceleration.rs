@@ -59,7 +59,7 @@ pub(super) struct Felt {
 }
 
 /// Faster logs are averaged over so long, s: a vehicle and its propellers do nothing in less.
-const LONGEST_MEAN_S: f64 = 0.1;
+pub(super) const LONGEST_MEAN_S: f64 = 0.1;
 
 /// A step longer than so many usual ones is a gap.
 const GAP_STEPS: f64 = 2.5;
@@ -103,7 +103,7 @@ impl Felt {
             f + gravity.g() * down[row] - turned.centripetal(t_s) + turned.of_rigid_body(t_s)
         };
         let samples: Vec<f64> = force.time_s().iter().zip(force.values()).map(own).collect();
-        let blocks = blocks(force.time_s(), sensors.imu_averages);
+        let blocks = blocks(force.time_s(), sensors.imu_averages, around.longest_s);
         let mut rates = Turned::new(around, lever, row);
         let (mut ends, mut from, mut means) = (Vec::new(), Vec::new(), Vec::new());
         for Block { rows, from_s, to_s } in blocks {
@@ -182,6 +182,8 @@ pub(super) struct Around<'a> {
     pub(super) rates: Option<&'a [Timed; 3]>,
     /// −(ω × v) along the axis, m/s².
     pub(super) turning: Option<&'a Timed>,
+    /// Samples are averaged over no more than this, s.
+    pub(super) longest_s: f64,
 }
 
 impl Around<'_> {
@@ -247,14 +249,14 @@ struct Block {
     to_s: f64,
 }
 
-/// Samples in blocks of at most [`LONGEST_MEAN_S`].
+/// Samples in blocks of at most so many seconds.
 ///
 /// A sample stands for the time until halfway to its neighbours; one that is a mean already, for
 /// the time since the one before.
-fn blocks(time_s: &[f64], averages: bool) -> Vec<Block> {
+fn blocks(time_s: &[f64], averages: bool, longest_s: f64) -> Vec<Block> {
     let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let Some(period_s) = crate::series::median(&mut steps) else { return Vec::new() };
-    let size = ((LONGEST_MEAN_S / period_s + 1e-6).floor() as usize).max(1);
+    let size = ((longest_s / period_s + 1e-6).floor() as usize).max(1);
     let half_s = 0.5 * period_s.min(LONGEST_MEAN_S);
     let is_near = |k: usize| time_s[k] - time_s[k - 1] < GAP_STEPS * period_s;
     let joins = |k: usize| is_near(k) && (averages || period_s <= LONGEST_MEAN_S);
@@ -313,12 +315,12 @@ mod tests {
     fn instants_stand_for_the_time_around_them_and_means_for_the_time_before() {
         let time_s: Vec<f64> = (0..10).map(|k| 0.02 * f64::from(k)).collect();
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
-        let instant = blocks(&time_s, false);
+        let instant = blocks(&time_s, false, LONGEST_MEAN_S);
         assert_eq!(instant.len(), 2);
         close(instant[0].from_s, -0.01);
         close(instant[0].to_s, 0.09);
         close(instant[1].from_s, 0.09);
-        let means = blocks(&time_s, true);
+        let means = blocks(&time_s, true, LONGEST_MEAN_S);
         close(means[0].from_s, -0.02);
         close(means[0].to_s, 0.08);
         close(means[1].to_s, 0.18);
@@ -326,9 +328,9 @@ mod tests {
 
     #[test]
     fn a_slow_instant_stands_for_little_time_and_a_gap_for_none() {
-        let slow = blocks(&[0.0, 0.25, 0.5], false);
+        let slow = blocks(&[0.0, 0.25, 0.5], false, LONGEST_MEAN_S);
         assert_eq!((slow[1].from_s, slow[1].to_s), (0.2, 0.3));
-        let gap = blocks(&[0.0, 0.1, 0.2, 5.0, 5.1], false);
+        let gap = blocks(&[0.0, 0.1, 0.2, 5.0, 5.1], false, LONGEST_MEAN_S);
         assert!((gap[2].to_s - 0.25).abs() < 1e-12 && (gap[3].from_s - 4.95).abs() < 1e-12);
     }
 

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use nalgebra::{Vector3, Vector6};
 
 use super::force::{CoupledThrust, ThrusterTrack, coupled_thrust};
+use super::gained::{between, gained};
 use super::signals::signals;
-use super::slopes::{of_fixes, slope};
+use super::slopes::{fresh, of_fixes, slope};
 use super::{Role, TrialSetup, saturations};
 use crate::motion::smoothed_attitude;
-use crate::navigation::{Motion, Recording, navigate};
+use crate::navigation::{MeanAcceleration, Motion, Navigated, Recording, navigate};
 use crate::plant::Signal;
 use crate::series::{ROUNDING_S, union};
 use crate::{Caveat, CaveatCode, Dof, Error, Grid, Timed, Vehicle};
@@ -45,6 +46,18 @@ pub struct CoupledRecord {
     /// Whether velocity is the slope of measured positions, likewise: what one is too large by, its
     /// neighbour is too small by.
     pub by_slope: [bool; 6],
+    /// Whether velocity is what acceleration made, likewise, without what changes slower than
+    /// [`GAINED_S`](crate::GAINED_S).
+    pub by_acceleration: [bool; 3],
+    /// North and east of the origin since the first fix, m, where surge or sway has no velocity of its
+    /// own.
+    pub fixes: Option<[Timed; 2]>,
+    /// Depth of the origin, m, where heave has none.
+    pub depth: Option<Timed>,
+    /// Heading, unwrapped, rad, where yaw has none.
+    pub heading: Option<Timed>,
+    /// `ν̇ + ω × v` of the origin along surge, sway and heave, m/s², where these have none.
+    pub acceleration: [Option<MeanAcceleration>; 3],
     /// Surge, sway and heave as they were read where their instrument sits, `ν + ω × r`, m/s, at the
     /// times of `velocity`; none where that is the origin.
     pub readings: [Option<Timed>; 3],
@@ -78,6 +91,11 @@ impl CoupledRecord {
             velocity: [const { None }; 6],
             spread: [const { None }; 6],
             by_slope: [false; 6],
+            by_acceleration: [false; 3],
+            fixes: None,
+            depth: None,
+            heading: None,
+            acceleration: [const { None }; 3],
             readings: [const { None }; 3],
             levers_m: [Vector3::zeros(); 3],
             rates: None,
@@ -110,7 +128,7 @@ impl CoupledRecord {
     /// Reads what a recording says of some axes.
     ///
     /// Velocity is what an instrument measured; where there is none, the slope of heading, roll,
-    /// pitch or depth, or of fixes of position, with a caveat.
+    /// pitch or depth, or of fixes of position, or what acceleration makes, with a caveat.
     ///
     /// # Errors
     /// [`Error::MissingChannel`] if an axis has no motion or no axis has a force,
@@ -145,10 +163,33 @@ impl CoupledRecord {
                 (_, Some(Motion::Position(path))) => Some(slope(path)?),
                 _ => None,
             };
-            velocity[dof.index()] = Some(found.ok_or_else(|| no_motion(&setup.name, dof))?);
-            by_slope[dof.index()] = true;
+            by_slope[dof.index()] = found.is_some();
+            velocity[dof.index()] = found;
         }
-        caveats.extend(no_sensor(&setup.name, &by_slope));
+        let unmeasured = |dof: Dof| axes.contains(&dof) && !navigated.measured.contains_key(&dof);
+        let depth = navigated.depth.as_ref().filter(|_| unmeasured(Dof::Heave));
+        let depth = depth.map(|depth| means_over(depth, &[], DEPTH_S).0);
+        let instants = instants(axes, &navigated, &force, depth.as_ref());
+        let mut acceleration = [const { None }; 3];
+        for dof in [Dof::Surge, Dof::Sway, Dof::Heave].into_iter().filter(|dof| unmeasured(*dof)) {
+            let felt = navigated.acceleration.get(&dof);
+            let felt = felt.map(|felt| between(felt, &instants)).transpose()?;
+            acceleration[dof.index()] = felt;
+        }
+        let by_acceleration = gained(&acceleration, navigated.rates.as_ref(), &mut velocity)?;
+        for &dof in axes {
+            if velocity[dof.index()].is_none() {
+                return Err(no_motion(&setup.name, dof));
+            }
+        }
+        let lacks_surge_or_sway = unmeasured(Dof::Surge) || unmeasured(Dof::Sway);
+        let fixes = match navigated.heading.is_some() && lacks_surge_or_sway {
+            true => fresh(recording, &navigated)?,
+            false => None,
+        };
+        let heading = navigated.heading.as_ref().filter(|_| unmeasured(Dof::Yaw));
+        let heading = heading.map(|heading| means(heading, &[]).0);
+        caveats.extend(no_sensor(&setup.name, &by_slope, by_acceleration));
         let signals = signals(recording, vehicle, &navigated, &velocity)?;
         let drives = signals.iter().filter(|(signal, _)| signal.is_held());
         let drives: Vec<Timed> = drives.map(|(_, x)| held_means(x)).collect();
@@ -205,6 +246,11 @@ impl CoupledRecord {
             velocity,
             spread,
             by_slope,
+            by_acceleration,
+            fixes,
+            depth,
+            heading,
+            acceleration,
             readings,
             levers_m: [0, 1, 2].map(|axis| navigated.lever(Dof::ALL[axis]).unwrap_or_default()),
             rates: navigated.rates.clone(),
@@ -218,6 +264,15 @@ impl CoupledRecord {
         record.window_s = record.common_window(setup, axes)?;
         record.check_length(axes)?;
         Ok(record)
+    }
+
+    /// Whether the velocity of an axis is measured itself, or is the slope of roll or pitch, which no
+    /// state of the filter stands for.
+    pub(crate) fn is_measured(&self, dof: Dof) -> bool {
+        let axis = dof.index();
+        let is_of_attitude = matches!(dof, Dof::Roll | Dof::Pitch);
+        let is_made = self.by_slope[axis] || self.by_acceleration.get(axis).is_some_and(|by| *by);
+        self.velocity[axis].is_some() && (is_of_attitude || !is_made)
     }
 
     /// Whether an axis is pushed at all.
@@ -299,28 +354,65 @@ impl CoupledRecord {
     }
 }
 
+/// Depth is averaged over so long, s: what moves in less is seen by acceleration and thrust.
+const DEPTH_S: f64 = 0.2;
+
+/// When a filter stops anyway, so that means of acceleration between them cost no stops of their own.
+fn instants(
+    axes: &[Dof],
+    navigated: &Navigated,
+    force: &[Option<Timed>; 6],
+    depth: Option<&Timed>,
+) -> Vec<f64> {
+    let changes = union(force.iter().flatten().map(Timed::time_s));
+    let measured = axes.iter().filter_map(|dof| navigated.measured.get(dof));
+    let measured: Vec<Timed> = measured.map(|series| means(series, &changes).0).collect();
+    let instants = union(measured.iter().chain(depth).map(Timed::time_s));
+    let felt = navigated.acceleration.values().next();
+    match felt.filter(|felt| instants.len() < felt.mean.len() / 20) {
+        Some(felt) => felt.mean.time_s().to_vec(),
+        None => instants,
+    }
+}
+
 fn names(axes: &[Dof]) -> String {
     let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
     names.join(", ")
 }
 
-/// That the velocity of some axes follows from their position.
-fn no_sensor(trial: &str, by_slope: &[bool; 6]) -> Option<Caveat> {
-    let of_slope = |dof: &Dof| by_slope[dof.index()];
-    let axes: Vec<Dof> = Dof::ALL.into_iter().filter(of_slope).collect();
-    (!axes.is_empty()).then(|| {
-        let message = format!(
-            "trial `{trial}`: no sensor measures the velocity of {}, which is the slope of position instead; log rates and velocities, such as a gyroscope's and speed and course over ground",
-            names(&axes)
-        );
-        Caveat::warning(CaveatCode::Navigation, message)
-    })
+/// That the velocity of some axes was not measured, and what it follows from.
+fn no_sensor(trial: &str, by_slope: &[bool; 6], by_acceleration: [bool; 3]) -> Vec<Caveat> {
+    let told = |wanted: &dyn Fn(Dof) -> bool, from: &str| {
+        let axes: Vec<Dof> = Dof::ALL.into_iter().filter(|dof| wanted(*dof)).collect();
+        (!axes.is_empty()).then(|| {
+            let message = format!(
+                "trial `{trial}`: no instrument measures the velocity of {}: the filter estimates it from {from}",
+                names(&axes)
+            );
+            (axes, message)
+        })
+    };
+    let is_angle = |dof: Dof| matches!(dof, Dof::Roll | Dof::Pitch);
+    let by_position =
+        told(&|dof| by_slope[dof.index()] && !is_angle(dof), "position, depth or heading");
+    let by_angle = told(&|dof| by_slope[dof.index()] && is_angle(dof), "the slope of the angle");
+    let felt = told(
+        &|dof| by_acceleration.get(dof.index()) == Some(&true),
+        "acceleration and thrust, and scores compare it without what changes in more than 10 s",
+    );
+    let note = |(_, message): (Vec<Dof>, String)| Caveat::note(CaveatCode::Navigation, message);
+    let warning = |(_, message): (Vec<Dof>, String)| {
+        let advice = "log rates, such as a gyroscope's";
+        Caveat::warning(CaveatCode::Navigation, format!("{message}; {advice}"))
+    };
+    let notes = by_position.into_iter().chain(felt).map(note);
+    notes.chain(by_angle.map(warning)).collect()
 }
 
 fn no_motion(trial: &str, dof: Dof) -> Error {
     let advice = match dof {
         Dof::Surge | Dof::Sway => format!(
-            "map velocity.{dof} or dvl.velocity, or position (north and east, or latitude and longitude) and attitude.heading"
+            "map velocity.{dof} or dvl.velocity, or position (north and east, or latitude and longitude) and attitude.heading, or acceleration with attitude.roll and attitude.pitch; or leave {dof} out of axes"
         ),
         Dof::Heave => "map velocity.heave, dvl.velocity.z or depth".to_owned(),
         Dof::Roll => "map rate.roll or attitude.roll, or leave roll out of axes".to_owned(),
@@ -341,7 +433,12 @@ const FINEST_S: f64 = 0.05;
 /// changes, and the last sample until then stands by itself: an autopilot acts on it, and a filter
 /// that is told less by then takes what the autopilot does for what the vehicle does.
 fn means(series: &Timed, changes: &[f64]) -> (Timed, Option<Timed>) {
-    if series.period_s() >= 0.9 * FINEST_S {
+    means_over(series, changes, FINEST_S)
+}
+
+/// The same with samples no closer than so many seconds.
+fn means_over(series: &Timed, changes: &[f64], finest_s: f64) -> (Timed, Option<Timed>) {
+    if series.period_s() >= 0.9 * finest_s {
         return (series.clone(), None);
     }
     let times = series.time_s();
@@ -350,7 +447,7 @@ fn means(series: &Timed, changes: &[f64]) -> (Timed, Option<Timed>) {
         let (t, change) = (times[k], before(times[k]));
         let from = if change > 0 { changes[change - 1] } else { series.first_s() };
         let is_last = times.get(k + 1).is_some_and(|next| before(*next) > change);
-        (change, is_last, ((t - from - ROUNDING_S) / FINEST_S).ceil())
+        (change, is_last, ((t - from - ROUNDING_S) / finest_s).ceil())
     };
     let samples: Vec<usize> = (0..series.len()).collect();
     let parts: Vec<&[usize]> = samples.chunk_by(|a, b| bin(*a) == bin(*b)).collect();
@@ -362,7 +459,7 @@ fn means(series: &Timed, changes: &[f64]) -> (Timed, Option<Timed>) {
     let all = shares.iter().sum::<f64>() / shares.len() as f64;
     let spread: Vec<f64> = shares.iter().map(|share| share / all).collect();
     // Means of increasing times increase.
-    match Timed::new("velocity", time_s.clone(), values) {
+    match Timed::new("means", time_s.clone(), values) {
         Ok(means) => (means, Timed::new("spread", time_s, spread).ok()),
         Err(_) => (series.clone(), None),
     }

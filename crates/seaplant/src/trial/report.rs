@@ -123,7 +123,7 @@ impl CoupledRecord {
 
     /// As [`may_be_late`].
     pub(crate) fn may_be_late(&self, axis: usize) -> bool {
-        may_be_late(axis, &self.by_slope)
+        may_be_late(axis, &self.by_slope) && !self.by_acceleration[axis]
     }
 }
 

@@ -54,7 +54,10 @@ pub(super) fn of_fixes(
 }
 
 /// The way of the origin north and east at each fix; a log may hold the last until the next comes.
-fn fresh(recording: &Recording, navigated: &Navigated) -> Result<Option<[Timed; 2]>, Error> {
+pub(super) fn fresh(
+    recording: &Recording,
+    navigated: &Navigated,
+) -> Result<Option<[Timed; 2]>, Error> {
     let logged =
         |way, angle| recording.get(&Quantity::Position(way)).or_else(|| recording.get(&angle));
     let first = logged(World::North, Quantity::Latitude);

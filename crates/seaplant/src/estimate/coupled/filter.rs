@@ -1,5 +1,5 @@
-//! The Kalman filter of a trial: states ν_r, a Gauss–Markov force on each axis, and what the current
-//! is beside its mean.
+//! The Kalman filter of a trial: states ν_r, a Gauss–Markov force on each axis, and what motion
+//! drives ([`navigation`]).
 //!
 //! ```text
 //! ν̇_r = M⁻¹ (τ + f − n(ν_r, η)),   ḟ = −f/T + w,   ċ = −c/T_c + w_c,
@@ -17,6 +17,7 @@
 //! the noise.
 
 mod follower;
+mod navigation;
 mod noise;
 mod state;
 
@@ -26,6 +27,8 @@ use super::schedule::{Schedule, Stop};
 use crate::motion::{Flow, HeldForce, PUSHED_BY, Prepared, advance, with_down};
 use crate::trial::may_be_late;
 use follower::{Process, Steps};
+use navigation::Ends;
+pub(super) use navigation::{InstrumentNoise, Layout, MOST as MOST_NAVIGATION, Reading};
 pub(super) use noise::{Drift, Noise};
 use state::{Covariance, Of, Seen, State, Transition};
 
@@ -89,8 +92,10 @@ pub(super) struct Gain<const N: usize, const M: usize> {
 /// An innovation, for whiteness and outliers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Innovation {
-    /// Which of the plant's axes.
-    pub(super) axis: usize,
+    /// Which of the plant's axes; none where an axis has innovations of a better instrument.
+    pub(super) axis: Option<usize>,
+    /// Which number of the noise its instrument has.
+    pub(super) number: usize,
     /// e, m/s or rad/s.
     pub(super) error: f64,
     /// S.
@@ -152,9 +157,11 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let mut slope = Slope::zeros(count);
         let mut flow = Flow::of_plant(coefficients);
         let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
-        let mut by = vec![State::<N, M>::zeros(); count];
+        let states = self.schedule.layout.count;
+        let mut by = vec![State::<N, M>::zeros(states); count];
         let mut row = vec![0.0; count];
         let (mut since_mark_s, mut steps) = (0.0, Steps::default());
+        let still = SVector::zeros();
         let (lag_s, mut behind) = (lag_s.unwrap_or_default(), SVector::<f64, M>::zeros());
         for direction in 0..2 {
             by[p + direction].motion = -self.water_column(&self.schedule.stops[0], direction);
@@ -167,9 +174,14 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
             let transition = self.predict(stop, &mut mean, &mut flow);
             let acceleration = (mean.motion - before) / stop.length_s;
             behind = acceleration + (behind - acceleration) * (-stop.length_s / lag_s).exp();
-            by.iter_mut().for_each(|state| state.step(&transition));
-            by.iter_mut().zip(flow.by_plant()).for_each(|(state, own)| state.motion += own);
-            covariance.predict(&transition, steps.of(stop.length_s, |h| self.process(h)));
+            let own = flow.by_plant().iter().chain(std::iter::repeat(&still));
+            by.iter_mut().zip(own).for_each(|(state, own)| state.step(&transition, own));
+            if let Some(north) = self.schedule.layout.position {
+                (0..2).for_each(|k| by[p + k].navigation[north + k] += stop.length_s);
+            }
+            let crossed = covariance.crossed_over(&transition);
+            let process = steps.of(stop.length_s, |h| self.process(h));
+            covariance.predict(&transition, process, crossed.as_ref());
             for (seen, y) in self.measurements(stop) {
                 let turning = self.may_be_late(&seen).filter(|_| !levers.is_empty());
                 let turning = turning.map_or([0.0; 3], |place| {
@@ -191,6 +203,10 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
                 slope.misfit += 0.5 * e * e / gain.variance;
                 slope.add(e, gain.variance, &row);
                 gains.push(gain);
+            }
+            for state in self.begun(stop) {
+                by.iter_mut().chain([&mut mean]).for_each(|own| own.forget(state));
+                covariance.forget(state);
             }
             since_mark_s += stop.length_s;
             if since_mark_s >= spacing_s {
@@ -215,6 +231,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
                 mean.add(&gain.state, e);
                 cost += 0.5 * e * e / gain.variance;
             }
+            self.begun(stop).for_each(|state| mean.forget(state));
         }
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
@@ -226,13 +243,23 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let mut innovations = Vec::with_capacity(self.schedule.samples());
         for stop in &self.schedule.stops[1..] {
             let transition = self.predict(stop, &mut mean, &mut flow);
-            covariance.predict(&transition, steps.of(stop.length_s, |h| self.process(h)));
+            let crossed = covariance.crossed_over(&transition);
+            let process = steps.of(stop.length_s, |h| self.process(h));
+            covariance.predict(&transition, process, crossed.as_ref());
             for (seen, y) in self.measurements(stop) {
                 let (e, gain) = self.correct(&seen, y, &mut mean, &mut covariance);
                 cost += half_log(e, gain.variance);
-                if let Of::Velocity(axis) = seen.of {
-                    innovations.push(Innovation { axis, error: e, variance: gain.variance });
-                }
+                let axis = match seen.of {
+                    Of::Velocity(place) => Some(place),
+                    Of::Down(_) => continue,
+                    Of::Navigation { axis, .. } => axis.and_then(|axis| self.place_of(axis)),
+                };
+                let number = self.noise.place_of(&seen.of);
+                innovations.push(Innovation { axis, number, error: e, variance: gain.variance });
+            }
+            for state in self.begun(stop) {
+                mean.forget(state);
+                covariance.forget(state);
             }
         }
         (if cost.is_finite() { cost } else { f64::INFINITY }, innovations)
@@ -251,13 +278,14 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
             let before = mean;
             let transition = self.predict(stop, &mut mean, &mut flow);
             let process = steps.of(stop.length_s, |h| Process::new(self, h));
+            let crossed = covariance.crossed_over(&transition);
             for (follower, change) in followers.iter_mut().zip(&process.changes) {
-                follower.predict(&transition, &covariance, &before, change);
+                follower.predict(&transition, (&covariance, crossed.as_ref()), &before, change);
             }
-            covariance.predict(&transition, &process.whole);
+            covariance.predict(&transition, &process.whole, crossed.as_ref());
             for (seen, y) in self.measurements(stop) {
                 let r = self.variance(&seen);
-                let own = Noise::<N, M>::place_of(&seen.of);
+                let own = self.noise.place_of(&seen.of);
                 let column = covariance.seen(&seen);
                 let s = column.seen(&seen) + r;
                 let e = y - self.expected(&seen, &mean);
@@ -274,6 +302,14 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
                 slope.cost += half_log(e, s);
                 self.correct(&seen, y, &mut mean, &mut covariance);
             }
+            for state in self.begun(stop) {
+                mean.forget(state);
+                covariance.forget(state);
+                for follower in &mut followers {
+                    follower.mean.forget(state);
+                    follower.covariance.forget(state);
+                }
+            }
         }
         slope.mirror();
         finite(slope, &mean)
@@ -285,15 +321,28 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let velocity = self.plant.on_axes(&self.schedule.start);
         let still = with_down(&velocity, || self.schedule.start_down);
         let water = self.water_column(stop, 0) * north + self.water_column(stop, 1) * east;
-        State { motion: still - water, ..State::zeros() }
+        let mut first = State { motion: still - water, ..State::zeros(self.schedule.layout.count) };
+        self.first_navigation(&mut first);
+        first
+    }
+
+    /// A covariance of nothing.
+    fn no_covariance(&self) -> Covariance<N, M> {
+        Covariance::zeros(self.schedule.layout.count)
+    }
+
+    /// The states that begin anew from zero after a stop.
+    fn begun<'a>(&self, stop: &'a Stop) -> impl Iterator<Item = usize> + use<'a, N, M> {
+        stop.begun.iter().copied()
     }
 
     fn first_covariance(&self) -> Covariance<N, M> {
         let mut first = Covariance {
             xx: (0..N).map(|place| self.first_of_velocity(place)).sum(),
             ff: SMatrix::from_diagonal(&self.noise.disturbance.map(|x| x * x)),
-            ..Covariance::zeros()
+            ..self.no_covariance()
         };
+        self.first_covariance_of_navigation(&mut first);
         if M > N {
             let of_down = self.first_of_down() * self.noise.attitude.powi(2);
             add_of_down(&mut first.xx, &of_down);
@@ -306,6 +355,11 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     /// translations of the origin as well, as they are readings less `ω × r`.
     fn first_of_velocity(&self, place: usize) -> SMatrix<f64, M, M> {
         let mut by = SVector::<f64, M>::zeros();
+        if !self.is_measured(place) {
+            let axis = self.plant.axes()[place];
+            by[place] = axis.map_or(0.0, |axis| self.schedule.start_std[axis]);
+            return by * by.transpose();
+        }
         by[place] = self.noise.velocity[place];
         for other in 0..N {
             let turns = self.turns(other).into_iter().flatten();
@@ -360,6 +414,11 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         Some([arm(j, r[k]), arm(k, -r[j])])
     }
 
+    /// Whether the velocity in a place is measured itself.
+    fn is_measured(&self, place: usize) -> bool {
+        self.plant.axes()[place].is_none_or(|axis| self.schedule.is_measured[axis])
+    }
+
     /// Where an axis stands, in SNAME order.
     fn place_of(&self, axis: usize) -> Option<usize> {
         self.plant.axes().iter().position(|own| *own == Some(axis))
@@ -374,7 +433,10 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
 
     /// What was measured at a stop: velocities by their places among the plant's axes, and where it
     /// is a state the world's down, whose component across the one that is measured is zero.
-    fn measurements(&self, stop: &Stop) -> impl Iterator<Item = (Seen, f64)> + use<N, M> {
+    fn measurements<'a>(
+        &self,
+        stop: &'a Stop,
+    ) -> impl Iterator<Item = (Seen, f64)> + use<'a, N, M> {
         let axes = *self.plant.axes();
         let (measured, spread, water) = (stop.measured, stop.spread, stop.water);
         let turns: [_; N] = std::array::from_fn(|place| self.turns(place));
@@ -395,7 +457,13 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
             Some((Seen { of, water, turns: None, spread: spread[turn] }, 0.0))
         };
         let turns = if M > N { 2 } else { 0 };
-        (0..N).filter_map(velocity).chain((0..turns).filter_map(down))
+        let navigation = |reading: &'a Reading| {
+            let Reading { state, number, axis, value, spread } = *reading;
+            let of = Of::Navigation { state, number, axis };
+            (Seen { of, water: Vector2::zeros(), turns: None, spread }, value)
+        };
+        let navigation = stop.readings.iter().map(navigation);
+        (0..N).filter_map(velocity).chain((0..turns).filter_map(down)).chain(navigation)
     }
 
     /// What noise makes of a sample, (m/s)², (rad/s)² or rad².
@@ -403,6 +471,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let std = match seen.of {
             Of::Velocity(place) => self.noise.velocity[place],
             Of::Down(_) => self.noise.attitude,
+            Of::Navigation { number, .. } => self.noise.instruments.numbers[number],
         };
         std * std * seen.spread
     }
@@ -417,9 +486,10 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let pushes = &self.pushes[stop.slices.clone()];
         let decay = self.noise.decay();
         advance(self.plant, (slices, pushes), &mean.motion, &mean.disturbance, &decay, flow);
+        let ends = Ends { before: &mean.motion, after: &flow.motion };
+        self.move_navigation(stop, &ends, &mut mean.navigation);
         mean.motion = flow.motion;
         mean.disturbance.component_mul_assign(&self.fade(stop.length_s));
-        mean.water *= self.noise.of_water().fade(stop.length_s);
     }
 
     fn predict(
@@ -428,12 +498,14 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         mean: &mut State<N, M>,
         flow: &mut Flow<N, M>,
     ) -> Transition<N, M> {
+        let before = mean.motion;
         self.move_mean(stop, mean, flow);
+        let ends = Ends { before: &before, after: &mean.motion };
         Transition {
             by_motion: flow.by_motion(),
             by_disturbance: flow.by_disturbance(),
             fade: self.fade(stop.length_s),
-            fade_of_water: self.noise.of_water().fade(stop.length_s),
+            rows: self.rows(stop, &ends),
         }
     }
 

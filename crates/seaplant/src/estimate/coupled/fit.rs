@@ -5,15 +5,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::{DMatrix, DVector, Matrix6, SVector};
 
 use super::actuator::Actuator;
-use super::filter::{Gain, Innovation, Noise, Pass, Slope};
-use super::schedule::{Attitude, Schedule};
+use super::filter::{Gain, Innovation, InstrumentNoise, Layout, Noise, Pass, Slope};
+use super::schedule::{Attitude, PIECES_PART, Schedule};
 use super::uncertainty::inverse;
 use crate::estimate::descend::Parabola;
 use crate::motion::{HeldForce, Prepared};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::signal::sample_noise;
 use crate::trial::may_be_late;
-use crate::{CoupledRecord, Dof, Error, ThrustUncertainty, parallel};
+use crate::{CoupledRecord, Dof, Error, ThrustUncertainty, Timed, parallel};
 
 /// Everything that is fitted.
 #[derive(Clone, Debug)]
@@ -56,6 +56,8 @@ pub(super) struct Problem {
     pub(super) attitude: Attitude,
     /// What differences of the samples of roll and pitch show of their noise, rad.
     attitude_noise: f64,
+    /// What differences of the samples of positions and accelerations show of theirs.
+    pub(super) instruments: InstrumentNoise,
     /// Whether the motion is left to itself: no disturbance, all misfit is of the measurement.
     pub(super) is_free: bool,
 }
@@ -157,18 +159,20 @@ pub(super) struct Tolerance {
     plant: f64,
     /// The same of the noise, whose numbers matter less.
     pub(super) noise: f64,
+    /// Whether pieces of the trials tell the noise.
+    is_coarse: bool,
 }
 
 impl Tolerance {
     /// No coefficient moves by more than 3 % of its standard deviation any more.
-    pub(super) const FINE: Self = Self { plant: 5e-4, noise: 5e-3 };
+    pub(super) const FINE: Self = Self { plant: 5e-4, noise: 5e-3, is_coarse: false };
     /// No coefficient moves by more than half of its standard deviation: near enough to ask what
     /// the plant lacks, and to go on from.
-    pub(super) const COARSE: Self = Self { plant: 0.1, noise: 0.5 };
+    pub(super) const COARSE: Self = Self { plant: 0.1, noise: 0.5, is_coarse: true };
 
     /// The same of motion left to itself, of whose samples a hundred say about as much as one.
     fn of_free(self) -> Self {
-        Self { plant: 100.0 * self.plant, noise: 100.0 * self.noise }
+        Self { plant: 100.0 * self.plant, noise: 100.0 * self.noise, ..self }
     }
 
     /// A step that did gain less than this is the last, whatever was expected of it.
@@ -224,6 +228,7 @@ impl Problem {
             let measured = records.iter().filter_map(|record| record.velocity[axis].as_ref());
             sample_noise(measured).unwrap_or(0.0).max(LEAST_NOISE)
         };
+        let schedules = Schedule::whole(records, structure, attitude);
         let inclinations = records.iter().flat_map(|record| record.inclination.iter().flatten());
         let pieces = Schedule::pieces(records, structure, attitude);
         let samples: usize = pieces.iter().map(Schedule::samples).sum();
@@ -232,7 +237,8 @@ impl Problem {
             structure: structure.clone(),
             physical: Physical::new(structure, rigid_body),
             trials: records.iter().map(|record| record.trial.clone()).collect(),
-            schedules: Schedule::whole(records, structure, attitude),
+            instruments: first_instruments(records, &schedules),
+            schedules,
             pieces: are_enough.then_some(pieces),
             pushed: Arc::default(),
             rigid_body,
@@ -241,7 +247,7 @@ impl Problem {
             thrust_uncertainty: ThrustUncertainty::greatest(uncertainties),
             sample_noise: axes.iter().map(|dof| noise(dof.index())).collect(),
             by_slope: std::array::from_fn(|k| records.iter().any(|record| record.by_slope[k])),
-            has_current: axes.iter().any(|dof| !dof.is_rotation()),
+            has_current: axes.iter().any(|dof| is_seen_over_ground(*dof, records)),
             attitude,
             attitude_noise: sample_noise(inclinations).unwrap_or(0.0).max(LEAST_NOISE),
             is_free,
@@ -289,6 +295,7 @@ impl Problem {
             has_current: self.has_current,
             attitude: self.attitude,
             attitude_noise: self.attitude_noise,
+            instruments: self.instruments,
             is_free: self.is_free,
         }
     }
@@ -623,19 +630,27 @@ impl Problem {
         if self.is_free {
             return self.step_misfit(point, tolerance);
         }
-        let Some(slope) = self.by_noise(point) else { return true };
+        // To come near, pieces of the trials say enough of the noise; where positions or accelerations
+        // are measured its slope takes so long that they have to at the optimum, too.
+        let is_enough = tolerance.is_coarse || self.instruments.count() > 0;
+        let pieces = if is_enough { self.in_pieces() } else { None };
+        let told_by = pieces.as_ref().unwrap_or(self);
+        let needed = tolerance.noise * if pieces.is_some() { PIECES_PART } else { 1.0 };
+        let Some(slope) = told_by.by_noise(point) else { return true };
         noise_information.copy_from(&slope.information);
         let mut damping = DAMPING;
         let logarithms = point.noise.logarithms();
         let limits = self.noise_limits(&point.noise);
         let (gradient, information) = (&slope.gradient, &slope.information);
-        let parabola = Parabola::new((gradient, information), (&logarithms, &limits), |_| false);
+        let parabola = Parabola::new((gradient, information), (&logarithms, &limits), |k| {
+            k.checked_sub(2 * N).is_some_and(|place| self.is_unmeasured(place))
+        });
         while damping < MOST_DAMPING {
             let Some(step) = parabola.step(damping) else {
                 damping *= DAMPING_FACTOR;
                 continue;
             };
-            if 0.5 * parabola.promise(&step) < tolerance.noise {
+            if 0.5 * parabola.promise(&step) < needed {
                 return true;
             }
             // Each by itself: one that runs away must not hold the others back.
@@ -646,16 +661,22 @@ impl Problem {
             });
             let step = DVector::from_iterator(step.len(), reached);
             let moved = clamped(&logarithms + step, &limits);
-            let moved = Point { noise: Noise::of(&moved), ..point.clone() };
-            let gained = slope.cost + self.prior(point) - self.cost(&moved);
+            let moved = Point { noise: point.noise.with_logarithms(&moved), ..point.clone() };
+            let gained = slope.cost + self.prior(point) - told_by.cost(&moved);
             if gained > 0.0 {
                 *point = moved;
                 // A disturbance that is not there fades for ever and gains nothing by it.
-                return gained < tolerance.noise;
+                return gained < needed;
             }
             damping *= DAMPING_FACTOR;
         }
         true
+    }
+
+    /// Whether no trial has the velocity itself of the axis in a place.
+    pub(super) fn is_unmeasured(&self, place: usize) -> bool {
+        let Some(dof) = self.structure.axes().get(place) else { return false };
+        self.schedules.iter().all(|schedule| !schedule.is_measured[dof.index()])
     }
 
     /// Between which logarithms the noise stays, shape as of these.
@@ -663,8 +684,19 @@ impl Problem {
         let mut limits = vec![(f64::NEG_INFINITY, f64::INFINITY); noise.count()];
         if noise.drift.is_some() {
             let ln = |[low, high]: [f64; 2]| (low.ln(), high.ln());
-            limits[Noise::<N, M>::DRIFT] = ln(DRIFT_STD_M_S);
-            limits[Noise::<N, M>::DRIFT + 1] = ln(DRIFT_CORRELATION_S);
+            let first = noise.first_of_drift();
+            limits[first] = ln(DRIFT_STD_M_S);
+            limits[first + 1] = ln(DRIFT_CORRELATION_S);
+        }
+        for (place, number) in noise.instruments.needed().enumerate() {
+            let limits = &mut limits[Noise::<N, M>::INSTRUMENTS + place];
+            *limits = match number {
+                InstrumentNoise::OFFSET => (OFFSET_M_S2[0].ln(), OFFSET_M_S2[1].ln()),
+                InstrumentNoise::OFFSET_CORRELATION => {
+                    (OFFSET_CORRELATION_S[0].ln(), OFFSET_CORRELATION_S[1].ln())
+                }
+                _ => ((LEAST_NOISE_PART * self.instruments.numbers[number]).ln(), limits.1),
+            };
         }
         if self.attitude == Attitude::State {
             limits[Noise::<N, M>::ATTITUDE].0 = (LEAST_NOISE_PART * self.attitude_noise).ln();
@@ -725,6 +757,52 @@ fn prior_numbers<const N: usize, const M: usize>(
     point.actuator.numbers().into_iter().zip(Actuator::PRIOR_STD).chain(currents)
 }
 
+/// Whether the velocity of a translation over ground is seen in some trial, or the way that it makes.
+fn is_seen_over_ground(dof: Dof, records: &[&CoupledRecord]) -> bool {
+    let is_seen = |record: &&CoupledRecord| record.is_measured(dof) || record.fixes.is_some();
+    matches!(dof, Dof::Surge | Dof::Sway) && records.iter().any(is_seen)
+        || dof == Dof::Heave && records.iter().any(|record| record.is_measured(dof))
+}
+
+/// What differences of the samples show of the noise of instruments that schedules read.
+fn first_instruments(records: &[&CoupledRecord], schedules: &[Schedule]) -> InstrumentNoise {
+    let mut noise = InstrumentNoise::NONE;
+    let mut set = |number: usize, value: f64| {
+        (noise.numbers[number], noise.active[number]) = (value, true);
+    };
+    let of = |series: &dyn Fn(&CoupledRecord) -> Option<Timed>| {
+        let all: Vec<Timed> = records.iter().filter_map(|record| series(record)).collect();
+        sample_noise(&all).unwrap_or(0.0).max(LEAST_NOISE)
+    };
+    let needs = |of: &dyn Fn(&Layout) -> bool| schedules.iter().any(|x| of(&x.layout));
+    if needs(&|layout| layout.position.is_some()) {
+        set(InstrumentNoise::POSITION, of(&|record| Some(record.fixes.as_ref()?[0].clone())));
+    }
+    if needs(&|layout| layout.depth.is_some()) {
+        set(InstrumentNoise::DEPTH, of(&|record| record.depth.clone()));
+    }
+    if needs(&|layout| layout.heading.is_some()) {
+        set(InstrumentNoise::HEADING, of(&|record| record.heading.clone()));
+    }
+    for axis in (0..3).filter(|axis| needs(&|layout| layout.gained[*axis].is_some())) {
+        let felt = |record: &CoupledRecord| Some(record.acceleration[axis].as_ref()?.mean.clone());
+        set(InstrumentNoise::ACCELERATION + axis, of(&felt));
+        set(InstrumentNoise::OFFSET, FIRST_OFFSET_M_S2);
+        set(InstrumentNoise::OFFSET_CORRELATION, FIRST_OFFSET_CORRELATION_S);
+    }
+    noise
+}
+
+/// Where the standard deviation of an accelerometer's offset starts, m/s²: a third of a degree of
+/// attitude.
+const FIRST_OFFSET_M_S2: f64 = 0.05;
+/// Between which it stays.
+const OFFSET_M_S2: [f64; 2] = [1e-4, 2.0];
+/// Where its correlation time starts, s, …
+const FIRST_OFFSET_CORRELATION_S: f64 = 60.0;
+/// … and between which it stays: below, it is noise; above, it is constant.
+const OFFSET_CORRELATION_S: [f64; 2] = [3.0, 3000.0];
+
 /// A sensor is not better than that, m/s or rad/s.
 const LEAST_NOISE: f64 = 1e-6;
 
@@ -739,6 +817,7 @@ pub(super) fn first_noise<const N: usize, const M: usize>(
         correlation_s: SVector::repeat(FIRST_CORRELATION_S),
         velocity: SVector::from_fn(|i, _| problem.sample_noise.get(i).copied().unwrap_or(1.0)),
         attitude: problem.attitude_noise,
+        instruments: problem.instruments,
         drift: None,
     }
 }

@@ -40,6 +40,7 @@ pub(super) fn first_noise<const N: usize, const M: usize>(
         correlation_s: SVector::repeat(1.0),
         velocity: SVector::from_fn(|i, _| spread(i)),
         attitude: 0.0,
+        instruments: problem.instruments,
         drift: None,
     }
 }
@@ -70,25 +71,28 @@ impl Problem {
         tolerance: Tolerance,
     ) -> bool {
         let Ok(trials) = self.innovations(point) else { return true };
-        let mut sums = [(0.0, 0.0); N];
+        let mut sums = vec![(0.0, 0.0); point.noise.count()];
         for innovation in trials.iter().flatten() {
-            let (sum, n) = &mut sums[innovation.axis];
+            let (sum, n) = &mut sums[innovation.number];
             *sum += innovation.normalised().powi(2);
             *n += 1.0;
         }
-        let mut moved = point.clone();
+        let mut numbers = point.noise.logarithms();
         let mut gain = 0.0_f64;
-        for (axis, (sum, n)) in sums.iter().enumerate().filter(|(_, (_, n))| *n > 0.0) {
+        for (k, (sum, n)) in sums.iter().enumerate().filter(|(_, (_, n))| *n > 0.0) {
             let ratio = sum / n;
             if !(ratio.is_finite() && ratio > 0.0) {
                 return true;
             }
-            let least = self.sample_noise[axis];
-            let noise = &mut moved.noise.velocity[axis];
-            *noise = (*noise * ratio.sqrt()).max(least);
-            gain = gain.max(0.25 * n * (2.0 * (*noise / point.noise.velocity[axis]).ln()).powi(2));
+            let least = k.checked_sub(2 * N).and_then(|axis| self.sample_noise.get(axis));
+            let before = numbers[k];
+            numbers[k] += 0.5 * ratio.ln();
+            if let Some(least) = least.filter(|_| k < 3 * N) {
+                numbers[k] = numbers[k].max(least.ln());
+            }
+            gain = gain.max(0.25 * n * (2.0 * (numbers[k] - before)).powi(2));
         }
-        *point = moved;
+        point.noise = point.noise.with_logarithms(&numbers);
         gain < tolerance.noise
     }
 
@@ -149,7 +153,7 @@ impl Problem {
         let of = |(axis, &dof): (usize, &Dof)| {
             let mut weighted = (0.0, 0.0);
             for trial in &trials {
-                let own = trial.iter().filter(|innovation| innovation.axis == axis);
+                let own = trial.iter().filter(|innovation| innovation.axis == Some(axis));
                 let e: Vec<f64> = own.map(|innovation| innovation.normalised()).collect();
                 let power: f64 = e.iter().map(|x| x * x).sum();
                 let mut sum = 1.0;

@@ -223,7 +223,7 @@ impl<const N: usize> Prompt<N> {
             let keep = if self.problem.may_be_late(*dof) { self.reported.keep } else { 0.0 };
             let (mut before, mut after, mut n) = (0.0, 0.0, 0.0);
             for trial in &trials {
-                let own = trial.iter().filter(|innovation| innovation.axis == axis);
+                let own = trial.iter().filter(|innovation| innovation.axis == Some(axis));
                 let mut e: Vec<f64> = own.map(|own| (1.0 - keep) * own.error).collect();
                 before += e.iter().map(|e| e * e).sum::<f64>();
                 put_behind(&mut e, keep);

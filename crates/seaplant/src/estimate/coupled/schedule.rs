@@ -6,9 +6,12 @@ use std::sync::Arc;
 use nalgebra::{Matrix3x2, Vector3, Vector6};
 
 use super::actuator::LoggedThrust;
+use super::filter::{InstrumentNoise, Layout, MOST_NAVIGATION, Reading};
 use crate::motion::{Slice, body_from_world, down_body, interpolated_attitude};
+use crate::navigation::MeanAcceleration;
 use crate::plant::{Signal, Structure};
 use crate::series::{ROUNDING_S, union};
+use crate::signal::rms;
 use crate::{CoupledRecord, Dof, Timed};
 
 /// The longest slice, s: a Runge–Kutta step of a vehicle that rolls at 4 rad/s is then right
@@ -22,7 +25,7 @@ fn place(trial: usize, trials: usize) -> f64 {
 
 /// Pieces of each trial, evenly spread, on which a fit begins, and what part of it they are.
 const PIECES: usize = 4;
-const PIECES_PART: f64 = 0.25;
+pub(super) const PIECES_PART: f64 = 0.25;
 
 /// Whether attitude is known as it was measured, or a state beside ν.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +68,12 @@ pub(super) struct Stop {
     pub(super) spread_across: [f64; 2],
     /// The two columns of R(η)ᵀ that turn a horizontal current into body axes.
     pub(super) water: Matrix3x2<f64>,
+    /// The same at the stop before.
+    pub(super) water_before: Matrix3x2<f64>,
+    /// What was measured of states that motion drives.
+    pub(super) readings: Vec<Reading>,
+    /// Those of them that begin anew from zero after it: windows of mean accelerations.
+    pub(super) begun: Vec<usize>,
 }
 
 /// A trial as the filter goes through it.
@@ -77,6 +86,14 @@ pub(super) struct Schedule {
     pub(super) levers_m: [Vector3<f64>; 3],
     /// Velocity over ground at the first stop, of all axes that are known.
     pub(super) start: Vector6<f64>,
+    /// How far off it may be on axes whose velocity was not measured itself, in SNAME order.
+    pub(super) start_std: [f64; 6],
+    /// Whether velocity was, likewise; else it is known from what it drives.
+    pub(super) is_measured: [bool; 6],
+    /// States that motion drives.
+    pub(super) layout: Layout,
+    /// What these are there.
+    pub(super) first_navigation: [f64; MOST_NAVIGATION],
     /// The world's down in body axes there, as measured.
     pub(super) start_down: Vector3<f64>,
     /// The stops; the first has no slices.
@@ -132,8 +149,13 @@ impl Schedule {
         (structure, attitude): (&Structure, Attitude),
     ) -> Option<Self> {
         let axes = structure.axes();
+        let driven = Driven::of(record, axes, (from, to));
+        let is_measured = Dof::ALL.map(|dof| record.is_measured(dof));
         let windowed = |dof: &Dof| {
             let axis = dof.index();
+            if !is_measured[axis] {
+                return None;
+            }
             let read = record.readings.get(axis).and_then(Option::as_ref);
             read.or(record.velocity[axis].as_ref())?.window(from, to)
         };
@@ -145,7 +167,9 @@ impl Schedule {
         };
         let inclined = [inclined(0), inclined(1)];
         let all = measured.iter().map(|(_, series)| series).chain(inclined.iter().flatten());
-        let times = union(all.map(Timed::time_s));
+        let starts = driven.starts();
+        let driven_times = driven.times().chain(starts.iter().map(Vec::as_slice));
+        let times = union(all.map(Timed::time_s).chain(driven_times));
         let drives = record.signals.iter().filter(|(signal, _)| signal.is_held());
         let drives = drives.filter(|(signal, _)| structure.signals().contains(signal));
         let held = record.force.iter().flatten().chain(drives.map(|(_, series)| series));
@@ -156,12 +180,18 @@ impl Schedule {
             by_slope: record.by_slope,
             levers_m: record.levers_m,
             start: record.velocity_at(before),
+            start_std: std::array::from_fn(|axis| start_std(record, axis)),
+            is_measured,
+            layout: driven.layout,
+            first_navigation: driven.first(before),
             start_down: start_down(record, before),
             stops: Vec::new(),
             slices: Vec::new(),
             thrust: Arc::clone(thrust),
         };
         let (mut readers, mut of_inclined) = (vec![0; measured.len()], [0; 2]);
+        let mut of_driven = driven.reader();
+        let mut water_before = water(record, before);
         for &time_s in &times {
             let first = schedule.slices.len();
             schedule.slice(record, structure, &changes, before, time_s);
@@ -173,7 +203,12 @@ impl Schedule {
                 across: [None; 2],
                 spread_across: [1.0; 2],
                 water: water(record, time_s),
+                water_before,
+                readings: Vec::new(),
+                begun: Vec::new(),
             };
+            water_before = stop.water;
+            of_driven.read(time_s, &mut stop);
             for ((dof, series), at) in measured.iter().zip(&mut readers) {
                 let is_now = series.time_s().get(*at).is_some_and(|t| *t <= time_s + ROUNDING_S);
                 if is_now {
@@ -205,7 +240,9 @@ impl Schedule {
     /// How many numbers were measured after the first stop.
     pub(super) fn samples(&self) -> usize {
         let of = |stop: &Stop| {
-            stop.measured.iter().flatten().count() + stop.across.iter().flatten().count()
+            stop.measured.iter().flatten().count()
+                + stop.across.iter().flatten().count()
+                + stop.readings.len()
         };
         self.stops.iter().skip(1).map(of).sum()
     }
@@ -231,6 +268,137 @@ impl Schedule {
         }
     }
 }
+
+/// What was measured in a window of states that motion drives.
+struct Driven {
+    layout: Layout,
+    position: Option<[Timed; 2]>,
+    depth: Option<Timed>,
+    heading: Option<Timed>,
+    acceleration: [Option<MeanAcceleration>; 3],
+    /// Which axis the innovations of position, depth and heading count to: none that has an
+    /// accelerometer.
+    axes: [Option<usize>; 4],
+}
+
+impl Driven {
+    fn of(record: &CoupledRecord, axes: &[Dof], (from, to): (f64, f64)) -> Self {
+        let wants = |dof: Dof| axes.contains(&dof) && !record.is_measured(dof);
+        let window = |series: &Option<Timed>| series.as_ref()?.window(from, to);
+        let translations = [Dof::Surge, Dof::Sway, Dof::Heave];
+        let fixes = record.fixes.as_ref().filter(|_| wants(Dof::Surge) || wants(Dof::Sway));
+        let position =
+            fixes.and_then(|[north, east]| Some([north.window(from, to)?, east.window(from, to)?]));
+        let depth = window(&record.depth).filter(|_| wants(Dof::Heave));
+        let heading = window(&record.heading).filter(|_| wants(Dof::Yaw));
+        let acceleration = translations.map(|dof| {
+            let felt = record.acceleration[dof.index()].as_ref().filter(|_| wants(dof))?;
+            felt.window(from, to)
+        });
+        let felt = acceleration.each_ref().map(Option::is_some);
+        let layout = Layout::of(position.is_some(), depth.is_some(), heading.is_some(), felt);
+        let counts = |axis: usize| (axis > 2 || !felt[axis]).then_some(axis);
+        let axes = [0, 1, 2, 5].map(counts);
+        Self { layout, position, depth, heading, acceleration, axes }
+    }
+
+    /// When something was measured.
+    fn times(&self) -> impl Iterator<Item = &[f64]> {
+        let felt = self.acceleration.iter().flatten().map(|felt| &felt.mean);
+        let alone = self.position.iter().flatten().chain(&self.depth).chain(&self.heading);
+        alone.chain(felt).map(Timed::time_s)
+    }
+
+    /// When windows of mean accelerations begin.
+    fn starts(&self) -> Vec<Vec<f64>> {
+        self.acceleration.iter().flatten().map(|felt| felt.from_s.to_vec()).collect()
+    }
+
+    fn first(&self, time_s: f64) -> [f64; MOST_NAVIGATION] {
+        let mut first = [0.0; MOST_NAVIGATION];
+        let mut set = |state: usize, series: &Timed| first[state] = series.at(time_s);
+        if let (Some(north), Some(both)) = (self.layout.position, &self.position) {
+            (0..2).for_each(|k| set(north + k, &both[k]));
+        }
+        if let (Some(state), Some(series)) = (self.layout.depth, &self.depth) {
+            set(state, series);
+        }
+        if let (Some(state), Some(series)) = (self.layout.heading, &self.heading) {
+            set(state, series);
+        }
+        first
+    }
+
+    fn reader(&self) -> DrivenReader<'_> {
+        let mut alone = Vec::new();
+        let mut add = |state: usize, number: usize, axis: Option<usize>, series| {
+            alone.push((series, Reading { state, number, axis, value: 0.0, spread: 1.0 }, 0));
+        };
+        if let (Some(north), Some(both)) = (self.layout.position, &self.position) {
+            for (k, series) in both.iter().enumerate() {
+                add(north + k, InstrumentNoise::POSITION, self.axes[k], series);
+            }
+        }
+        if let (Some(state), Some(series)) = (self.layout.depth, &self.depth) {
+            add(state, InstrumentNoise::DEPTH, self.axes[2], series);
+        }
+        if let (Some(state), Some(series)) = (self.layout.heading, &self.heading) {
+            add(state, InstrumentNoise::HEADING, self.axes[3], series);
+        }
+        DrivenReader { driven: self, alone, felt: [0; 3], begun: [0; 3] }
+    }
+}
+
+/// Goes through what was measured in order of time.
+struct DrivenReader<'a> {
+    driven: &'a Driven,
+    /// Series, what a sample of each is a reading of, and how many are read.
+    alone: Vec<(&'a Timed, Reading, usize)>,
+    /// How many windows of acceleration have ended, and begun.
+    felt: [usize; 3],
+    begun: [usize; 3],
+}
+
+impl DrivenReader<'_> {
+    /// What was measured until a stop, since the one before.
+    fn read(&mut self, time_s: f64, stop: &mut Stop) {
+        let is_now = |t: Option<&f64>| t.is_some_and(|t| *t <= time_s + ROUNDING_S);
+        for (series, reading, at) in &mut self.alone {
+            if is_now(series.time_s().get(*at)) {
+                stop.readings.push(Reading { value: series.values()[*at], ..*reading });
+                *at += 1;
+            }
+        }
+        for (axis, felt) in self.driven.acceleration.iter().enumerate() {
+            let (Some(felt), Some(state)) = (felt, self.driven.layout.gained[axis]) else {
+                continue;
+            };
+            let at = &mut self.felt[axis];
+            if is_now(felt.mean.time_s().get(*at)) {
+                let window_s = felt.mean.time_s()[*at] - felt.from_s[*at];
+                let value = felt.mean.values()[*at] * window_s;
+                let number = InstrumentNoise::ACCELERATION + axis;
+                let spread = window_s * window_s;
+                stop.readings.push(Reading { state, number, axis: Some(axis), value, spread });
+                *at += 1;
+            }
+            let at = &mut self.begun[axis];
+            if is_now(felt.from_s.get(*at)) {
+                stop.begun.push(state);
+                *at += 1;
+            }
+        }
+    }
+}
+
+/// How far off the velocity of an axis may be where a window begins that was not measured itself.
+fn start_std(record: &CoupledRecord, axis: usize) -> f64 {
+    let of_axis = record.velocity[axis].as_ref();
+    of_axis.map_or(0.0, |series| rms(series.values().iter().copied())).max(LEAST_START)
+}
+
+/// At least so much, m/s or rad/s.
+const LEAST_START: f64 = 1e-3;
 
 fn slice(record: &CoupledRecord, structure: &Structure, from: f64, h: f64) -> Slice {
     let axes = structure.axes();

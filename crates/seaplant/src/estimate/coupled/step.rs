@@ -85,7 +85,8 @@ impl CoupledFit {
         let covariance = covariance.view((0, 0), (p, p)).into_owned();
         let innovations = problem.innovations(&point)?;
         let of = |(axis, &dof): (usize, &Dof)| {
-            let own = innovations.iter().flatten().filter(|innovation| innovation.axis == axis);
+            let own =
+                innovations.iter().flatten().filter(|innovation| innovation.axis == Some(axis));
             let squares: Vec<f64> = own.map(|innovation| innovation.normalised().powi(2)).collect();
             (dof, squares.iter().sum::<f64>() / squares.len() as f64)
         };
@@ -107,6 +108,7 @@ impl CoupledFit {
             correlation_s: of(|noise| noise.correlation_s),
             velocity: of(|noise| noise.velocity),
             attitude: self.attitude_noise.map_or(0.0, |(std, _)| std),
+            instruments: self.instrument_noise(),
             drift: self.current_drift.map(|drift| Drift {
                 std_m_s: drift.std_m_s.0,
                 correlation_s: drift.correlation_s.0,

@@ -1,15 +1,16 @@
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::filter::Pass;
+use super::filter::{InstrumentNoise, Noise};
 use super::schedule::Schedule;
 use super::*;
-use crate::motion::{HeldForce, Inputs, Prepared, simulate};
+use crate::motion::{HeldForce, Inputs, Prepared, body_from_world, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
 use crate::random::gauss_markov;
-use crate::{CoupledThruster, Grid, ThrustUncertainty, ThrusterTrack, Timed};
+use crate::{CoupledThruster, Grid, MeanAcceleration, ThrustUncertainty, ThrusterTrack, Timed};
 
 /// Differences over parts of 1e-6 of sums of thousands of squares.
 const DIFFERENCE: f64 = 2e-3;
@@ -136,6 +137,7 @@ fn noise() -> Noise<3, 3> {
         correlation_s: [4.0, 6.0, 3.0].into(),
         velocity: [0.006, 0.005, 0.004].into(),
         attitude: 0.0,
+        instruments: InstrumentNoise::NONE,
         drift: Some(filter::Drift { std_m_s: 0.03, correlation_s: 25.0 }),
     }
 }
@@ -317,6 +319,7 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
         correlation_s: [4.0, 6.0, 3.0, 1.0, 1.0, 1.0].into(),
         velocity: [0.009, 0.011, 0.01, 1.0, 1.0, 1.0].into(),
         attitude: 0.012,
+        instruments: InstrumentNoise::NONE,
         drift: None,
     };
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
@@ -358,7 +361,7 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
         let at = |step: f64| {
             let mut moved = logarithms.clone();
             moved[k] += step;
-            of_noise(&Noise::of(&moved)).1
+            of_noise(&noise.with_logarithms(&moved)).1
         };
         let expected = (at(1e-5) - at(-1e-5)) / 2e-5;
         let part = (slope.gradient[k] - expected).abs() / expected.abs().max(1.0);
@@ -398,11 +401,11 @@ fn the_noises_slope_is_that_of_the_likelihood() {
     };
     let (slope, cost) = pass(&noise());
     assert!((slope.cost - cost).abs() < 1e-9 * cost.abs());
-    for k in 0..Noise::<3, 3>::COUNT {
+    for k in 0..noise().count() {
         let at = |step: f64| {
             let mut moved = logarithms.clone();
             moved[k] += step;
-            pass(&Noise::of(&moved)).1
+            pass(&noise().with_logarithms(&moved)).1
         };
         let expected = (at(1e-5) - at(-1e-5)) / 2e-5;
         let off = (slope.gradient[k] - expected).abs() / expected.abs().max(1.0);
@@ -697,4 +700,195 @@ fn added_mass_stays_above_zero_where_the_rigid_body_is_known() {
     let rigid = DMatrix::from_fn(3, 3, |i, j| rigid[(PLANAR[i].index(), PLANAR[j].index())]);
     let added = fit.plant.mass_matrix() - rigid;
     assert!(added.symmetric_eigenvalues().min() > -1e-9, "{added}");
+}
+
+/// A vehicle of six axes without a velocity sensor: fixes of its position, depth, heading, roll and
+/// pitch, a gyroscope about two axes, and an accelerometer.
+fn without_velocity(seed: u64, seconds: usize) -> (Plant, CoupledRecord) {
+    let structure = Structure::of(&Dof::ALL, Symmetry::PortStarboard).expect("six axes");
+    let coefficient = |term: &Basis| match term {
+        Basis::Mass(a, b) if a == b => {
+            if a.is_rotation() {
+                0.8
+            } else {
+                20.0
+            }
+        }
+        Basis::Mass(..) => 0.2,
+        Basis::Product(dof, _) => {
+            if dof.is_rotation() {
+                0.9
+            } else {
+                25.0
+            }
+        }
+        Basis::Lever(2) => 6.0,
+        _ => 0.0,
+    };
+    let coefficients = structure.terms().iter().map(coefficient).collect();
+    let plant = Plant::new(structure, coefficients).expect("possible");
+    let mut random = random(seed);
+    let time_s: Vec<f64> = (0..10 * seconds).map(|k| 0.1 * k as f64).collect();
+    let mut series = |amplitude: f64, dwell: usize| {
+        let mut level = 0.0;
+        let values = (0..time_s.len()).map(|k| {
+            level = if k % dwell == 0 { amplitude * random() } else { level };
+            level
+        });
+        Some(Timed::new("force", time_s.clone(), values.collect::<Vec<f64>>()).expect("valid"))
+    };
+    let force = [(20.0, 37), (20.0, 29), (15.0, 41), (1.0, 13), (1.0, 17), (0.8, 23)]
+        .map(|(amplitude, dwell)| series(amplitude, dwell));
+    let inputs = Inputs { force: force.clone(), ..Inputs::default() };
+    let motion = simulate(&plant, &inputs, &Vector6::zeros(), &time_s).expect("bounded");
+    let mut way = vec![Vector3::<f64>::zeros()];
+    let over_ground = |k: usize| {
+        let body = motion.velocity[k].fixed_rows::<3>(0).into_owned();
+        body_from_world(motion.attitude[k]).transpose() * body
+    };
+    for k in 1..time_s.len() {
+        way.push(way[k - 1] + 0.05 * (over_ground(k) + over_ground(k - 1)));
+    }
+    let mut measured = |of: &dyn Fn(usize) -> f64, every: usize, std: f64| {
+        let samples = (1..time_s.len()).step_by(every);
+        let (time_s, values): (Vec<f64>, Vec<f64>) =
+            samples.map(|k| (time_s[k], of(k) + std * random())).unzip();
+        Timed::new("motion", time_s, values).expect("valid")
+    };
+    let [roll_rate, pitch_rate, yaw_rate] =
+        [3, 4, 5].map(|axis| measured(&|k| motion.velocity[k][axis], 1, 0.01));
+    let [roll, pitch, heading] =
+        [0, 1, 2].map(|which| measured(&|k| motion.attitude[k][which], 1, 0.01));
+    let heading = crate::navigation::unwrap(&heading);
+    let fixes = [0, 1].map(|which| measured(&|k| way[k][which], 10, 0.2));
+    let depth = measured(&|k| way[k][2], 2, 0.01);
+    let acceleration = [0, 1, 2].map(|axis| {
+        let felt = |k: usize| {
+            let [(v, w), (before, turned)] = [k, k - 1].map(|k| {
+                let six = &motion.velocity[k];
+                (six.fixed_rows::<3>(0).into_owned(), six.fixed_rows::<3>(3).into_owned())
+            });
+            let crossed = 0.5 * (w.cross(&v) + turned.cross(&before));
+            ((v - before) / 0.1 + crossed)[axis] + 0.05
+        };
+        let mean = measured(&felt, 1, 0.05);
+        let from_s = mean.time_s().iter().map(|t| t - 0.1).collect();
+        Some(MeanAcceleration { mean, from_s })
+    });
+    let mut velocity = [const { None }; 6];
+    for (axis, velocity) in velocity.iter_mut().enumerate().take(3) {
+        *velocity = Some(measured(&|k| motion.velocity[k][axis], 1, 0.05));
+    }
+    velocity[5] = Some(measured(&|k| motion.velocity[k][5], 1, 0.05));
+    let rates = Some([roll_rate.clone(), pitch_rate.clone(), yaw_rate]);
+    [velocity[3], velocity[4]] = [Some(roll_rate), Some(pitch_rate)];
+    let record = CoupledRecord {
+        force,
+        velocity,
+        by_slope: [true, true, true, false, false, true],
+        fixes: Some(fixes),
+        depth: Some(depth),
+        heading: Some(heading.clone()),
+        acceleration,
+        rates,
+        attitude: [Some(roll.clone()), Some(pitch.clone()), Some(heading)],
+        inclination: [Some(roll), Some(pitch)],
+        ..CoupledRecord::empty("a", time_s[time_s.len() - 1])
+    };
+    (plant, record)
+}
+
+/// Masses and drag come back from fixes each second, depth, heading and acceleration.
+#[test]
+fn a_vehicle_without_a_velocity_sensor_comes_back_within_its_intervals() {
+    let (truth, record) = without_velocity(7, 150);
+    let fit = fit_coupled(truth.structure(), &[&record], None, false).expect("an optimum");
+    for (term, &expected) in truth.structure().terms().iter().zip(truth.coefficients()) {
+        let Some(found) = fit.plant.coefficient(term) else { continue };
+        let std = fit.std(term).expect("fitted");
+        assert!((found - expected).abs() < 4.0 * std, "{term}: {found} ± {std}, not {expected}");
+        if let Basis::Mass(a, b) = term {
+            assert!(a != b || std < 0.05 * expected, "{term}: {found} ± {std}");
+        }
+    }
+    let (noise, _) = fit.instruments["depth_noise"];
+    assert!((noise / 0.01 - 1.0).abs() < 0.15, "{noise} m");
+    let (noise, _) = fit.instruments["position_noise"];
+    assert!((noise / 0.2 - 1.0).abs() < 0.15, "{noise} m");
+}
+
+#[test]
+fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_measured() {
+    let (plant, record) = without_velocity(5, 40);
+    let record = logged_often(record);
+    let schedules = Schedule::whole(&[&record], plant.structure(), Attitude::State);
+    let schedule = &schedules[0];
+    let noise = Noise::<6, 9> {
+        disturbance: [0.5, 0.4, 0.6, 0.02, 0.03, 0.02].into(),
+        correlation_s: [4.0, 5.0, 3.0, 6.0, 3.0, 4.0].into(),
+        velocity: [0.5, 0.5, 0.5, 0.011, 0.01, 0.5].into(),
+        attitude: 0.012,
+        instruments: InstrumentNoise {
+            numbers: [0.25, 0.012, 0.013, 0.06, 0.05, 0.07, 0.06, 40.0],
+            active: [true; InstrumentNoise::COUNT],
+        },
+        drift: Some(filter::Drift { std_m_s: 0.03, correlation_s: 25.0 }),
+    };
+    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
+    let prepared = |coefficients: &[f64]| {
+        let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
+        Prepared::<6>::new(&plant).expect("six axes")
+    };
+    fn pass<'a>(
+        plant: &'a Prepared<6>,
+        (schedule, pushes): (&'a Schedule, &'a [HeldForce]),
+        current: [f64; 2],
+        noise: &'a Noise<6, 9>,
+    ) -> Pass<'a, 6, 9> {
+        Pass { plant, schedule, pushes, current, noise }
+    }
+    let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
+    let (base, current) = (prepared(&off), [0.04, -0.03]);
+    let (slope, gains) = pass(&base, (schedule, &pushes), current, &noise).by_plant();
+    let check = |found: f64, at: &dyn Fn(f64) -> f64, step: f64, least: f64, name: &str| {
+        let expected = (at(step) - at(-step)) / (2.0 * step);
+        let part = (found - expected).abs() / expected.abs().max(least);
+        assert!(part < LINEARISATION, "{name}: {found} and {expected}");
+    };
+    for (k, term) in plant.structure().terms().iter().enumerate() {
+        let at = |step: f64| {
+            let mut moved = off.clone();
+            moved[k] += step;
+            pass(&prepared(&moved), (schedule, &pushes), current, &noise).at_gains(&gains)
+        };
+        let step = 1e-6 * off[k].abs().max(0.1);
+        check(slope.gradient[k], &at, step, 1.0, &term.to_string());
+    }
+    for direction in 0..2 {
+        let at = |step: f64| {
+            let mut moved = current;
+            moved[direction] += step;
+            pass(&base, (schedule, &pushes), moved, &noise).at_gains(&gains)
+        };
+        let found = slope.gradient[off.len() + Actuator::COUNT + direction];
+        check(found, &at, 1e-6, 1.0, "current");
+    }
+    let truth = prepared(plant.coefficients());
+    let of_noise = |noise: &Noise<6, 9>| {
+        let pass = pass(&truth, (schedule, &pushes), current, noise);
+        (pass.by_noise(), pass.innovations().0)
+    };
+    let (slope, cost) = of_noise(&noise);
+    assert!((slope.cost - cost).abs() < 1e-9 * cost.abs());
+    let logarithms = noise.logarithms();
+    for k in 0..logarithms.len() {
+        let at = |step: f64| {
+            let mut moved = logarithms.clone();
+            moved[k] += step;
+            of_noise(&noise.with_logarithms(&moved)).1
+        };
+        // Beside its own standard deviation.
+        let least = slope.information[(k, k)].sqrt().max(1.0);
+        check(slope.gradient[k], &at, 1e-5, least, &format!("noise {k}"));
+    }
 }

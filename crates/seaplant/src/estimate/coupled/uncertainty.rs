@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::filter::{Drift, Innovation, Noise};
+use super::filter::{Drift, Innovation, InstrumentNoise, Noise};
 use super::fit::{Point, Problem};
 use super::{AxisNoise, CurrentDrift};
 use crate::estimate::PRECISION;
@@ -61,13 +61,17 @@ pub(super) fn disturbances<const N: usize, const M: usize>(
     structure: &Structure,
     noise: &Noise<N, M>,
     covariance: &DMatrix<f64>,
+    is_unmeasured: impl Fn(usize) -> bool,
 ) -> BTreeMap<Dof, AxisNoise> {
     let with_std = |x: f64, k: usize| (x, x * covariance[(k, k)].sqrt());
     let of = |(i, &dof): (usize, &Dof)| {
         let found = AxisNoise {
             disturbance: with_std(noise.disturbance[i], i),
             correlation_s: with_std(noise.correlation_s[i], N + i),
-            velocity: with_std(noise.velocity[i], 2 * N + i),
+            velocity: match is_unmeasured(i) {
+                true => (noise.velocity[i], f64::INFINITY),
+                false => with_std(noise.velocity[i], 2 * N + i),
+            },
         };
         (dof, found)
     };
@@ -82,6 +86,18 @@ pub(super) fn attitude_noise<const N: usize, const M: usize>(
     (M > N).then(|| (noise.attitude, noise.attitude * covariance[(k, k)].sqrt()))
 }
 
+/// Noise of the instruments, by its name in results.
+pub(super) fn instruments<const N: usize, const M: usize>(
+    noise: &Noise<N, M>,
+    covariance: &DMatrix<f64>,
+) -> BTreeMap<&'static str, (f64, f64)> {
+    let of = |(place, number): (usize, usize)| {
+        let (value, k) = (noise.instruments.numbers[number], Noise::<N, M>::INSTRUMENTS + place);
+        (InstrumentNoise::NAMES[number].0, (value, value * covariance[(k, k)].sqrt()))
+    };
+    noise.instruments.needed().enumerate().map(of).collect()
+}
+
 pub(super) fn current_drift<const N: usize, const M: usize>(
     noise: &Noise<N, M>,
     covariance: &DMatrix<f64>,
@@ -89,8 +105,8 @@ pub(super) fn current_drift<const N: usize, const M: usize>(
     let Drift { std_m_s, correlation_s } = noise.drift?;
     let with_std = |x: f64, k: usize| (x, x * covariance[(k, k)].sqrt());
     Some(CurrentDrift {
-        std_m_s: with_std(std_m_s, Noise::<N, M>::DRIFT),
-        correlation_s: with_std(correlation_s, Noise::<N, M>::DRIFT + 1),
+        std_m_s: with_std(std_m_s, noise.first_of_drift()),
+        correlation_s: with_std(correlation_s, noise.first_of_drift() + 1),
     })
 }
 
@@ -132,7 +148,8 @@ pub(super) fn whiteness<const N: usize, const M: usize>(
     let of = |(axis, &dof): (usize, &Dof)| {
         let apart = if problem.by_slope[dof.index()] { APART_OF_SLOPES } else { 1 };
         let of_axis = |trial: &Vec<Innovation>| -> Vec<f64> {
-            let own = trial.iter().filter(|innovation| innovation.axis == axis).step_by(apart);
+            let own =
+                trial.iter().filter(|innovation| innovation.axis == Some(axis)).step_by(apart);
             own.map(Innovation::normalised).collect()
         };
         let mut series: Vec<Vec<f64>> = trials.iter().map(of_axis).collect();

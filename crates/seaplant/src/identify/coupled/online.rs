@@ -41,6 +41,7 @@ fn plant(
     vehicle: &Vehicle,
     options: &OnlineOptions,
 ) -> Result<CoupledOnline, Error> {
+    records.fit.iter().try_for_each(|record| check_velocity(record))?;
     let as_it_acts: Vec<CoupledRecord> =
         records.fit.iter().map(|record| acting(found, record)).collect::<Result<_, Error>>()?;
     let as_it_acts: Vec<&CoupledRecord> = as_it_acts.iter().collect();
@@ -61,6 +62,21 @@ fn plant(
     plant.caveats.extend(beside_batch(found, &fit, &plant, &records.fit, vehicle));
     plant.caveats.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
     Ok(plant)
+}
+
+/// A method that works sample by sample is fed velocities.
+///
+/// # Errors
+/// [`Error::MissingChannel`] where acceleration alone tells one.
+fn check_velocity(record: &CoupledRecord) -> Result<(), Error> {
+    match record.by_acceleration.contains(&true) {
+        false => Ok(()),
+        true => Err(Error::MissingChannel {
+            trial: record.trial.clone(),
+            what: "a velocity of every translation".to_owned(),
+            advice: "methods that work sample by sample need one: map velocity or position, or leave these methods out".to_owned(),
+        }),
+    }
 }
 
 /// Doubts that show beside the batch, in what is known of the vehicle, and on trials.

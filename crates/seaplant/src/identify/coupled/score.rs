@@ -244,7 +244,10 @@ fn motions(
     let followed = |plant: &Plant, inputs: &Inputs, start: &Vector6<f64>| match simulate(
         plant, inputs, start, &times,
     ) {
-        Ok(simulated) => Ok(Some(simulated)),
+        Ok(mut simulated) => {
+            simulated.velocity = record.as_gained(&times, &simulated.velocity);
+            Ok(Some(simulated))
+        }
         Err(Error::Diverged { .. }) => Ok(None),
         Err(other) => Err(other),
     };

@@ -1,7 +1,8 @@
 //! How mean and covariance change with the numbers of the noise.
 
-use nalgebra::{Matrix2, SVector, Vector3};
+use nalgebra::{SVector, Vector3};
 
+use super::navigation::{Crossed, FadeChange, InstrumentNoise};
 use super::noise::{Impulse, Noise, push_by};
 use super::state::{Covariance, Seen, State, Transition};
 use super::{Pass, add_of_down};
@@ -18,7 +19,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     pub(super) fn spread(&self, axis: usize, impulse: &Impulse) -> Covariance<N, M> {
         let of_velocity = self.plant.inverse().column(axis).into_owned();
         let column: SVector<f64, M> = with_down(&of_velocity, Vector3::zeros);
-        let mut added = Covariance::zeros();
+        let mut added = self.no_covariance();
         added.xx = column * column.transpose() * impulse.variance;
         added.xf.set_column(axis, &(column * impulse.with_force));
         added.ff[(axis, axis)] = impulse.of_force;
@@ -27,27 +28,36 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
 
     /// What all disturbances add to the covariance over a step.
     pub(super) fn process(&self, h: f64) -> Covariance<N, M> {
-        let mut sum = Covariance::zeros();
+        let mut sum = self.no_covariance();
         (0..N).for_each(|axis| sum.add(&self.process_of(axis, h), 1.0));
-        sum.ww = Matrix2::identity() * self.noise.of_water().process(h);
+        self.process_of_navigation(h, &mut sum);
         sum
     }
 
     /// How the k-th logarithm of the noise changes a step.
     pub(super) fn process_change(&self, k: usize, h: f64) -> Change<N, M> {
         let axis = k % N;
-        let mut change = Change { process: Covariance::zeros(), fade: None, fade_of_water: 0.0 };
-        if let Some(of_drift) = k.checked_sub(Noise::<N, M>::DRIFT) {
+        let mut change = Change { process: self.no_covariance(), fade: None, of_navigation: None };
+        if let Some(of_drift) = k.checked_sub(self.noise.first_of_drift()) {
             let drift = self.noise.of_water();
             let by = match of_drift {
                 0 => 2.0 * drift.process(h),
                 _ => {
                     let rho = drift.fade(h);
-                    change.fade_of_water = rho * h / drift.correlation_s;
-                    -2.0 * drift.std_m_s.powi(2) * rho * change.fade_of_water
+                    let by = rho * h / drift.correlation_s;
+                    let states = [Some(0), Some(1), None];
+                    change.of_navigation = Some(FadeChange { states, by });
+                    -2.0 * drift.std_m_s.powi(2) * rho * by
                 }
             };
-            change.process.ww = Matrix2::identity() * by;
+            (0..2).for_each(|k| change.process.oo[(k, k)] = by);
+            return change;
+        }
+        if let Some(place) = k.checked_sub(Noise::<N, M>::INSTRUMENTS) {
+            if let Some(number) = self.noise.instruments.needed().nth(place) {
+                change.of_navigation =
+                    self.process_change_of_instruments(number, h, &mut change.process);
+            }
             return change;
         }
         match k / N {
@@ -64,19 +74,33 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     }
 
     pub(super) fn noise_followers(&self) -> Vec<Follower<N, M>> {
-        let mut followers = vec![Follower::zeros(); self.noise.count()];
+        let none = Follower {
+            mean: State::zeros(self.schedule.layout.count),
+            covariance: self.no_covariance(),
+        };
+        let mut followers = vec![none; self.noise.count()];
         if let Some(drift) = self.noise.drift {
             let by = 2.0 * drift.std_m_s.powi(2);
-            followers[Noise::<N, M>::DRIFT].covariance.of_first_water(&self.first_water(), by);
+            let first = self.noise.first_of_drift();
+            followers[first].covariance.of_first_water(&self.first_water(), by);
         }
         for axis in 0..N {
             followers[axis].covariance.ff[(axis, axis)] =
                 2.0 * self.noise.disturbance[axis].powi(2);
-            followers[2 * N + axis].covariance.xx = self.first_of_velocity(axis) * 2.0;
+            if self.is_measured(axis) {
+                followers[2 * N + axis].covariance.xx = self.first_of_velocity(axis) * 2.0;
+            }
         }
         if M > N {
             let of_down = self.first_of_down() * (2.0 * self.noise.attitude.powi(2));
             add_of_down(&mut followers[Noise::<N, M>::ATTITUDE].covariance.xx, &of_down);
+        }
+        let instruments = &self.noise.instruments;
+        if instruments.active[InstrumentNoise::OFFSET] {
+            let place = Noise::<N, M>::INSTRUMENTS + instruments.place(InstrumentNoise::OFFSET);
+            let by = 2.0 * instruments.numbers[InstrumentNoise::OFFSET].powi(2);
+            let offsets = self.schedule.layout.offset.into_iter().flatten();
+            offsets.for_each(|state| followers[place].covariance.oo[(state, state)] = by);
         }
         followers
     }
@@ -127,8 +151,8 @@ impl<const N: usize, const M: usize> Process<N, M> {
 pub(super) struct Change<const N: usize, const M: usize> {
     pub(super) process: Covariance<N, M>,
     pub(super) fade: Option<Fade>,
-    /// The change of what is left of the current's changes after a step.
-    pub(super) fade_of_water: f64,
+    /// States beside motion of which another part is left.
+    pub(super) of_navigation: Option<FadeChange>,
 }
 
 /// An axis whose disturbance fades otherwise.
@@ -148,55 +172,50 @@ pub(super) struct Follower<const N: usize, const M: usize> {
 }
 
 impl<const N: usize, const M: usize> Follower<N, M> {
-    pub(super) fn zeros() -> Self {
-        Self { mean: State::zeros(), covariance: Covariance::zeros() }
-    }
-
+    /// `covariance` and `mean` are those before the step; `crossed` is theirs.
     pub(super) fn predict(
         &mut self,
         step: &Transition<N, M>,
-        covariance: &Covariance<N, M>,
+        (covariance, crossed): (&Covariance<N, M>, Option<&Crossed<N, M>>),
         mean: &State<N, M>,
         change: &Change<N, M>,
     ) {
-        self.covariance.predict(step, &change.process);
-        self.mean.step(step);
+        let before = self.covariance;
+        let mut own = crossed.map(|_| before.crossed(step));
+        self.covariance.predict_motion(step, &change.process);
+        let mut pushed = SVector::zeros();
         if let Some(fade) = &change.fade {
-            self.fade(fade, step, covariance, mean);
+            pushed = self.fade(fade, step, covariance);
+            if let Some(own) = &mut own {
+                own.fade(fade, &pushed, covariance);
+            }
+            pushed *= mean.disturbance[fade.axis];
         }
-        if change.fade_of_water > 0.0 {
-            self.fade_water(change.fade_of_water, step, covariance, mean);
+        self.mean.step(step, &pushed);
+        if let Some(fade) = &change.fade {
+            self.mean.disturbance[fade.axis] += fade.by * mean.disturbance[fade.axis];
+        }
+        if let (Some(own), Some(crossed), Some(rows)) = (own, crossed, &step.rows) {
+            self.covariance.navigated(&before, &own, (rows, &change.process));
+            if let Some(fade) = &change.of_navigation {
+                self.covariance.fade_otherwise(fade, covariance, crossed, rows);
+                for state in fade.states.into_iter().flatten() {
+                    self.mean.navigation[state] += fade.by * mean.navigation[state];
+                }
+            }
         }
     }
 
-    pub(super) fn fade_water(
-        &mut self,
-        by: f64,
-        step: &Transition<N, M>,
-        covariance: &Covariance<N, M>,
-        mean: &State<N, M>,
-    ) {
-        self.mean.water += mean.water * by;
-        let own = step.by_motion * covariance.xw + step.by_disturbance * covariance.fw;
-        self.covariance.xw += own * by;
-        for j in 0..2 {
-            let faded = covariance.fw.column(j).component_mul(&step.fade) * by;
-            self.covariance.fw.set_column(j, &(self.covariance.fw.column(j) + faded));
-        }
-        self.covariance.ww += covariance.ww * (2.0 * step.fade_of_water * by);
-    }
-
-    pub(super) fn fade(
+    /// Adds what it is to motion and disturbance that an axis's disturbance fades otherwise; what that
+    /// pushes for each unit of it.
+    fn fade(
         &mut self,
         fade: &Fade,
         step: &Transition<N, M>,
         covariance: &Covariance<N, M>,
-        mean: &State<N, M>,
-    ) {
+    ) -> SVector<f64, M> {
         let axis = fade.axis;
         let push = step.by_disturbance.column(axis) * fade.push;
-        self.mean.motion += push * mean.disturbance[axis];
-        self.mean.disturbance[axis] += fade.by * mean.disturbance[axis];
         let v =
             times(&step.by_motion, &covariance.xf) + times(&step.by_disturbance, &covariance.ff);
         let own = v.column(axis).into_owned();
@@ -211,9 +230,7 @@ impl<const N: usize, const M: usize> Follower<N, M> {
             self.covariance.ff[(i, axis)] += cross;
             self.covariance.ff[(axis, i)] += cross;
         }
-        self.covariance.xw += push * covariance.fw.row(axis) * step.fade_of_water;
-        let own = covariance.fw.row(axis) * (fade.by * step.fade_of_water);
-        self.covariance.fw.set_row(axis, &(self.covariance.fw.row(axis) + own));
+        push
     }
 
     /// The changes of innovation and its variance; then of the state.
@@ -235,5 +252,25 @@ impl<const N: usize, const M: usize> Follower<N, M> {
         self.mean.add(&gain, e_by - 0.5 * s_by / s * e);
         self.covariance.subtract_both(&half, column);
         (e_by, s_by)
+    }
+}
+
+impl<const N: usize, const M: usize> Crossed<N, M> {
+    /// Adds what it is to motion and disturbance after a step that an axis's disturbance fades
+    /// otherwise, which pushes so for each unit of it; `covariance` is that before the step.
+    fn fade(&mut self, fade: &Fade, push: &SVector<f64, M>, covariance: &Covariance<N, M>) {
+        let axis = fade.axis;
+        let own = covariance.xf.column(axis);
+        self.xx += own * push.transpose();
+        for i in 0..M {
+            self.xf[(i, axis)] += own[i] * fade.by;
+        }
+        for k in 0..covariance.count {
+            let with_force = covariance.fo[(axis, k)];
+            for i in 0..M {
+                self.xo[(i, k)] += push[i] * with_force;
+            }
+            self.fo[(axis, k)] += fade.by * with_force;
+        }
     }
 }

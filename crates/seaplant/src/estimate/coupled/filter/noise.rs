@@ -2,6 +2,7 @@
 
 use nalgebra::{DVector, SVector};
 
+use super::navigation::InstrumentNoise;
 use super::state::Of;
 use crate::motion::Decay;
 
@@ -16,6 +17,8 @@ pub(in crate::estimate::coupled) struct Noise<const N: usize, const M: usize> {
     pub(in crate::estimate::coupled) velocity: SVector<f64, N>,
     /// Standard deviation of a sample of roll and of pitch, rad, where attitude is a state: M > N.
     pub(in crate::estimate::coupled) attitude: f64,
+    /// Noise of what measures position, depth, heading and acceleration.
+    pub(in crate::estimate::coupled) instruments: InstrumentNoise,
     /// How the current changes; none if it is constant.
     pub(in crate::estimate::coupled) drift: Option<Drift>,
 }
@@ -61,6 +64,7 @@ impl<const N: usize> Noise<N, N> {
             correlation_s: placed(self.correlation_s),
             velocity: placed(self.velocity),
             attitude,
+            instruments: self.instruments,
             drift: self.drift,
         }
     }
@@ -70,45 +74,56 @@ impl<const N: usize, const M: usize> Noise<N, M> {
     /// Where the logarithm of the attitude's noise stands, if attitude is a state.
     pub(in crate::estimate::coupled) const ATTITUDE: usize = 3 * N;
 
-    /// Where the logarithms of the current's changes stand: standard deviation, correlation time.
-    pub(in crate::estimate::coupled) const DRIFT: usize =
+    /// Where the logarithms of the instruments' noise stand.
+    pub(in crate::estimate::coupled) const INSTRUMENTS: usize =
         Self::ATTITUDE + if M > N { 1 } else { 0 };
 
-    /// How many numbers there are where the current changes.
-    pub(in crate::estimate::coupled) const COUNT: usize = Self::DRIFT + 2;
-
-    /// How many numbers there are.
-    pub(in crate::estimate::coupled) const fn count(&self) -> usize {
-        if self.drift.is_some() { Self::COUNT } else { Self::DRIFT }
+    /// Where the logarithms of the current's changes stand: standard deviation, correlation time.
+    pub(in crate::estimate::coupled) fn first_of_drift(&self) -> usize {
+        Self::INSTRUMENTS + self.instruments.count()
     }
 
-    /// Their logarithms, shape (3 N,), one more where attitude is a state, two where the current
-    /// changes.
+    /// How many numbers there are.
+    pub(in crate::estimate::coupled) fn count(&self) -> usize {
+        self.first_of_drift() + if self.drift.is_some() { 2 } else { 0 }
+    }
+
+    /// Their logarithms, shape (3 N,), one more where attitude is a state, those of the instruments
+    /// that are needed, two where the current changes.
     pub(in crate::estimate::coupled) fn logarithms(&self) -> DVector<f64> {
         let parts = [self.disturbance, self.correlation_s, self.velocity];
         let of_axes = parts.into_iter().flat_map(|part| part.map(f64::ln).data.0[0]);
         let of_attitude = (M > N).then(|| self.attitude.ln());
+        let of_instruments = self.instruments.needed().map(|k| self.instruments.numbers[k].ln());
         let of_water =
             self.drift.iter().flat_map(|drift| [drift.std_m_s.ln(), drift.correlation_s.ln()]);
-        DVector::from_vec(of_axes.chain(of_attitude).chain(of_water).collect())
+        let all = of_axes.chain(of_attitude).chain(of_instruments).chain(of_water);
+        DVector::from_vec(all.collect())
     }
 
-    /// The numbers of such logarithms.
-    pub(in crate::estimate::coupled) fn of(logarithms: &DVector<f64>) -> Self {
+    /// The same with the numbers of such logarithms.
+    pub(in crate::estimate::coupled) fn with_logarithms(&self, logarithms: &DVector<f64>) -> Self {
         let part = |k: usize| SVector::from_fn(|i, _| logarithms[k * N + i].exp());
-        let drift = (logarithms.len() > Self::DRIFT).then(|| Drift {
-            std_m_s: logarithms[Self::DRIFT].exp(),
-            correlation_s: logarithms[Self::DRIFT + 1].exp(),
+        let first = self.first_of_drift();
+        let drift = self.drift.map(|_| Drift {
+            std_m_s: logarithms[first].exp(),
+            correlation_s: logarithms[first + 1].exp(),
         });
         let attitude = if M > N { logarithms[Self::ATTITUDE].exp() } else { 0.0 };
-        Self { disturbance: part(0), correlation_s: part(1), velocity: part(2), attitude, drift }
+        let mut instruments = self.instruments;
+        for (place, k) in self.instruments.needed().enumerate() {
+            instruments.numbers[k] = logarithms[Self::INSTRUMENTS + place].exp();
+        }
+        let [disturbance, correlation_s, velocity] = [0, 1, 2].map(part);
+        Self { disturbance, correlation_s, velocity, attitude, instruments, drift }
     }
 
     /// Where the logarithm of a measurement's noise stands.
-    pub(super) fn place_of(of: &Of) -> usize {
+    pub(super) fn place_of(&self, of: &Of) -> usize {
         match of {
             Of::Velocity(place) => 2 * N + place,
             Of::Down(_) => Self::ATTITUDE,
+            Of::Navigation { number, .. } => Self::INSTRUMENTS + self.instruments.place(*number),
         }
     }
 

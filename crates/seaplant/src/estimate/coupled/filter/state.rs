@@ -1,7 +1,8 @@
 //! The state, its covariance, and how a step and a measurement change them.
 
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 
+use super::navigation::{Crossed, MOST, Rows};
 use crate::motion::{apply, subtract_outer, subtract_outers, times, times_transposed};
 
 /// The state, or a change of it.
@@ -10,24 +11,29 @@ pub(super) struct State<const N: usize, const M: usize> {
     /// ν_r, and where M = N + 3 the world's down in body axes.
     pub(super) motion: SVector<f64, M>,
     pub(super) disturbance: SVector<f64, N>,
-    /// What the current is beside its mean, north and east.
-    pub(super) water: Vector2<f64>,
+    /// What the current is beside its mean, north and east, and what else motion drives.
+    pub(super) navigation: [f64; MOST],
+    /// How many of these there are.
+    pub(super) count: usize,
 }
 
 impl<const N: usize, const M: usize> State<N, M> {
-    pub(super) fn zeros() -> Self {
-        Self { motion: SVector::zeros(), disturbance: SVector::zeros(), water: Vector2::zeros() }
+    pub(super) fn zeros(count: usize) -> Self {
+        let navigation = [0.0; MOST];
+        Self { motion: SVector::zeros(), disturbance: SVector::zeros(), navigation, count }
     }
 
     /// Adds x times another.
     pub(super) fn add(&mut self, other: &Self, x: f64) {
         self.motion += other.motion * x;
         self.disturbance += other.disturbance * x;
-        self.water += other.water * x;
+        for k in 0..self.count {
+            self.navigation[k] += other.navigation[k] * x;
+        }
     }
 
     pub(super) fn scaled(&self, x: f64) -> Self {
-        let mut scaled = Self::zeros();
+        let mut scaled = Self::zeros(self.count);
         scaled.add(self, x);
         scaled
     }
@@ -35,17 +41,24 @@ impl<const N: usize, const M: usize> State<N, M> {
     /// What a measurement sees of it.
     pub(super) fn seen(&self, seen: &Seen) -> f64 {
         match seen.of {
-            Of::Velocity(place) => seen.along(place, &self.motion) + seen.water.dot(&self.water),
+            Of::Velocity(place) => {
+                let [north, east, ..] = self.navigation;
+                seen.along(place, &self.motion) + seen.water.dot(&Vector2::new(north, east))
+            }
             Of::Down(across) => (0..3).map(|i| self.motion[N + i] * across[i]).sum(),
+            Of::Navigation { state, .. } => self.navigation[state],
         }
     }
 
-    /// A step; what else moves it is added to it.
-    pub(super) fn step(&mut self, step: &Transition<N, M>) {
+    /// A step of a change of the state; `own` is what else changes the motion after it.
+    pub(super) fn step(&mut self, step: &Transition<N, M>, own: &SVector<f64, M>) {
+        let before = self.motion;
         self.motion =
-            apply(&step.by_motion, &self.motion) + apply(&step.by_disturbance, &self.disturbance);
+            apply(&step.by_motion, &before) + apply(&step.by_disturbance, &self.disturbance) + own;
         self.disturbance.component_mul_assign(&step.fade);
-        self.water *= step.fade_of_water;
+        if let Some(rows) = &step.rows {
+            self.step_navigation(&before, rows);
+        }
     }
 }
 
@@ -79,29 +92,34 @@ pub(super) enum Of {
     Velocity(usize),
     /// The world's down in a direction across it.
     Down(Vector3<f64>),
+    /// One of the states that motion drives, with a number of the instruments' noise and the axis
+    /// that its innovations count to.
+    Navigation { state: usize, number: usize, axis: Option<usize> },
 }
 
-/// Covariance of the state; `xf` is that of motion (row) with disturbance (column), and w stands
-/// for the water.
+/// Covariance of the state; `xf` is that of motion (row) with disturbance (column), and o stands for
+/// what motion drives.
 #[derive(Clone, Copy)]
 pub(super) struct Covariance<const N: usize, const M: usize> {
     pub(super) xx: SMatrix<f64, M, M>,
     pub(super) xf: SMatrix<f64, M, N>,
     pub(super) ff: SMatrix<f64, N, N>,
-    pub(super) xw: SMatrix<f64, M, 2>,
-    pub(super) fw: SMatrix<f64, N, 2>,
-    pub(super) ww: Matrix2<f64>,
+    pub(super) xo: SMatrix<f64, M, MOST>,
+    pub(super) fo: SMatrix<f64, N, MOST>,
+    pub(super) oo: SMatrix<f64, MOST, MOST>,
+    pub(super) count: usize,
 }
 
 impl<const N: usize, const M: usize> Covariance<N, M> {
-    pub(super) fn zeros() -> Self {
+    pub(super) fn zeros(count: usize) -> Self {
         Self {
             xx: SMatrix::zeros(),
             xf: SMatrix::zeros(),
             ff: SMatrix::zeros(),
-            xw: SMatrix::zeros(),
-            fw: SMatrix::zeros(),
-            ww: Matrix2::zeros(),
+            xo: SMatrix::zeros(),
+            fo: SMatrix::zeros(),
+            oo: SMatrix::zeros(),
+            count,
         }
     }
 
@@ -109,36 +127,49 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
     /// ground: `ν_r = y − W c`.
     pub(super) fn of_first_water(&mut self, water: &SMatrix<f64, M, 2>, variance: f64) {
         self.xx += water * water.transpose() * variance;
-        self.xw -= water * variance;
-        self.ww += Matrix2::identity() * variance;
+        for k in 0..2 {
+            let mut own = self.xo.column_mut(k);
+            own -= water.column(k) * variance;
+            self.oo[(k, k)] += variance;
+        }
     }
 
     /// The covariance of the state with what a measurement sees of it.
     pub(super) fn seen(&self, seen: &Seen) -> State<N, M> {
+        let mut state = State::zeros(self.count);
         match seen.of {
             Of::Velocity(place) => {
-                let mut state = State {
-                    motion: self.xx.column(place) + self.xw * seen.water,
-                    disturbance: self.xf.row(place).transpose() + self.fw * seen.water,
-                    water: self.xw.row(place).transpose() + self.ww * seen.water,
-                };
+                self.add_to(&mut state, place, 1.0);
+                if seen.water != Vector2::zeros() {
+                    (0..2).for_each(|k| self.add_navigation_to(&mut state, k, seen.water[k]));
+                }
                 let turns = seen.turns.iter().flatten();
                 turns.for_each(|(rate, arm)| self.add_to(&mut state, *rate, *arm));
-                state
             }
             Of::Down(across) => {
-                let mut state = State::zeros();
                 across.iter().enumerate().for_each(|(i, x)| self.add_to(&mut state, N + i, *x));
-                state
             }
+            Of::Navigation { state: k, .. } => self.add_navigation_to(&mut state, k, 1.0),
         }
+        state
     }
 
     /// Adds x times the covariance of the state with a place of motion.
     fn add_to(&self, state: &mut State<N, M>, place: usize, x: f64) {
         state.motion += self.xx.column(place) * x;
         state.disturbance += self.xf.row(place).transpose() * x;
-        state.water += self.xw.row(place).transpose() * x;
+        for k in 0..self.count {
+            state.navigation[k] += self.xo[(place, k)] * x;
+        }
+    }
+
+    /// The same with one of the states that motion drives.
+    fn add_navigation_to(&self, state: &mut State<N, M>, place: usize, x: f64) {
+        state.motion += self.xo.column(place) * x;
+        state.disturbance += self.fo.column(place) * x;
+        for k in 0..self.count {
+            state.navigation[k] += self.oo[(k, place)] * x;
+        }
     }
 
     /// Less `a bᵀ`.
@@ -146,12 +177,11 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         subtract_outer(&mut self.xx, &a.motion, &b.motion);
         subtract_outer(&mut self.xf, &a.motion, &b.disturbance);
         subtract_outer(&mut self.ff, &a.disturbance, &b.disturbance);
-        if b.water == Vector2::zeros() {
-            return;
+        for k in 0..self.count {
+            if b.navigation[k] != 0.0 {
+                self.less(k, (a, b.navigation[k]));
+            }
         }
-        self.xw -= a.motion * b.water.transpose();
-        self.fw -= a.disturbance * b.water.transpose();
-        self.ww -= a.water * b.water.transpose();
     }
 
     /// Less `a bᵀ + b aᵀ`.
@@ -160,23 +190,48 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         subtract_outers(&mut self.xf, (&a.motion, &b.disturbance), (&b.motion, &a.disturbance));
         let (of_a, of_b) = (&a.disturbance, &b.disturbance);
         subtract_outers(&mut self.ff, (of_a, of_b), (of_b, of_a));
-        if a.water == Vector2::zeros() && b.water == Vector2::zeros() {
-            return;
+        for k in 0..self.count {
+            let (by_a, by_b) = (a.navigation[k], b.navigation[k]);
+            if by_a == 0.0 && by_b == 0.0 {
+                continue;
+            }
+            self.less(k, (a, by_b));
+            self.less(k, (b, by_a));
         }
-        self.xw -= a.motion * b.water.transpose() + b.motion * a.water.transpose();
-        self.fw -= a.disturbance * b.water.transpose() + b.disturbance * a.water.transpose();
-        self.ww -= a.water * b.water.transpose() + b.water * a.water.transpose();
+    }
+
+    /// Takes x times a state from its covariance with one of those that motion drives.
+    fn less(&mut self, k: usize, (state, x): (&State<N, M>, f64)) {
+        let of = |own: &mut [f64], taken: &[f64]| {
+            own.iter_mut().zip(taken).for_each(|(own, taken)| *own -= taken * x);
+        };
+        of(&mut self.xo.data.0[k], &state.motion.data.0[0]);
+        of(&mut self.fo.data.0[k], &state.disturbance.data.0[0]);
+        of(&mut self.oo.data.0[k], &state.navigation);
     }
 
     pub(super) fn add(&mut self, other: &Self, weight: f64) {
         self.xx += other.xx * weight;
         self.xf += other.xf * weight;
         self.ff += other.ff * weight;
-        self.ww += other.ww * weight;
     }
 
-    /// Φ P Φᵀ + Q.
-    pub(super) fn predict(&mut self, step: &Transition<N, M>, process: &Self) {
+    /// Φ P Φᵀ + Q; `crossed` is that of before with after, where there is more than a constant
+    /// current.
+    pub(super) fn predict(
+        &mut self,
+        step: &Transition<N, M>,
+        process: &Self,
+        crossed: Option<&Crossed<N, M>>,
+    ) {
+        let before = crossed.map(|_| *self);
+        self.predict_motion(step, process);
+        if let (Some(before), Some(crossed), Some(rows)) = (before, crossed, &step.rows) {
+            self.navigated(&before, crossed, (rows, process));
+        }
+    }
+
+    pub(super) fn predict_motion(&mut self, step: &Transition<N, M>, process: &Self) {
         let (a, b, fade) = (&step.by_motion, &step.by_disturbance, &step.fade);
         let u = times(a, &self.xx) + times_transposed(b, &self.xf);
         let v = times(a, &self.xf) + times(b, &self.ff);
@@ -193,19 +248,6 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         // motion is unstable, as by Munk's moment, that grows until variances are negative.
         symmetrise(&mut self.xx);
         symmetrise(&mut self.ff);
-        if step.fade_of_water < 1.0 {
-            self.predict_water(step, process);
-        }
-    }
-
-    pub(super) fn predict_water(&mut self, step: &Transition<N, M>, process: &Self) {
-        let rho = step.fade_of_water;
-        self.xw = (step.by_motion * self.xw + step.by_disturbance * self.fw) * rho;
-        for j in 0..2 {
-            let faded = self.fw.column(j).component_mul(&step.fade) * rho;
-            self.fw.set_column(j, &faded);
-        }
-        self.ww = self.ww * (rho * rho) + process.ww;
     }
 }
 
@@ -225,12 +267,14 @@ pub(super) struct Transition<const N: usize, const M: usize> {
     pub(super) by_motion: SMatrix<f64, M, M>,
     pub(super) by_disturbance: SMatrix<f64, M, N>,
     pub(super) fade: SVector<f64, N>,
-    /// 1 of a constant current.
-    pub(super) fade_of_water: f64,
+    /// Of the states that motion drives; none where a constant current is all.
+    pub(super) rows: Option<Rows<M>>,
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Matrix2;
+
     use super::*;
 
     /// As Munk's moment makes sway and yaw: one direction grows, another hardly fades. What of the
@@ -243,16 +287,16 @@ mod tests {
             by_motion: turn * Matrix2::new(1.03, 0.0, 0.0, 0.999) * turn.transpose(),
             by_disturbance: Matrix2::new(0.02, 0.003, 0.003, 0.04),
             fade: Vector2::new(0.99, 0.995),
-            fade_of_water: 1.0,
+            rows: None,
         };
-        let mut process = Covariance::<2, 2>::zeros();
+        let mut process = Covariance::<2, 2>::zeros(2);
         process.xx = Matrix2::identity() * 1e-8;
         process.ff = Matrix2::identity() * 1e-4;
-        let mut covariance = Covariance::<2, 2>::zeros();
+        let mut covariance = Covariance::<2, 2>::zeros(2);
         covariance.xx = Matrix2::identity() * 1e-4;
         covariance.ff = Matrix2::identity();
         for k in 0..5000 {
-            covariance.predict(&step, &process);
+            covariance.predict(&step, &process, None);
             for axis in 0..2 {
                 let (of, water) = (Of::Velocity(axis), Vector2::zeros());
                 let seen = Seen { of, water, turns: None, spread: 1.0 };
