@@ -7,8 +7,9 @@ use seaplant::exchange::PlantModel;
 use seaplant::twin::{TwinCampaign, TwinSpec, WholeTwinSpec, make, make_whole};
 use serde::{Deserialize, Serialize};
 
+use crate::bounded::text_of;
 use crate::published::published_path;
-use crate::toml_file::{resolve, text_of};
+use crate::toml_file::resolve;
 use crate::{Error, read_plant_file, read_toml};
 
 /// What a twin is and does: with `vehicle` it is a whole one, else each axis moves by itself.

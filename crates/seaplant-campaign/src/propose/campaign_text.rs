@@ -4,12 +4,11 @@ use seaplant::quantity::Attitude;
 use seaplant::{Dof, Quantity};
 use seaplant_log::{Log, Note, ReadOptions, Stamp, TimeColumn};
 
-use super::ProposedTrial;
-use super::mapping::{Mapped, Mapping};
-use super::ros_thruster::UNTOLD;
 use super::together::measures_all;
+use super::trial::ProposedTrial;
 use super::vehicle_text::is_of_receiver;
 use super::write::{Page, quoted, seconds};
+use crate::columns::{Mapped, Mapping, UNTOLD};
 
 /// The file's text, and what is left to decide.
 pub(super) fn write(

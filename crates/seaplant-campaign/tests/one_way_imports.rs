@@ -1,0 +1,19 @@
+//! Files of the crate import one way.
+
+#[path = "../../seaplant/tests/imports/mod.rs"]
+mod imports;
+
+use std::path::Path;
+
+use imports::{Sources, circle};
+
+#[test]
+fn no_module_imports_one_that_imports_it() {
+    let sources = Sources::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    let files = sources.arrows(|module| module.join("/"));
+    assert!(files.contains_key(&("propose".to_owned(), "columns/mapping".to_owned())), "{files:?}");
+    let top = sources.arrows(|module| module[0].clone());
+    for around in [circle(&files), circle(&top)].into_iter().flatten() {
+        panic!("a circle of imports:\n{around}");
+    }
+}
