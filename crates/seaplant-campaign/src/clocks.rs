@@ -5,27 +5,27 @@ use std::path::Path;
 use seaplant::{ClockOffset, Recording, Timed, Vehicle, estimate_offset};
 use seaplant_log::{Log, Unit};
 
-use crate::propose::{Proposed, told_by_names};
+use crate::columns::{Recognised, recognise};
 use crate::units::dimension_of;
 
 /// What each file of a log tells of motion and thrust, by the names of its columns.
 pub(crate) fn recordings(log: &Log) -> Vec<Recording> {
-    let of_file = |proposed: Vec<Proposed>| {
-        let series = |proposed: &Proposed| Some((proposed.quantity.clone(), si(log, proposed)?));
-        proposed.iter().filter_map(series).collect()
+    let of_file = |columns: Vec<Recognised>| {
+        let series = |column: &Recognised| Some((column.quantity.clone(), si(log, column)?));
+        columns.iter().filter_map(series).collect()
     };
-    told_by_names(log).into_iter().map(of_file).collect()
+    recognise(log).into_iter().map(of_file).collect()
 }
 
 /// A column in SI units; `None` of one without a unit.
-fn si(log: &Log, proposed: &Proposed) -> Option<Timed> {
-    let channel = &log.channels()[proposed.channel];
-    let wanted = dimension_of(proposed.quantity.kind());
-    let unit = match (proposed.unit, &channel.unit) {
+fn si(log: &Log, column: &Recognised) -> Option<Timed> {
+    let channel = &log.channels()[column.channel];
+    let wanted = dimension_of(column.quantity.kind());
+    let unit = match (column.unit, &channel.unit) {
         (Some(unit), _) => Unit::parse_as(unit, wanted).ok()?,
         (None, header) => header.as_ref()?.resolve(wanted).ok()?,
     };
-    let sign = if proposed.negate { -1.0 } else { 1.0 };
+    let sign = if column.negate { -1.0 } else { 1.0 };
     let values: Vec<f64> = channel.values().iter().map(|x| sign * unit.to_si(*x)).collect();
     Timed::new(&channel.column, channel.time_s(), values).ok()
 }

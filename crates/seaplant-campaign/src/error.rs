@@ -1,7 +1,5 @@
 use std::path::{Path, PathBuf};
 
-use crate::excerpt::excerpt;
-
 /// Why a campaign could not be read or run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -112,12 +110,6 @@ pub enum Error {
 }
 
 impl Error {
-    pub(crate) fn value(path: &Path, key: impl Into<String>, reason: impl Into<String>) -> Self {
-        let (key, reason) = (key.into(), reason.into());
-        let excerpt = excerpt(path, &key);
-        Self::Value { path: path.to_owned(), key, reason, excerpt }
-    }
-
     pub(crate) fn model(path: &Path) -> impl FnOnce(seaplant::Error) -> Self + '_ {
         move |source| Self::Model { path: path.to_owned(), source }
     }

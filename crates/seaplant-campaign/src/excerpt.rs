@@ -6,13 +6,23 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::toml_file;
+use crate::Error;
+use crate::bounded::text_of;
+
+impl Error {
+    /// A wrong value, with the line of the file that holds it.
+    pub(crate) fn value(path: &Path, key: impl Into<String>, reason: impl Into<String>) -> Self {
+        let (key, reason) = (key.into(), reason.into());
+        let excerpt = excerpt(path, &key);
+        Self::Value { path: path.to_owned(), key, reason, excerpt }
+    }
+}
 
 /// The line that holds `key`, as an error shows it; empty if it cannot be told.
 ///
 /// A key is what an error calls the place: ``trial `dive 1`, from_s``, `channels."depth".unit`.
-pub(crate) fn excerpt(path: &Path, key: &str) -> String {
-    let text = toml_file::text_of(path);
+fn excerpt(path: &Path, key: &str) -> String {
+    let text = text_of(path);
     find(&text, key).map(|span| marked(&text, span)).unwrap_or_default()
 }
 

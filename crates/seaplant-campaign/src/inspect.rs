@@ -4,16 +4,11 @@ use schemars::JsonSchema;
 use seaplant_log::{Channel, Figure, Gap, Log, Note, Survey, SurveyedChannel};
 use serde::{Deserialize, Serialize};
 
-mod angles;
 mod clocks;
-mod remarks;
-mod runs;
 
-pub(crate) use angles::looks_like_degrees;
 pub use clocks::{InspectedEpoch, InspectedOffset};
-pub(crate) use remarks::{Remark, remarks, short};
 
-use remarks::remarks_within;
+use crate::remarks::remarks_within;
 
 /// What a log holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

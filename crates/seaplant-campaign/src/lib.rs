@@ -4,9 +4,11 @@
 //! brings the logs' columns to SI units and hands the trials to [`seaplant`].
 
 mod bench;
+mod bounded;
 mod campaign;
 mod campaign_file;
 mod clocks;
+mod columns;
 mod doubts;
 mod error;
 mod excerpt;
@@ -20,14 +22,17 @@ mod profile;
 mod propose;
 mod published;
 mod recording;
+mod remarks;
 mod toml_file;
 mod twin_file;
 mod twin_files;
 mod units;
 mod validate;
 mod vehicle_file;
+mod words;
 
 pub use bench::{Bench, BenchColumns, read_bench};
+pub use bounded::read_bounded;
 pub use campaign::{Campaign, bollard_result, campaign_files, fit_bench, read_logs, trial_of_log};
 pub use campaign_file::{
     Between, BollardPullEntry, CampaignFile, ChannelEntry, DofEntry, EstimateWord, FileTimeEntry,
@@ -39,7 +44,9 @@ pub use inspect::{
     ChannelSummary, InspectedEpoch, InspectedFile, InspectedOffset, Inspection, inspect,
     inspect_survey,
 };
-pub use monte_carlo::{MonteCarloTable, WholeMonteCarloTable, monte_carlo, monte_carlo_whole};
+pub use monte_carlo::{
+    MonteCarloTable, WholeMonteCarloTable, monte_carlo, monte_carlo_of_several_axes,
+};
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use profile::{
@@ -49,7 +56,7 @@ pub use profile::{
 pub use propose::{Proposal, propose};
 pub use published::{nearest_published, published_names, read_plant_file};
 pub use recording::SourcedTrial;
-pub use toml_file::{of_json, read_bounded, read_toml};
+pub use toml_file::{of_json, read_toml};
 pub use twin_file::{TwinError, TwinFile};
 pub use twin_files::{TextFile, twin_files};
 pub use validate::{Simulation, Validation, validate, validate_table};

@@ -5,32 +5,21 @@
 
 use std::path::{Path, PathBuf};
 
-use seaplant::{Dof, Quantity};
+use seaplant::Dof;
 use seaplant_log::{Log, ReadOptions};
 
 mod activity;
-mod afloat;
-mod angles;
-mod autopilot;
 mod campaign_text;
-mod claim;
-mod mapping;
-mod pd0;
-mod px4;
-mod ros;
-mod ros_thruster;
-mod session;
 mod together;
+mod trial;
 mod vehicle_text;
-pub(crate) mod words;
 mod write;
 
-use activity::{Score, Window, driven, thrust_varies, windows};
-use mapping::{Mapped, Mapping, map};
-pub(crate) use session::are_alike;
-use session::{Session, sessions};
+use activity::{Window, driven, thrust_varies, windows};
+use trial::ProposedTrial;
 use write::relative;
 
+use crate::columns::{Mapped, Session, map, sessions};
 use crate::preset::VehiclePreset;
 
 /// Two files to finish by hand.
@@ -42,30 +31,6 @@ pub struct Proposal {
     pub campaign_toml: String,
     /// What a human must decide, a line each; the files say the same where it matters.
     pub open_questions: Vec<String>,
-}
-
-/// A trial to propose.
-struct ProposedTrial {
-    name: String,
-    logs: Vec<String>,
-    /// Which of the mapping's sessions it is of.
-    session: usize,
-    window: Window,
-    /// The axis that it looks made for, unless it moves several together.
-    dof: Dof,
-    /// The axes that it moves together, if it does.
-    together: Vec<Dof>,
-    scores: Vec<Score>,
-    /// Whether thrust changes while it works.
-    varies: bool,
-    hold_out: bool,
-}
-
-impl ProposedTrial {
-    /// The axis that it is made for; `None` if it moves several together.
-    fn alone(&self) -> Option<Dof> {
-        self.together.is_empty().then_some(self.dof)
-    }
 }
 
 /// Proposes the files for a log.
@@ -96,31 +61,6 @@ pub fn propose(
         .flat_map(|(file, all)| all.into_iter().map(move |question| format!("{file}: {question}")))
         .collect();
     Proposal { vehicle_toml, campaign_toml, open_questions }
-}
-
-/// A column that seems to hold a quantity.
-pub(crate) struct Proposed {
-    pub quantity: Quantity,
-    /// Index into the log's channels.
-    pub channel: usize,
-    /// The unit, where the header does not state it.
-    pub unit: Option<&'static str>,
-    pub negate: bool,
-}
-
-/// What the names of the columns tell, file by file.
-pub(crate) fn told_by_names(log: &Log) -> Vec<Vec<Proposed>> {
-    let files: Vec<Session> = (0..log.sources().len()).map(|file| Session::of(log, file)).collect();
-    let of_file = |mapped: Vec<Mapped>| {
-        let proposed = mapped.into_iter().map(|Mapped { claim, channel, .. }| Proposed {
-            quantity: claim.quantity,
-            channel,
-            unit: claim.unit,
-            negate: claim.negate,
-        });
-        proposed.collect()
-    };
-    map(log, &files).sessions.into_iter().map(of_file).collect()
 }
 
 fn trials_of(
@@ -184,16 +124,5 @@ fn hold_out_the_last(trials: &mut [ProposedTrial]) {
         if let [_, .., last] = candidates[..] {
             trials[last].hold_out = true;
         }
-    }
-}
-
-impl Mapping {
-    /// The thrusters, with the first session's input.
-    fn thrusters(&self) -> Vec<(&str, &Mapped)> {
-        self.all().into_iter().filter_map(|mapped| Some((mapped.thruster()?, mapped))).collect()
-    }
-
-    fn has(&self, wanted: impl Fn(&Quantity) -> bool) -> bool {
-        self.sessions.iter().flatten().any(|mapped| wanted(mapped.quantity()))
     }
 }

@@ -10,16 +10,18 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use seaplant::results::InputFile;
-use seaplant::{Caveat, SEA_WATER_KG_M3, Vehicle, exact};
+use seaplant::{
+    Caveat, CaveatCode, Fin, SEA_WATER_KG_M3, Surface, ThrustUncertainty, Thruster, Vehicle, exact,
+};
 use serde::{Deserialize, Serialize};
 
 pub use curve::{
     CurveEntry, EstimateCurveEntry, OpenWaterEntry, PresetCurveEntry, QuadraticEntry, TableEntry,
-    VoltageEntry,
+    UncertaintyEntry, VoltageEntry,
 };
 pub use fin::{FinEntry, FlowEntry, LiftEntry, StraighteningEntry, WindEntry};
 pub use sensor::{AttitudeEntry, DvlEntry, ImuEntry, PositionEntry, SensorEntries};
-pub use thruster::{ThrusterEntry, UncertaintyEntry};
+pub use thruster::ThrusterEntry;
 
 use crate::plant_file::{BuoyancyEntry, RigidBodyEntry};
 use crate::preset::VehiclePreset;
@@ -205,5 +207,113 @@ impl VehicleFile {
             return Err(Error::value(path, "draught_m", "must be a positive number of m"));
         }
         self.sensor.check(path)
+    }
+
+    /// The thrusters of a known vehicle, as far as the file does not say otherwise, and then
+    /// those that it adds.
+    fn entries(&self) -> Vec<ThrusterEntry> {
+        let known = self.preset.map(VehiclePreset::thrusters).unwrap_or_default();
+        let stated = |name: &str| self.thruster.iter().find(|entry| entry.name == name).cloned();
+        let completed = known.iter().map(|known| {
+            let stated = stated(known.name).unwrap_or_else(|| ThrusterEntry::called(known.name));
+            ThrusterEntry {
+                position_m: stated.position_m.or(Some(known.position_m)),
+                direction: stated.direction.or(Some(known.direction)),
+                ..stated
+            }
+        });
+        let is_known = |entry: &&ThrusterEntry| known.iter().any(|known| known.name == entry.name);
+        let added = self.thruster.iter().filter(|entry| !is_known(entry)).cloned();
+        completed.chain(added).collect()
+    }
+
+    fn thruster(
+        &self,
+        entry: &ThrusterEntry,
+        path: &Path,
+        inputs: &mut Vec<InputFile>,
+    ) -> Result<Thruster, Error> {
+        let lacks = |key: &str| {
+            let reason = toml_file::missing(path, key);
+            Error::value(path, format!("thruster `{}`", entry.name), reason)
+        };
+        let position_m = entry.position_m.ok_or_else(|| lacks("position_m"))?;
+        let direction = entry.direction.ok_or_else(|| lacks("direction"))?;
+        let direction = if entry.reversed { direction.map(|d| -d) } else { direction };
+        let curve =
+            entry.curve.as_ref().or(self.thruster_curve.as_ref()).ok_or_else(|| {
+                match self.preset {
+                    Some(_) => {
+                        let reason =
+                            "missing field `curve`\nadd it, or a thruster_curve for all thrusters";
+                        Error::value(path, format!("thruster `{}`", entry.name), reason)
+                    }
+                    None => lacks("curve"),
+                }
+            })?;
+        let (curve_entry, curve) = (curve, curve.read(path, &entry.name, inputs)?);
+        let usual = curve_entry.usual_uncertainty();
+        let UncertaintyEntry { forward, reverse } = entry.thrust_uncertainty.unwrap_or(usual);
+        Thruster::new(&entry.name, position_m, direction, curve)
+            .and_then(|t| match entry.azimuth_axis {
+                Some(axis) => t.turned_about(axis),
+                None => Ok(t),
+            })
+            .and_then(|t| t.with_uncertainty(ThrustUncertainty { forward, reverse }))
+            .map_err(Error::model(path))
+    }
+
+    /// Thrusters that nobody measured on this vehicle.
+    fn caveat(&self) -> Option<Caveat> {
+        let preset = self.preset?;
+        let measured = |name: &str| {
+            self.thruster.iter().any(|entry| entry.name == name && entry.position_m.is_some())
+        };
+        let assumed = preset.thrusters().iter().filter(|known| !measured(known.name)).count();
+        let message = format!(
+            "the positions of {assumed} thrusters are those of the preset {}, not measured, and moments \
+             in roll, pitch and yaw depend on them: measure your vehicle and state position_m",
+            preset.key()
+        );
+        (assumed > 0).then(|| Caveat::note(CaveatCode::PresetGeometry, message))
+    }
+
+    /// Whether the curve of a thruster is that of open water.
+    fn is_open_water(&self, name: Option<&String>) -> bool {
+        let entries = self.entries();
+        let thruster = name.and_then(|name| entries.iter().find(|known| known.name == *name));
+        let curve = thruster.map(|entry| entry.curve.as_ref().or(self.thruster_curve.as_ref()));
+        matches!(curve, Some(Some(CurveEntry::OpenWater(_))))
+    }
+
+    /// Rudders and fins, each with a name of its own.
+    fn fins(&self, path: &Path) -> Result<Vec<Fin>, Error> {
+        let rudders = self.rudder.iter().map(|entry| (Surface::Rudder, entry));
+        let all = rudders.chain(self.fin.iter().map(|entry| (Surface::Fin, entry)));
+        let mut names: BTreeSet<&String> = self.thruster.iter().map(|entry| &entry.name).collect();
+        let mut fins = Vec::new();
+        for (kind, entry) in all {
+            let key = format!("{} `{}`", kind.name(), entry.name);
+            if !names.insert(&entry.name) || entry.name == "wind" {
+                let reason = "is used twice; give each rudder, fin and thruster its own name, other than `wind`";
+                return Err(Error::value(path, key, reason));
+            }
+            if entry.name.is_empty() || entry.name.chars().any(char::is_control) {
+                let reason = "its name is empty or holds a control character; give it another";
+                return Err(Error::value(path, key, reason));
+            }
+            if entry.flow.is_some() && !self.is_open_water(entry.slipstream.as_ref()) {
+                let reason = "needs a slipstream: a thruster whose curve has kind = \"open-water\"; name it, or leave flow out";
+                return Err(Error::value(path, format!("{key}, flow"), reason));
+            }
+            if let Some(ahead) = &entry.slipstream
+                && !self.entries().iter().any(|known| known.name == *ahead)
+            {
+                let reason = format!("the vehicle has no thruster `{ahead}` ahead of it");
+                return Err(Error::value(path, format!("{key}, slipstream"), reason));
+            }
+            fins.push(entry.fin(kind, path)?);
+        }
+        Ok(fins)
     }
 }

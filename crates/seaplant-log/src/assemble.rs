@@ -7,12 +7,12 @@ use std::sync::Arc;
 
 use crate::column::{Column, Samples, tell_apart};
 use crate::content::Origin;
+use crate::figure::{Figure, Portion};
 use crate::heading::Heading;
 use crate::limits::{MOST_COLUMNS, check_names, too_many_columns};
 use crate::log::{Channel, LeftOut, Log, Reason};
 use crate::note::Note;
 use crate::order::{Order, Times};
-use crate::survey::{Figure, Portion};
 use crate::{Epoch, Error, ReadOptions};
 
 /// A clock that leaps ahead by more than this was set, s.

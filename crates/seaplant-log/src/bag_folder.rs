@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 
+use crate::Error;
 use crate::log::{Channel, LeftOut, Log, Source};
-use crate::{Error, ReadOptions, read};
 
 /// What a recorder writes beside its recordings.
 const INDEX: &str = "metadata.yaml";
@@ -47,15 +47,17 @@ fn listed(index: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Reads the recordings of a folder as one log, of which the folder is the source.
-pub(crate) fn read_all(
+/// The logs of a folder's recordings, in their order, as one log, of which the folder is the source.
+///
+/// # Errors
+/// The first of the recordings'; [`Error::Directory`] without any.
+pub(crate) fn join(
     folder: &Path,
-    recordings: &[PathBuf],
-    options: &ReadOptions,
+    recordings: impl Iterator<Item = Result<Log, Error>>,
 ) -> Result<Log, Error> {
     let mut all: Option<Log> = None;
-    for path in recordings {
-        let next = read::read(path, options)?;
+    for next in recordings {
+        let next = next?;
         all = Some(match all {
             Some(before) => follow(before, next),
             None => next,
@@ -89,7 +91,7 @@ fn follow(mut log: Log, next: Log) -> Log {
         let same =
             |known: &&mut Channel| known.column == channel.column && known.unit == channel.unit;
         match log.channels.iter_mut().find(same) {
-            Some(known) => join(known, &channel, &mut joined),
+            Some(known) => extend(known, &channel, &mut joined),
             None => log.channels.push(Channel { source: 0, ..channel }),
         }
     }
@@ -126,7 +128,7 @@ impl Joined {
     }
 }
 
-fn join(known: &mut Channel, next: &Channel, all: &mut Vec<Joined>) {
+fn extend(known: &mut Channel, next: &Channel, all: &mut Vec<Joined>) {
     let is_it = |joined: &Joined| {
         Arc::ptr_eq(&joined.of[0], &known.time_s) && Arc::ptr_eq(&joined.of[1], &next.time_s)
     };

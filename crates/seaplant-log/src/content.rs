@@ -3,11 +3,9 @@
 use std::fs::File;
 use std::io::{self, BufReader, Chain, Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
-use sha2::{Digest, Sha256};
-
-use crate::excerpt::{self, Excerpt};
+use crate::hashed::Hashed;
 use crate::log::Source;
 use crate::note::Note;
 use crate::progress;
@@ -62,20 +60,18 @@ impl Content {
     }
 
     fn new(path: &Path, raw: Box<dyn Read + Send>, file: Option<u64>) -> Result<Self, Error> {
-        let hashed = Hashed(Arc::new(Mutex::new(Raw { raw, hash: Sha256::new(), bytes: 0 })));
+        let hashed = Hashed::new(raw);
         let (unpacking, in_part) = (Vec::new(), None);
         let origin = Origin { path: path.to_owned(), raw: hashed.clone(), unpacking, in_part };
         Self::with_head(origin, Box::new(hashed), file)
     }
 
-    /// Parts of the file in place of all of it.
+    /// Parts of the file in place of all of it, which has so many bytes.
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub(crate) fn excerpt(mut self, excerpt: &Excerpt) -> Result<Self, Error> {
-        let failed = |error| self.origin.failed(error);
-        let parts = excerpt::stream(self.path(), excerpt).map_err(failed)?;
-        self.origin.in_part = Some(excerpt.size);
+    pub(crate) fn in_part(mut self, parts: Box<dyn Read + Send>, size: u64) -> Result<Self, Error> {
+        self.origin.reads_in_part(size);
         Self::with_head(self.origin, parts, None)
     }
 
@@ -251,44 +247,19 @@ impl Origin {
             return Ok(Source { path, bytes, sha256, format, epoch });
         }
         io::copy(&mut self.raw.clone(), &mut io::sink()).map_err(|e| self.failed(e))?;
-        let raw = self.raw.lock();
-        let digest = raw.hash.clone().finalize();
         let packings = self.unpacking.iter().rev().map(|unpacking| unpacking.packing());
         let format = packings.fold(format, |format, packing| format!("{format}, {packing}"));
-        let sha256 = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Source { path, bytes: raw.bytes, sha256, format, epoch })
+        let (bytes, sha256) = (self.raw.passed(), self.raw.sha256());
+        Ok(Source { path, bytes, sha256, format, epoch })
     }
 }
 
-/// The file's own bytes, hashed as they are read.
-pub(crate) struct Raw {
-    raw: Box<dyn Read + Send>,
-    hash: Sha256,
-    bytes: u64,
-}
-
-/// Shared by what reads and by the [`Origin`], which reads what others leave.
-#[derive(Clone)]
-pub(crate) struct Hashed(Arc<Mutex<Raw>>);
-
-impl Hashed {
-    /// How many bytes of the file were read so far.
-    pub(crate) fn passed(&self) -> u64 {
-        self.lock().bytes
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Raw> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Read for Hashed {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let mut raw = self.lock();
-        let read = raw.raw.read(buffer)?;
-        raw.hash.update(&buffer[..read]);
-        raw.bytes += read as u64;
-        progress::add_read(read as u64);
-        Ok(read)
-    }
+/// Whether bytes are no text: a NUL, or more control characters than any text has.
+pub(crate) fn is_binary(head: &[u8]) -> bool {
+    /// How far control characters are counted.
+    const LOOK: usize = 8 * 1024;
+    let start = &head[..head.len().min(LOOK)];
+    let is_control = |b: u8| b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c) || b == 0x7f;
+    let control = start.iter().filter(|&&b| is_control(b)).count();
+    start.contains(&0) || 50 * control > start.len()
 }

@@ -1,11 +1,12 @@
 //! What can go wrong, in words that a person can act on.
 
+use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::lookup::list;
-use crate::unit::{Dimension, symbols_of};
-use crate::unpack::TooMuch;
+use crate::dimension::Dimension;
+use crate::spelling::list;
+use crate::symbol::{self, symbols_of};
 
 /// Why a log could not be read, or a column not be found.
 #[derive(Debug, thiserror::Error)]
@@ -531,6 +532,24 @@ pub enum Error {
     },
 }
 
+/// An archive holds more than a log of its size can: a reason of [`io::Error`] that
+/// [`Error::io`] recognises.
+#[derive(Debug)]
+pub(crate) struct TooMuch {
+    /// How many bytes were unpacked,
+    pub(crate) unpacked: u64,
+    /// of how many.
+    pub(crate) packed: u64,
+}
+
+impl fmt::Display for TooMuch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} bytes unpack to more than {}", self.packed, self.unpacked)
+    }
+}
+
+impl std::error::Error for TooMuch {}
+
 impl Error {
     pub(crate) fn io(path: &Path, source: io::Error) -> Self {
         let too_much = source.get_ref().and_then(|inner| inner.downcast_ref::<TooMuch>());
@@ -570,7 +589,7 @@ fn unit_advice(nearest: &Option<&'static str>, expected: &Option<Dimension>) -> 
     let known: Vec<&str> = match (nearest, expected) {
         (Some(near), _) => return format!("did you mean {near:?}?"),
         (None, Some(expected)) => symbols_of(*expected).collect(),
-        (None, None) => crate::Unit::known().collect(),
+        (None, None) => symbol::known().collect(),
     };
     format!("write one of {}", known.join(", "))
 }

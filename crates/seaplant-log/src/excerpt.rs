@@ -6,10 +6,9 @@ use std::path::Path;
 
 use crate::Error;
 use crate::content::Content;
-use crate::format::Format;
+use crate::framing::Frame;
+use crate::glance::Thoroughness;
 use crate::note::Note;
-use crate::readers::{dataflash, pd0, tlog};
-use crate::survey::Thoroughness;
 
 /// Parts of a file, in order, the first of which starts it and the last of which ends it.
 pub(crate) struct Excerpt {
@@ -49,6 +48,26 @@ impl Excerpt {
             _ => note,
         }
     }
+
+    /// The pieces one after the other, in place of the file.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub(crate) fn content(&self, whole: Content) -> Result<Content, Error> {
+        let path = whole.path().to_owned();
+        let pieces = self.stream(&path).map_err(|error| Error::io(&path, error))?;
+        whole.in_part(pieces, self.size)
+    }
+
+    fn stream(&self, path: &Path) -> std::io::Result<Box<dyn Read + Send>> {
+        let mut all: Box<dyn Read + Send> = Box::new(std::io::empty());
+        for piece in &self.pieces {
+            let mut file = std::fs::File::open(path)?;
+            file.seek(SeekFrom::Start(piece.start))?;
+            all = Box::new(all.chain(file.take(piece.end - piece.start)));
+        }
+        Ok(all)
+    }
 }
 
 /// Finds parts of a file that can be read by the reader of the whole; `None` where they cannot be
@@ -58,7 +77,7 @@ impl Excerpt {
 /// [`Error::Io`].
 pub(crate) fn of(
     content: &Content,
-    format: Format,
+    frame: Frame,
     how: Thoroughness,
 ) -> Result<Option<Excerpt>, Error> {
     let Some(size) = content.file_length() else { return Ok(None) };
@@ -76,7 +95,7 @@ pub(crate) fn of(
         let start = (u128::from(size - part) * u128::from(k) / u128::from(count - 1)) as u64;
         file.seek(SeekFrom::Start(start)).map_err(failed)?;
         file.read_exact(&mut bytes).map_err(failed)?;
-        let framing = framing.get_or_insert_with(|| Framing::of(format, &bytes));
+        let framing = framing.get_or_insert_with(|| frame(&bytes));
         let Some(whole) = framing.as_ref().and_then(|framing| framing.records(&bytes, k == 0))
         else {
             return Ok(None);
@@ -90,113 +109,9 @@ pub(crate) fn of(
     Ok(Some(excerpt))
 }
 
-/// What parts records.
-enum Framing {
-    /// The end of a line.
-    Lines,
-    /// The length of the record that bytes start with.
-    Records(Box<Length>),
-}
-
-/// The length of the record that bytes start with; `None` where they start with none.
-type Length = dyn Fn(&[u8]) -> Option<usize>;
-
-impl Framing {
-    /// How a file of a format is framed that starts with `head`.
-    fn of(format: Format, head: &[u8]) -> Option<Self> {
-        match format {
-            Format::Text if encoding_rs::Encoding::for_bom(head).is_none() => Some(Self::Lines),
-            Format::DataFlash => Some(Self::Records(Box::new(dataflash::framing(head)?))),
-            Format::Tlog => Some(Self::Records(Box::new(tlog::record_length))),
-            Format::Pd0 => Some(Self::Records(Box::new(pd0::record_length))),
-            _ => None,
-        }
-    }
-
-    /// The whole records within bytes, which start with one if they are the `first` of the file.
-    fn records(&self, bytes: &[u8], first: bool) -> Option<Range<usize>> {
-        match self {
-            Self::Lines => lines(bytes, first),
-            Self::Records(length) => {
-                let found = records(bytes, length)?;
-                Some(if first { 0..found.end } else { found })
-            }
-        }
-    }
-}
-
-/// The whole lines within bytes, unless a quoted cell may run over several.
-fn lines(bytes: &[u8], first: bool) -> Option<Range<usize>> {
-    let end = 1 + bytes.iter().rposition(|&byte| byte == b'\n')?;
-    let start = if first { 0 } else { 1 + bytes.iter().position(|&byte| byte == b'\n')? };
-    let rows = bytes.get(start..end).filter(|rows| !rows.is_empty())?;
-    let paired = |line: &[u8]| line.iter().filter(|&&byte| byte == b'"').count() % 2 == 0;
-    rows.split(|&byte| byte == b'\n').all(paired).then_some(start..end)
-}
-
-/// The whole records within bytes, from the first of a row of several that follow each other: one
-/// alone may be chance.
-fn records(bytes: &[u8], length: impl Fn(&[u8]) -> Option<usize>) -> Option<Range<usize>> {
-    const ROW: usize = 8;
-    let follows = |start: &usize| {
-        let step = |at: usize| Some(at + length(&bytes[at..])?);
-        (0..ROW).try_fold(*start, |at, _| step(at)).is_some()
-    };
-    let start = (0..bytes.len()).find(follows)?;
-    let (mut at, mut end) = (start, start);
-    while at < bytes.len() {
-        match length(&bytes[at..]) {
-            Some(length) => {
-                at += length;
-                end = at;
-            }
-            // Damage: the reader tells of it.
-            None => at += 1,
-        }
-    }
-    Some(start..end)
-}
-
-/// What reads the pieces one after the other.
-pub(crate) fn stream(path: &Path, excerpt: &Excerpt) -> std::io::Result<Box<dyn Read + Send>> {
-    let mut all: Box<dyn Read + Send> = Box::new(std::io::empty());
-    for piece in &excerpt.pieces {
-        let mut file = std::fs::File::open(path)?;
-        file.seek(SeekFrom::Start(piece.start))?;
-        all = Box::new(all.chain(file.take(piece.end - piece.start)));
-    }
-    Ok(all)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Records of 0xaa, their length, and as many bytes more as it says.
-    fn length(bytes: &[u8]) -> Option<usize> {
-        let length = 2 + usize::from(*bytes.get(1)?);
-        (bytes[0] == 0xaa && length <= bytes.len()).then_some(length)
-    }
-
-    #[test]
-    fn records_that_are_cut_are_left_out_at_both_ends() {
-        let record = [0xaa, 3, 1, 2, 3];
-        let mut bytes = record[2..].to_vec();
-        for _ in 0..9 {
-            bytes.extend(record);
-        }
-        bytes.extend(&record[..4]);
-        assert_eq!(records(&bytes, length), Some(3..48));
-        assert_eq!(records(&bytes[..30], length), None, "too few to be sure");
-    }
-
-    #[test]
-    fn lines_that_are_cut_are_left_out() {
-        assert_eq!(lines(b"5,6\n7,8\n9,1", false), Some(4..8));
-        assert_eq!(lines(b"t,u\n7,8\n9,1", true), Some(0..8));
-        assert_eq!(lines(b"7,8", false), None);
-        assert_eq!(lines(b"7\n8,\"a\nb\",9\n1\n", false), None);
-    }
 
     #[test]
     fn bytes_of_the_excerpt_are_found_in_the_file() {

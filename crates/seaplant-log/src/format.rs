@@ -6,14 +6,16 @@
 //!    [`Content::stream`], [`Content::seekable`] or [`Content::bytes`] and hands groups of samples
 //!    to an [`Assembly`](crate::assemble::Assembly), which sorts them, drops what is no number or
 //!    repeats a time, and makes the [`Log`]. A table goes through [`tabular`](crate::tabular).
-//! 2. A [`Format`] with its name, a line in [`Format::RECOGNISED`] and one in [`read`].
+//! 2. A [`Format`] with its name, a line in [`Format::RECOGNISED`] and one in [`read`]; one in
+//!    [`Format::framing`] if its records can be told from each other anywhere in a file.
 //! 3. Tests in `tests/NAME.rs`: every channel against files that an independent writer makes by
 //!    `tests/reference/make_NAME.py` (see `tests/common/python.rs`), and errors and notes by their
 //!    whole text. Small files of the same script for `tests/robust/`, which damages them by the
 //!    thousand, and smaller ones by `fuzz/make_corpus.py` for `scripts/fuzz NAME`, which searches
 //!    further, and for `tests/robust/corpus.rs`, which names the readers that have such.
 
-use crate::content::Content;
+use crate::content::{Content, is_binary};
+use crate::framing::Frame;
 use crate::grid::{self, Grid};
 use crate::readers::{
     arrow_ipc, dataflash, gzip, hdf5, mat5, mcap, nmea, parquet, pd0, rosbag1, sqlite, text, tlog,
@@ -105,6 +107,18 @@ impl Format {
             Self::Unsupported(name) => name,
         }
     }
+
+    /// Determines how records are framed; `None` of a format of which parts cannot be read by the
+    /// reader of the complete file.
+    pub(crate) fn framing(self) -> Option<Frame> {
+        match self {
+            Self::Text => Some(text::framing),
+            Self::DataFlash => Some(dataflash::framing),
+            Self::Tlog => Some(tlog::framing),
+            Self::Pd0 => Some(pd0::framing),
+            _ => None,
+        }
+    }
 }
 
 /// Reads a log of any format.
@@ -127,8 +141,8 @@ pub(crate) fn read_as(
     match format {
         Format::Text => text::read(content, options),
         Format::Nmea => nmea::read(content, options),
-        Format::Gzip => gzip::read(content, options),
-        Format::Zstd => zstd::read(content, options),
+        Format::Gzip => read(gzip::unpack(content)?, options),
+        Format::Zstd => read(zstd::unpack(content)?, options),
         Format::Xlsx => xlsx::read(content, options),
         Format::Parquet => parquet::read(content, options),
         Format::ArrowIpc => arrow_ipc::read(content, options),
@@ -183,13 +197,3 @@ const MAGIC: &[(usize, &[u8], &str)] = &[
     (0, b"FEA1", "a Feather file of version 1"),
     (0, b"%PDF", "a PDF document"),
 ];
-
-/// Whether bytes are no text: a NUL, or more control characters than any text has.
-pub(crate) fn is_binary(head: &[u8]) -> bool {
-    /// How far control characters are counted.
-    const LOOK: usize = 8 * 1024;
-    let start = &head[..head.len().min(LOOK)];
-    let is_control = |b: u8| b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c) || b == 0x7f;
-    let control = start.iter().filter(|&&b| is_control(b)).count();
-    start.contains(&0) || 50 * control > start.len()
-}

@@ -4,8 +4,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use crate::Error;
-use crate::content::{Content, Origin};
-use crate::format::is_binary;
+use crate::content::{Content, Origin, is_binary};
 
 /// A text, its first bytes at hand, the rest to be read.
 pub(crate) struct Input {

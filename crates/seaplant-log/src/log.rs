@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::figure::Portion;
 use crate::lookup::{self, Candidate};
 use crate::note::Note;
-use crate::read::{ReadOptions, read};
-use crate::survey::Portion;
 use crate::{Epoch, Error, Unit};
 
 /// The channels of one or several files, each at its own times.
@@ -102,21 +101,6 @@ impl LeftOut {
 }
 
 impl Log {
-    /// Reads the files of one trial; each channel keeps the times of its file.
-    ///
-    /// # Errors
-    /// [`Error::NoFiles`], and whatever [`read`] fails with.
-    pub fn open(files: &[(PathBuf, ReadOptions)]) -> Result<Self, Error> {
-        if files.is_empty() {
-            return Err(Error::NoFiles);
-        }
-        let mut log = Self::default();
-        for (path, options) in files {
-            log = log.merge(read(path, options)?);
-        }
-        Ok(log)
-    }
-
     /// Puts the channels of two logs side by side, those of `other` last; equal times of both
     /// are kept once.
     #[must_use]

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::Error;
+use crate::spelling::{fold, nearest};
 
 /// A column that may be asked for.
 pub(crate) struct Candidate<'a> {
@@ -12,9 +13,6 @@ pub(crate) struct Candidate<'a> {
     /// Whether it holds no value, so that a namesake that does goes first.
     pub(crate) empty: bool,
 }
-
-/// How many names a message lists before "and N more".
-const LISTED: usize = 12;
 
 /// Finds `wanted` among `candidates`: by header text, by name, then whatever the case; or as
 /// `FILE:COLUMN`.
@@ -101,43 +99,6 @@ fn missing(wanted: &str, among: &[usize], candidates: &[Candidate<'_>]) -> Error
     Error::NoChannel { wanted: wanted.to_owned(), paths, nearest: near, available }
 }
 
-/// Case and spacing set aside.
-pub(crate) fn fold(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
-}
-
-/// The targets of the at most `limit` spellings most like `wanted`, the nearest first.
-pub(crate) fn nearest<'a>(
-    wanted: &str,
-    spellings: impl Iterator<Item = (&'a str, &'a str)>,
-    limit: usize,
-) -> Vec<&'a str> {
-    /// Jaro–Winkler similarity below which two names have little but letters in common.
-    const ALIKE: f64 = 0.8;
-    let wanted = fold(wanted);
-    let mut scored: Vec<(f64, &str)> = spellings
-        .map(|(spelling, target)| (strsim::jaro_winkler(&wanted, &fold(spelling)), target))
-        .filter(|(score, _)| *score >= ALIKE)
-        .collect();
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut found: Vec<&str> = Vec::new();
-    for (_, target) in scored {
-        if found.len() < limit && !found.contains(&target) {
-            found.push(target);
-        }
-    }
-    found
-}
-
-/// Names in quotes, the first twelve, "and N more".
-pub(crate) fn list(names: &[String]) -> String {
-    let shown: Vec<String> = names.iter().take(LISTED).map(|n| format!("{n:?}")).collect();
-    match names.len().saturating_sub(LISTED) {
-        0 => shown.join(", "),
-        more => format!("{} and {more} more", shown.join(", ")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -164,13 +125,5 @@ mod tests {
         let all = [candidate("a:b", "a:b", "log.csv"), candidate("b", "b", "a.csv")];
         assert_eq!((find("a:b", &all).unwrap(), find("a.csv:b", &all).unwrap()), (0, 1));
         assert_eq!(find("log:a:b", &all).unwrap(), 0);
-    }
-
-    #[test]
-    fn the_nearest_name_comes_first_and_strangers_never() {
-        let names = ["depth", "heading", "heave"];
-        let near = |wanted| nearest(wanted, names.iter().map(|n| (*n, *n)), 3);
-        assert_eq!(near("heav"), ["heave", "heading"]);
-        assert_eq!(near("xyz"), Vec::<&str>::new());
     }
 }

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::spelling::list;
+
 /// One thing that a reader decided or dropped, for whoever judges the result.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -528,13 +530,11 @@ impl Note {
             Self::TimeChosen { column, others, .. } => write!(
                 f,
                 "column {column:?} is taken as time, though {} could be too",
-                crate::lookup::list(others)
+                list(others)
             ),
-            Self::SheetChosen { sheet, others, .. } => write!(
-                f,
-                "the first sheet, {sheet:?}, is read, and not {}",
-                crate::lookup::list(others)
-            ),
+            Self::SheetChosen { sheet, others, .. } => {
+                write!(f, "the first sheet, {sheet:?}, is read, and not {}", list(others))
+            }
             Self::TimeUnitAssumed { column, period_s, .. } => {
                 write!(
                     f,
@@ -575,7 +575,7 @@ impl Note {
             ),
             Self::Clock { clock, .. } => write!(f, "times are {clock}"),
             Self::ClockStepped { groups, from_s, to_s, left_out, .. } => {
-                let groups = crate::lookup::list(groups);
+                let groups = list(groups);
                 write!(f, "the clock of {groups} leaps from {from_s:.6} s to {to_s:.6} s")?;
                 match left_out {
                     0 => f.write_str("; check what set it"),
@@ -609,36 +609,32 @@ impl Note {
                     f,
                     "{} of no known kind; passed over: number {}",
                     first_of(count, "message is", "messages are"),
-                    crate::lookup::list(&kinds)
+                    list(&kinds)
                 )
             }
             Self::RecordsWithoutTime { groups, count, of, .. } => write!(
                 f,
                 "of {of} records of {} {} no readable time; dropped",
-                crate::lookup::list(groups),
+                list(groups),
                 first_of(*count, "has", "have")
             ),
             Self::LateRecords { groups, count, of, backwards_by_s, .. } => write!(
                 f,
                 "of {of} records of {} {} earlier than one before, by up to {backwards_by_s:.6} s; \
                  sorted by time",
-                crate::lookup::list(groups),
+                list(groups),
                 first_of(*count, "is", "are")
             ),
             Self::RepeatedTimes { groups, count, of, .. } => write!(
                 f,
                 "of {of} records of {} {} the time of another; each channel keeps its first sample \
                  at a time",
-                crate::lookup::list(groups),
+                list(groups),
                 first_of(*count, "repeats", "repeat")
             ),
             Self::LeftOut { columns, why, .. } => match columns.len() {
-                1 => write!(f, "{} {why}; left out", crate::lookup::list(columns)),
-                many => write!(
-                    f,
-                    "each of {many} fields {why}; left out: {}",
-                    crate::lookup::list(columns)
-                ),
+                1 => write!(f, "{} {why}; left out", list(columns)),
+                many => write!(f, "each of {many} fields {why}; left out: {}", list(columns)),
             },
         }
     }

@@ -1,43 +1,9 @@
 //! From a file to a log.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::content::Content;
-use crate::{Error, Log, bag_folder, format};
-
-/// How to read a log.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct ReadOptions {
-    /// The time column and its unit; `None` to recognise both by name and header.
-    pub time: Option<TimeColumn>,
-    /// Added to every time, s, to bring several files to one clock.
-    pub offset_s: f64,
-    /// The rate of a table without a time column: row k is at k / `equal_sampling_hz`.
-    pub equal_sampling_hz: Option<f64>,
-    /// The sheet of a workbook; `None` for the first.
-    pub sheet: Option<String>,
-    /// The clock of messages that carry a stamp of their own.
-    pub stamp: Stamp,
-}
-
-/// Which of a message's two times counts.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Stamp {
-    /// That in the message's header, of the measurement; of messages without one, that of receipt.
-    #[default]
-    Header,
-    /// That at which the recorder received it.
-    Receive,
-}
-
-/// Where a log's time is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TimeColumn {
-    /// The column, found as [`Log::channel`] finds channels; `None` to recognise it by its name.
-    pub column: Option<String>,
-    /// Its unit, in place of the one that the header states.
-    pub unit: Option<String>,
-}
+use crate::{Error, Log, ReadOptions, bag_folder, format};
 
 /// Reads a file as a log.
 ///
@@ -78,11 +44,28 @@ pub struct TimeColumn {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Log, Error> {
-    check(options, path)?;
+    options.check(path)?;
     match bag_folder::recordings(path).as_deref() {
         Some([only]) => format::read(Content::open(only)?, options),
-        Some(several) => bag_folder::read_all(path, several, options),
+        Some(several) => bag_folder::join(path, several.iter().map(|one| read(one, options))),
         None => format::read(Content::open(path)?, options),
+    }
+}
+
+impl Log {
+    /// Reads the files of one trial; each channel keeps the times of its file.
+    ///
+    /// # Errors
+    /// [`Error::NoFiles`], and whatever [`read`] fails with.
+    pub fn open(files: &[(PathBuf, ReadOptions)]) -> Result<Self, Error> {
+        if files.is_empty() {
+            return Err(Error::NoFiles);
+        }
+        let mut log = Self::default();
+        for (path, options) in files {
+            log = log.merge(read(path, options)?);
+        }
+        Ok(log)
     }
 }
 
@@ -92,26 +75,6 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Log, Error> {
 /// As [`read`].
 #[doc(hidden)]
 pub fn read_bytes(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Log, Error> {
-    check(options, path)?;
+    options.check(path)?;
     format::read(Content::of_bytes(path, bytes.to_owned())?, options)
-}
-
-pub(crate) fn check(options: &ReadOptions, path: &Path) -> Result<(), Error> {
-    let refuse = |option, found: String, expected| {
-        Err(Error::Option { path: path.to_owned(), option, found, expected })
-    };
-    if !options.offset_s.is_finite() {
-        let found = options.offset_s.to_string();
-        return refuse("the time offset", found, "a finite number of seconds");
-    }
-    match options.equal_sampling_hz {
-        Some(rate) if !(rate.is_finite() && rate > 0.0) => {
-            refuse("the sampling rate", rate.to_string(), "a positive number of hertz")
-        }
-        Some(rate) if options.time.is_some() => {
-            let expected = "left out where a time column is named";
-            refuse("the sampling rate", rate.to_string(), expected)
-        }
-        _ => Ok(()),
-    }
 }

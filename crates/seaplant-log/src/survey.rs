@@ -4,30 +4,14 @@ use std::path::{Path, PathBuf};
 
 use crate::content::Content;
 use crate::excerpt;
-use crate::format::{self, Format};
+use crate::figure::{Figure, Portion};
+use crate::format::{Format, read_as};
+use crate::glance::{Glance, Thoroughness, half_a_hole};
 use crate::log::{Channel, Source};
 use crate::note::Note;
 use crate::progress::{progress, take_back};
 use crate::readers::{mcap, parquet, rosbag1, sqlite};
 use crate::{Epoch, Error, Log, ReadOptions, bag_folder, read};
-
-/// How much of a file a survey reads.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Thoroughness {
-    /// Files up to so many bytes are read whole.
-    pub whole_up_to: u64,
-    /// How many parts of a larger one are read, spread from its first byte to its last.
-    pub parts: usize,
-    /// How many bytes each of them has, about.
-    pub part_bytes: usize,
-}
-
-impl Default for Thoroughness {
-    /// What takes a blink: 64 MiB whole, 8 MiB of parts.
-    fn default() -> Self {
-        Self { whole_up_to: 64 << 20, parts: 16, part_bytes: 512 << 10 }
-    }
-}
 
 /// The channels of one or several files, of which the large ones were read in part.
 ///
@@ -81,53 +65,6 @@ pub struct SurveyedChannel {
     pub last_s: Figure<f64>,
     /// The samples in a second, 1 over the median interval within the parts; `None` of one sample.
     pub rate_hz: Option<Figure<f64>>,
-}
-
-/// A number, and whether it is known or estimated.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Figure<T> {
-    /// Counted, or stated by the file's index.
-    Exact(T),
-    /// Estimated from parts of the file.
-    About(T),
-}
-
-impl<T: Copy> Figure<T> {
-    /// The number.
-    pub fn value(self) -> T {
-        match self {
-            Self::Exact(value) | Self::About(value) => value,
-        }
-    }
-
-    /// Whether it is estimated.
-    pub fn is_estimate(self) -> bool {
-        matches!(self, Self::About(_))
-    }
-
-    fn new(value: T, exact: bool) -> Self {
-        if exact { Self::Exact(value) } else { Self::About(value) }
-    }
-}
-
-/// A log of parts of a file, and what its reader knows of the rest.
-pub(crate) struct Glance {
-    pub(crate) log: Log,
-    pub(crate) parts: usize,
-    pub(crate) bytes: u64,
-    /// See [`Parts::pause_s`].
-    pub(crate) pause_s: f64,
-    /// Whether the parts hold the first and the last record of every channel, whenever these are.
-    pub(crate) has_ends: bool,
-}
-
-/// Which part of a group's records was read.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Portion {
-    /// How many were read,
-    pub(crate) read: usize,
-    /// and how many the file holds.
-    pub(crate) of: Figure<u64>,
 }
 
 impl Survey {
@@ -287,7 +224,7 @@ pub fn survey(
     options: &ReadOptions,
     thoroughness: Thoroughness,
 ) -> Result<Survey, Error> {
-    read::check(options, path)?;
+    options.check(path)?;
     let before = progress();
     let only = match bag_folder::recordings(path).as_deref() {
         Some([only]) => Some(only.clone()),
@@ -318,25 +255,16 @@ fn glance(
         Format::Rosbag1 => rosbag1::glance(content, options, how),
         Format::Sqlite => sqlite::glance(content, options, how),
         Format::Parquet => parquet::glance(content, options, how),
-        kind @ (Format::Text | Format::DataFlash | Format::Tlog | Format::Pd0) => {
-            let Some(excerpt) = excerpt::of(&content, kind, how)? else { return Ok(None) };
+        format => {
+            let Some(frame) = format.framing() else { return Ok(None) };
+            let Some(excerpt) = excerpt::of(&content, frame, how)? else { return Ok(None) };
             let (parts, bytes) = (excerpt.pieces.len(), excerpt.length());
-            let mut log = format::read_as(kind, content.excerpt(&excerpt)?, options)?;
+            let mut log = read_as(format, excerpt.content(content)?, options)?;
             log.notes = log.notes.into_iter().map(|note| excerpt.place(note)).collect();
             let pause_s = half_a_hole(&log, parts, bytes as f64 / excerpt.size.max(1) as f64);
             Ok(Some(Glance { log, parts, bytes, pause_s, has_ends: false }))
         }
-        _ => Ok(None),
     }
-}
-
-/// Half the time between two of so many parts of a file that was written at an even rate, s; all
-/// parts together are a `portion` of it.
-pub(crate) fn half_a_hole(log: &Log, parts: usize, portion: f64) -> f64 {
-    let ends = log.channels.iter().filter_map(|c| Some((*c.time_s.first()?, *c.time_s.last()?)));
-    let (from_s, to_s) = ends
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), (a, b)| (from.min(a), to.max(b)));
-    0.5 * (to_s - from_s) * (1.0 - portion) / (parts.max(2) - 1) as f64
 }
 
 /// Whether parts do not tell what the whole would.

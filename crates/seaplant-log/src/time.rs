@@ -6,9 +6,10 @@ use std::path::Path;
 use crate::Error;
 use crate::cell::{Cell, stamp};
 use crate::heading::Heading;
-use crate::lookup::{self, Candidate, fold};
-use crate::read::TimeColumn;
-use crate::unit::{Dimension, Unit, symbols_of};
+use crate::lookup::{self, Candidate};
+use crate::spelling::fold;
+use crate::symbol::symbols_of;
+use crate::{Dimension, TimeColumn, Unit};
 
 /// Names that time goes by, the surest first.
 #[rustfmt::skip]

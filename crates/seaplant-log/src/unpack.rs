@@ -1,10 +1,10 @@
 //! What archives hold, as far as it can be had.
 
-use std::fmt;
 use std::io::{self, Read};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::content::Hashed;
+use crate::error::TooMuch;
+use crate::hashed::Hashed;
 
 /// An archive may hold so much, however small it is,
 const ALWAYS: u64 = 16 << 20;
@@ -15,23 +15,6 @@ const TIMES: u64 = 200;
 pub(crate) fn limit(packed: u64) -> u64 {
     ALWAYS.saturating_add(packed.saturating_mul(TIMES))
 }
-
-/// An archive holds more than [`limit`].
-#[derive(Debug)]
-pub(crate) struct TooMuch {
-    /// How many bytes were unpacked,
-    pub(crate) unpacked: u64,
-    /// of how many.
-    pub(crate) packed: u64,
-}
-
-impl fmt::Display for TooMuch {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} bytes unpack to more than {}", self.packed, self.unpacked)
-    }
-}
-
-impl std::error::Error for TooMuch {}
 
 /// How unpacking ended, for those who did not do it.
 pub(crate) struct Unpacking {

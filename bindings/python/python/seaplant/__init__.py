@@ -14,6 +14,7 @@ Examples
 """
 
 from seaplant import errors, fleet, plants, plots, thruster
+from seaplant._channel import Channel
 from seaplant._native import version as _version
 from seaplant._results import (
     AccumulatedPlant,
@@ -25,12 +26,13 @@ from seaplant._results import (
     SteadyResult,
     Validation,
 )
+from seaplant._simulation import Simulation
 from seaplant.controllers import Controller
 from seaplant.errors import FileError, InputError, MissingFileError
 from seaplant.estimator import PlantEstimator
-from seaplant.fits import Fit, Simulation
+from seaplant.fits import Fit
 from seaplant.identification import identify, identify_campaign, steady_drag
-from seaplant.logs import Channel, Log
+from seaplant.logs import Log
 from seaplant.online import Online, OnlineEstimate, PlantChange
 from seaplant.plants import Linear, Motion, Plant
 from seaplant.shards import ShardClock, Shards, accumulate

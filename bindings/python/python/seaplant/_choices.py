@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
 
 from seaplant.errors import InputError
-
-if TYPE_CHECKING:
-    from seaplant.trials import Trial
 
 _T = TypeVar("_T")
 
@@ -41,17 +38,3 @@ def expected(kind: type[_T], given: object, what: str, how: str) -> _T:
         return given
     found = type(given).__name__
     raise InputError(f"{what} must be a {kind.__name__}, found {found}; {how}")
-
-
-def trials_of(given: Trial | Iterable[Trial]) -> list[Trial]:
-    """Gives one trial or several as a list."""
-    from seaplant.trials import Trial
-
-    if isinstance(given, Trial):
-        return [given]
-    how = "make one with seaplant.Trial(log, vehicle, dof)"
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise InputError(
-            f"trials must be a Trial or several, found {type(given).__name__}; {how}"
-        )
-    return [expected(Trial, of, "each of the trials", how) for of in given]

@@ -11,7 +11,8 @@ from os import PathLike
 from pathlib import Path, PurePath
 from typing import Any, Literal, get_args
 
-from seaplant.errors import InputError
+from seaplant import _native
+from seaplant.errors import FileError, InputError, MissingFileError
 
 _LIST = "seaplant-files.json"
 """The list of a folder's files that the command line keeps, too."""
@@ -159,3 +160,17 @@ def _write_list(folder: Path, aside: Path, files: Mapping[str, Any], *, complete
     made = {"schema": _SCHEMA, "complete": complete, "files": files}
     whole.write_text(json.dumps(made, indent=2) + "\n", encoding="utf-8")
     whole.replace(folder / _LIST)
+
+
+def read_results(path: str | PathLike[str]) -> _native.Results:
+    """Reads a results.json, or that of a folder, with the file in every message."""
+    given = Path(path)
+    file = given / "results.json" if given.is_dir() else given
+    try:
+        return _native.Results.of_json(file.read_text(encoding="utf-8"))
+    except (InputError, UnicodeDecodeError) as error:
+        raise InputError(f"{file}: {error}") from None
+    except FileNotFoundError as error:
+        raise MissingFileError(f"cannot read {file}: {error.strerror}") from None
+    except OSError as error:
+        raise FileError(f"cannot read {file}: {error.strerror}") from None

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from seaplant._choices import Terms, trials_of
+from seaplant._choices import Terms
 from seaplant._record import Floats
 from seaplant._results import PlantResult
 from seaplant.errors import InputError
 from seaplant.fits import Fit
 from seaplant.identification import identify
-from seaplant.trials import Trial
+from seaplant.trials import Trial, trials_of
 from seaplant.vehicles import Vehicle
 
 __all__ = ["PlantEstimator"]

@@ -5,16 +5,14 @@ from __future__ import annotations
 import html
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from numpy.typing import ArrayLike
 
-from seaplant import _native
-from seaplant._choices import trials_of
-from seaplant._files import write_files
+from seaplant import _native, plots
+from seaplant._files import read_results, write_files
 from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant._results import (
@@ -28,9 +26,10 @@ from seaplant._results import (
     SteadyResult,
     Validation,
 )
-from seaplant.errors import FileError, InputError, MissingFileError
+from seaplant._simulation import Simulation
+from seaplant.errors import InputError
 from seaplant.plants import Linear, Motion, Plant, State
-from seaplant.trials import Trial, only
+from seaplant.trials import Trial, only, trials_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,94 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["Fit", "Simulation"]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Simulation(Named):
-    """Simulated and measured velocity of one trial.
-
-    Attributes
-    ----------
-    dof
-        Which degree of freedom.
-    trial
-        Which trial.
-    method
-        Whose plant.
-    mean_abs_error
-        e, the mean of ``|v_model - v|`` on raw velocity, m/s or rad/s.
-    null_error
-        e of a model that never moves.
-    r_squared
-        R² of velocity; ``None`` if nothing moved.
-    time_s
-        Instants, s, shape (n,).
-    force
-        Force in effect at each, N or N m, shape (n,).
-    measured
-        Velocity as measured, unfiltered, m/s or rad/s, shape (n,).
-    simulated
-        Velocity as simulated from the logged force, shape (n,).
-    """
-
-    dof: str
-    trial: str
-    method: str
-    mean_abs_error: float
-    null_error: float
-    r_squared: float | None
-    time_s: Floats
-    force: Floats
-    measured: Floats
-    simulated: Floats
-
-    def __repr__(self) -> str:
-        return (
-            f"<Simulation of {self.dof} of {self.trial!r} by {self.method}: e = "
-            f"{self.mean_abs_error:.3g}, {self.null_error:.3g} for a model that never moves>"
-        )
-
-    def to_pandas(self) -> pd.DataFrame:
-        """Gives the series.
-
-        Returns
-        -------
-        pandas.DataFrame
-            Columns ``force``, ``measured``, ``simulated``, ``difference`` by time in s.
-        """
-        import pandas as pd
-
-        columns = {
-            "force": self.force,
-            "measured": self.measured,
-            "simulated": self.simulated,
-            "difference": self.simulated - self.measured,
-        }
-        return pd.DataFrame(columns, index=pd.Index(self.time_s, name="time_s"))
-
-    def to_xarray(self) -> xr.Dataset:
-        """Gives the series as a dataset along ``time``, s.
-
-        Returns
-        -------
-        xarray.Dataset
-            Variables ``force``, ``measured`` and ``simulated``; scores as attributes.
-        """
-        import xarray as xr
-
-        series = {name: getattr(self, name) for name in ("force", "measured", "simulated")}
-        attributes = {
-            "dof": self.dof,
-            "trial": self.trial,
-            "method": self.method,
-            "mean_abs_error": self.mean_abs_error,
-            "null_error": self.null_error,
-        }
-        return xr.Dataset(
-            {name: ("time", values) for name, values in series.items()},
-            coords={"time": ("time", self.time_s, {"units": "s"})},
-            attrs=attributes,
-        )
 
 
 class Fit(Named):
@@ -168,16 +79,7 @@ class Fit(Named):
         InputError
             If it is another file, or of another version.
         """
-        given = Path(path)
-        file = given / "results.json" if given.is_dir() else given
-        try:
-            return cls(_native.Results.of_json(file.read_text(encoding="utf-8")))
-        except (InputError, UnicodeDecodeError) as error:
-            raise InputError(f"{file}: {error}") from None
-        except FileNotFoundError as error:
-            raise MissingFileError(f"cannot read {file}: {error.strerror}") from None
-        except OSError as error:
-            raise FileError(f"cannot read {file}: {error.strerror}") from None
+        return cls(read_results(path))
 
     def _item(self, name: str) -> str | None:
         if "results" in vars(self) and name in self.plants:
@@ -337,20 +239,23 @@ class Fit(Named):
         served = [of for plant in self.coupled.values() for of in plant.axes]
         dof = only(list(dict.fromkeys([*self.plants, *served])), dof, "the fit")
         if dof in served and dof not in self.plants:
-            return self._simulate_coupled(trial)[dof]
+            return self._simulate_several_axes(trial)[dof]
         error, null_error, r_squared, series = self._native.simulate(trial._native, dof, method)
         used = method or self.plants[dof].method
         return Simulation(dof, trial.name, used, error, null_error, r_squared, *series)
 
-    def _simulate_coupled(self, trial: Trial) -> dict[str, Simulation]:
+    def _simulate_several_axes(self, trial: Trial) -> dict[str, Simulation]:
         """Each axis of the plants of several that a trial serves."""
         found = {}
         for name, plant in self.coupled.items():
             if list(plant.axes) not in trial.axes:
                 continue
-            for dof, (error, null_error, r_squared, series) in self._native.simulate_coupled(
-                trial._native, name
-            ):
+            for dof, (
+                error,
+                null_error,
+                r_squared,
+                series,
+            ) in self._native.simulate_several_axes(trial._native, name):
                 scores = (error, null_error, r_squared)
                 found[dof] = Simulation(dof, trial.name, plant.method, *scores, *series)
         if not found:
@@ -410,8 +315,6 @@ class Fit(Named):
         InputError
             If the fit has no trials, as one that was read from a file.
         """
-        from seaplant import plots
-
         moving = [trial for trial in self.trials if trial.role != "steady"]
         rows = []
         for of in self.plants if dof is None else [dof]:
@@ -420,7 +323,7 @@ class Fit(Named):
         sets = [list(plant.axes) for plant in self.coupled.values()]
         if method is None and (dof is None or dof not in self.plants):
             serving = [trial for trial in moving if any(axes in sets for axes in trial.axes)]
-            found = [self._simulate_coupled(trial) for trial in serving]
+            found = [self._simulate_several_axes(trial) for trial in serving]
             served = [axis for axes in sets for axis in axes if dof in (None, axis)]
             rows += [[of[axis] for of in found if axis in of] for axis in served]
         if not any(rows):
@@ -518,8 +421,6 @@ class Fit(Named):
     def _figure_html(self) -> str:
         """The figure, where there are trials to draw and something to draw with."""
         try:
-            from seaplant import plots
-
             return plots.as_html(self.plot(), "model and measured velocity")
         except (ImportError, InputError):
             return ""

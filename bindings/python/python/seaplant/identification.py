@@ -16,11 +16,10 @@ from seaplant._choices import (
     expected,
     methods_of,
     terms_of,
-    trials_of,
 )
 from seaplant._results import SteadyResult
 from seaplant.fits import Fit
-from seaplant.trials import Trial, only
+from seaplant.trials import Trial, only, trials_of
 from seaplant.vehicles import Vehicle
 
 __all__ = ["identify", "identify_campaign", "steady_drag"]

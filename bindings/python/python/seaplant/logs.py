@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from seaplant import _native
+from seaplant import _native, plots
+from seaplant._channel import Channel
 from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant._results import Inspection
@@ -22,58 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["Channel", "Log"]
-
-
-@dataclass(frozen=True, eq=False)
-class Channel(Named):
-    """One measured or commanded quantity over time.
-
-    Attributes
-    ----------
-    name
-        Its header without the unit.
-    column
-        Its header.
-    unit
-        The unit that the header, or whoever made the log, states.
-    file
-        The file that it came from.
-    missing
-        How many rows had no value.
-    time_s
-        Times in the file's own clock, s, shape (n,).
-    values
-        Values in ``unit``, shape (n,).
-    """
-
-    name: str
-    column: str
-    unit: str | None
-    file: str
-    missing: int
-    time_s: Floats
-    values: Floats
-
-    def __len__(self) -> int:
-        return len(self.values)
-
-    def __repr__(self) -> str:
-        unit = self.unit or "no unit"
-        span = f"{self.time_s[0]:.6g} to {self.time_s[-1]:.6g} s"
-        return f"<Channel {self.name!r} [{unit}], {len(self)} samples, {span}>"
-
-    def to_pandas(self) -> pd.Series[float]:
-        """Gives the channel as a series.
-
-        Returns
-        -------
-        pandas.Series
-            Values by time in s, called as the column is.
-        """
-        import pandas as pd
-
-        index = pd.Index(self.time_s, name="time_s")
-        return pd.Series(self.values, index=index, name=self.column)
 
 
 class Log(Named):
@@ -297,8 +245,6 @@ class Log(Named):
         InputError
             If there is no such channel.
         """
-        from seaplant import plots
-
         words = [word.lower() for word in only]
         drawn = [channel for channel in self if _is_wanted(channel, words)]
         if not drawn:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seaplant import _native
-from seaplant._files import write_files
+from seaplant._files import read_results, write_files
 from seaplant._named import Named
 from seaplant._record import Floats
 from seaplant._results import Consequence, Parameter
@@ -198,12 +198,10 @@ class Plant(Named):
         InputError
             If the file holds no plant, or ``method`` is given for a plant file.
         """
-        from seaplant.fits import Fit
-
         file = Path(path)
         native = None if file.is_dir() else _native.Plant.open(file)
         if native is None:
-            return Fit.open(file).plant(method)
+            return cls(_native.Plant.of_results(read_results(file), "results.json", method))
         if method is not None:
             raise InputError(f"{path} is a table, not a fit by {method}; leave method out")
         return cls(native)

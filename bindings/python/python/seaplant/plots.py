@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from seaplant.fits import Simulation
-    from seaplant.logs import Channel
+    from seaplant._channel import Channel
+    from seaplant._simulation import Simulation
 
 __all__ = ["as_html", "channels", "comparisons", "thrust"]
 

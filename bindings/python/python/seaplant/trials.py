@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -245,6 +245,18 @@ def _of_log(log: Log, vehicle: Vehicle, entry: str, axes: str) -> Trial:
 
 def _with_role(trial: Trial, role: str) -> Trial:
     return trial._as_role(role)
+
+
+def trials_of(given: Trial | Iterable[Trial]) -> list[Trial]:
+    """Gives one trial or several as a list."""
+    if isinstance(given, Trial):
+        return [given]
+    how = "make one with seaplant.Trial(log, vehicle, dof)"
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise InputError(
+            f"trials must be a Trial or several, found {type(given).__name__}; {how}"
+        )
+    return [expected(Trial, of, "each of the trials", how) for of in given]
 
 
 def only(known: Sequence[str], chosen: str | None, holder: str) -> str:

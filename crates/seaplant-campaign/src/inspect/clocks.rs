@@ -6,7 +6,7 @@ use seaplant_log::{Epoch, Log, Source};
 use serde::{Deserialize, Serialize};
 
 use crate::clocks::{Alignment, line, recordings};
-use crate::propose::are_alike;
+use crate::columns::are_alike;
 
 /// What the times of a file count from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -6,10 +6,9 @@ use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::{Dof, Quantity, ThrusterInput};
 use seaplant_log::{Channel, Log, Unit};
 
-use super::mapping::Mapped;
-use super::session::Session;
-use super::words::words;
+use crate::columns::{Mapped, Session};
 use crate::units::dimension_of;
+use crate::words::words;
 
 /// A stretch of a session in which it is driven, s after the session's first sample.
 #[derive(Clone, Copy, Debug, PartialEq)]

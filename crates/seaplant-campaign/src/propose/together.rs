@@ -5,8 +5,7 @@ use seaplant::{Dof, Quantity};
 use seaplant_log::Log;
 
 use super::activity::{Series, Window, customary, velocity};
-use super::mapping::{Mapped, Mapping};
-use super::session::Session;
+use crate::columns::{Mapped, Mapping, Session};
 
 /// The axes that somebody steers; roll and pitch follow.
 const STEERED: [Dof; 4] = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw];

@@ -3,11 +3,10 @@
 use seaplant::{Quantity, Surface, ThrusterInput};
 use seaplant_log::{Channel, Log};
 
-use super::autopilot;
-use super::mapping::{Mapped, Mapping};
 use super::write::{Page, quoted};
-use crate::inspect::short;
+use crate::columns::{self, Mapped, Mapping};
 use crate::preset::VehiclePreset;
+use crate::remarks::short;
 
 /// The file's text, and what is left to decide.
 pub(super) fn write(
@@ -15,7 +14,7 @@ pub(super) fn write(
     mapping: &Mapping,
     stated: Option<VehiclePreset>,
 ) -> (String, Vec<String>) {
-    let preset = stated.or_else(|| autopilot::vehicle(log, mapping));
+    let preset = stated.or_else(|| vehicle(log, mapping));
     let source = match stated {
         Some(_) => "as --preset says; its thrusters sit where the preset has them",
         None => "decide: by ArduSub's FRAME_CONFIG; is it this vehicle?",
@@ -93,7 +92,7 @@ fn reversed_thrusters(page: &mut Page, log: &Log, preset: VehiclePreset) {
     );
     page.comment("1500 us; then give it a curve of its own.");
     for thruster in preset.thrusters() {
-        if autopilot::is_reversed(log, thruster.name) {
+        if columns::is_reversed(log, thruster.name) {
             page.line("");
             page.line("[[thruster]]");
             page.line(&format!("name = {}", quoted(thruster.name)));
@@ -331,4 +330,11 @@ fn sensors(page: &mut Page, mapping: &Mapping) {
         page.explained(turned, turned_why);
         page.explained("# averages = true", "if each sample is the mean since the one before");
     }
+}
+
+/// The known vehicle, if any of its motors is mapped.
+fn vehicle(log: &Log, mapping: &Mapping) -> Option<VehiclePreset> {
+    let preset = columns::preset(log)?;
+    let has = |name: &str| preset.thrusters().iter().any(|thruster| thruster.name == name);
+    mapping.thrusters().iter().any(|(name, _)| has(name)).then_some(preset)
 }

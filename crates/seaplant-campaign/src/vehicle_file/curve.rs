@@ -8,7 +8,6 @@ use seaplant::results::InputFile;
 use seaplant::{PropellerCurve, QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput, exact};
 use serde::{Deserialize, Serialize};
 
-use super::UncertaintyEntry;
 use crate::bench::{BenchColumns, read_bench};
 use crate::preset::{CurvePreset, PRESET_STD};
 use crate::{Error, toml_file};
@@ -56,6 +55,16 @@ impl OpenWaterEntry {
             .checked(thruster)
             .map_err(Error::model(path))
     }
+}
+
+/// Standard deviations of thrust, as parts of it: 0.05 for 5 %.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct UncertaintyEntry {
+    /// Of positive thrust.
+    pub forward: f64,
+    /// Of negative thrust.
+    pub reverse: f64,
 }
 
 /// A curve that is not known.

@@ -1,6 +1,5 @@
 //! Rudders, fins and what the wind meets.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -8,7 +7,6 @@ use seaplant::plant::RudderFlow;
 use seaplant::{Fin, Surface, Windage, exact};
 use serde::{Deserialize, Serialize};
 
-use super::{CurveEntry, VehicleFile};
 use crate::Error;
 use crate::campaign_file::EstimateWord;
 
@@ -161,46 +159,5 @@ impl WindEntry {
             return Err(Error::value(path, format!("wind.{key}"), reason));
         }
         Ok(Windage { frontal_area_m2, lateral_area_m2, length_m })
-    }
-}
-
-impl VehicleFile {
-    /// Whether the curve of a thruster is that of open water.
-    pub(super) fn is_open_water(&self, name: Option<&String>) -> bool {
-        let entries = self.entries();
-        let thruster = name.and_then(|name| entries.iter().find(|known| known.name == *name));
-        let curve = thruster.map(|entry| entry.curve.as_ref().or(self.thruster_curve.as_ref()));
-        matches!(curve, Some(Some(CurveEntry::OpenWater(_))))
-    }
-
-    /// Rudders and fins, each with a name of its own.
-    pub(super) fn fins(&self, path: &Path) -> Result<Vec<Fin>, Error> {
-        let rudders = self.rudder.iter().map(|entry| (Surface::Rudder, entry));
-        let all = rudders.chain(self.fin.iter().map(|entry| (Surface::Fin, entry)));
-        let mut names: BTreeSet<&String> = self.thruster.iter().map(|entry| &entry.name).collect();
-        let mut fins = Vec::new();
-        for (kind, entry) in all {
-            let key = format!("{} `{}`", kind.name(), entry.name);
-            if !names.insert(&entry.name) || entry.name == "wind" {
-                let reason = "is used twice; give each rudder, fin and thruster its own name, other than `wind`";
-                return Err(Error::value(path, key, reason));
-            }
-            if entry.name.is_empty() || entry.name.chars().any(char::is_control) {
-                let reason = "its name is empty or holds a control character; give it another";
-                return Err(Error::value(path, key, reason));
-            }
-            if entry.flow.is_some() && !self.is_open_water(entry.slipstream.as_ref()) {
-                let reason = "needs a slipstream: a thruster whose curve has kind = \"open-water\"; name it, or leave flow out";
-                return Err(Error::value(path, format!("{key}, flow"), reason));
-            }
-            if let Some(ahead) = &entry.slipstream
-                && !self.entries().iter().any(|known| known.name == *ahead)
-            {
-                let reason = format!("the vehicle has no thruster `{ahead}` ahead of it");
-                return Err(Error::value(path, format!("{key}, slipstream"), reason));
-            }
-            fins.push(entry.fin(kind, path)?);
-        }
-        Ok(fins)
     }
 }

@@ -9,11 +9,12 @@ use arrow_ipc::{Block, Message, MessageHeader, root_as_footer, root_as_message};
 use arrow_schema::{ArrowError, SchemaRef};
 
 use crate::content::{Content, Origin};
+use crate::error::TooMuch;
 use crate::grid::{ChooseTime, Grid};
 use crate::guard::guarded;
 use crate::note::Note;
 use crate::readers::columnar::Columnar;
-use crate::unpack::{TooMuch, limit};
+use crate::unpack::limit;
 use crate::{Error, Log, ReadOptions, tabular};
 
 /// What messages call the format.

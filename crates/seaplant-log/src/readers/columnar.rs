@@ -19,12 +19,13 @@ use arrow_schema::{ArrowError, DataType, Field, Fields, TimeUnit};
 use crate::cell::Decimal;
 use crate::column::Column;
 use crate::content::Origin;
+use crate::error::TooMuch;
 use crate::grid::{ChooseTime, Grid, Lines, tell_headings_apart};
 use crate::guard::guarded;
 use crate::heading::Heading;
 use crate::note::Note;
 use crate::time::time_cell;
-use crate::unpack::{TooMuch, limit};
+use crate::unpack::limit;
 use crate::{Error, Unit};
 
 /// A table in the making.

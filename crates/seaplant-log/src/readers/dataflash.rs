@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::assemble::Assembly;
 use crate::content::Content;
+use crate::framing::Framing;
 use crate::note::Note;
 use crate::readers::window::Window;
 use crate::{Error, Log, ReadOptions};
@@ -19,13 +20,11 @@ mod definition;
 mod logbook;
 mod table;
 
-use definition::{FMT, FMT_LENGTH};
+use definition::{FMT, FMT_LENGTH, HEADER};
 use logbook::Logbook;
 
 /// What every record starts with.
 const MARKS: [u8; 2] = [0xa3, 0x95];
-/// Marks and the number of the type.
-const HEADER: usize = 3;
 /// No record is longer, with the marks of the next.
 const LONGEST: usize = 255 + HEADER;
 
@@ -51,14 +50,15 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     logbook.into_log(assembly)
 }
 
-/// What tells the length of the record that bytes start with, by the definitions in `head`.
-pub(crate) fn framing(head: &[u8]) -> Option<impl Fn(&[u8]) -> Option<usize> + use<>> {
+/// Tells records from each other: by their lengths, which the definitions in `head` state.
+pub(crate) fn framing(head: &[u8]) -> Option<Framing> {
     let mut logbook = Logbook::default();
     scan(&mut Window::new(head), &mut logbook).ok()?;
-    Some(move |bytes: &[u8]| match next(&bytes[..bytes.len().min(LONGEST)], &logbook) {
+    let length = move |bytes: &[u8]| match next(&bytes[..bytes.len().min(LONGEST)], &logbook) {
         Next::Record(length) => Some(length),
         _ => None,
-    })
+    };
+    Some(Framing::Records(Box::new(length)))
 }
 
 fn notes<R: Read>(

@@ -2,8 +2,8 @@
 
 use flate2::bufread::MultiGzDecoder;
 
+use crate::Error;
 use crate::content::Content;
-use crate::{Error, Log, ReadOptions, format};
 
 /// Whether bytes start like a gzip archive.
 pub(crate) fn recognises(head: &[u8]) -> bool {
@@ -16,12 +16,4 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
 /// As [`Content::unpack`].
 pub(crate) fn unpack(content: Content) -> Result<Content, Error> {
     content.unpack("gzip", |packed| Ok(Box::new(MultiGzDecoder::new(packed))))
-}
-
-/// Reads the log in a gzip archive.
-///
-/// # Errors
-/// Those of [`unpack`], and of the format within.
-pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
-    format::read(unpack(content)?, options)
 }

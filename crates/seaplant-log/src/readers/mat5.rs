@@ -11,9 +11,10 @@ use flate2::read::ZlibDecoder;
 
 use crate::assemble::Assembly;
 use crate::content::Content;
+use crate::error::TooMuch;
 use crate::note::Note;
 use crate::readers::workspace::Workspace;
-use crate::unpack::{TooMuch, limit};
+use crate::unpack::limit;
 use crate::{Error, Log, ReadOptions};
 use matrix::{ByteOrder, COMPRESSED, MATRIX};
 

@@ -4,40 +4,23 @@
 //! a length and so many bytes; chunks hold records, packed.
 
 mod index;
+mod record;
 mod resync;
 
 use std::collections::HashMap;
 use std::io;
 
 use self::index::Index;
+use self::record::{LONGEST, RECORD, op};
 use self::resync::{chunk_is_plausible, head, is_plausible, resync};
 use crate::content::Content;
+use crate::glance::{Glance, Thoroughness};
 use crate::readers::bytes::Bytes;
 use crate::readers::ros::{Connection, Encoding, Packing, Recording, Window};
-use crate::survey::{Glance, Thoroughness};
 use crate::{Error, Log, ReadOptions};
 
 const FORMAT: &str = "an MCAP file";
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
-
-/// What a record is.
-mod op {
-    pub(super) const FOOTER: u8 = 2;
-    pub(super) const SCHEMA: u8 = 3;
-    pub(super) const CHANNEL: u8 = 4;
-    pub(super) const MESSAGE: u8 = 5;
-    pub(super) const CHUNK: u8 = 6;
-    pub(super) const CHUNK_INDEX: u8 = 8;
-    pub(super) const STATISTICS: u8 = 11;
-    pub(super) const DATA_END: u8 = 15;
-    /// From here on, anybody's own.
-    pub(super) const PRIVATE: u8 = 128;
-}
-
-/// The byte that says what a record is, and its length.
-const RECORD: u64 = 9;
-/// Longer records than this are none, unless they are attachments.
-const LONGEST: u64 = 1 << 30;
 
 /// Whether bytes start like an MCAP file.
 pub(crate) fn recognises(head: &[u8]) -> bool {

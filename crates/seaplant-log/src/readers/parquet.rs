@@ -14,12 +14,13 @@ use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::ChunkReader;
 
 use crate::content::{Content, Origin, Seekable};
+use crate::figure::{Figure, Portion};
+use crate::glance::{Glance, Thoroughness, half_a_hole};
 use crate::grid::{ChooseTime, Grid};
 use crate::guard::guarded;
 use crate::note::Note;
 use crate::readers::columnar::Columnar;
 use crate::readers::parquet_pages::sound_groups;
-use crate::survey::{Figure, Glance, Portion, Thoroughness, half_a_hole};
 use crate::{Error, Log, ReadOptions, tabular};
 
 /// What messages call the format.

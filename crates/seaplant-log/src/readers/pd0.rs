@@ -7,9 +7,10 @@ mod window;
 use std::io::Read;
 
 use crate::assemble::Assembly;
-use crate::content::{Content, Origin};
+use crate::content::{Content, Origin, is_binary};
+use crate::framing::Framing;
 use crate::note::Note;
-use crate::{Error, Log, ReadOptions, format};
+use crate::{Error, Log, ReadOptions};
 use ensemble::{Ensemble, MOST_BYTES};
 use records::Records;
 use window::Window;
@@ -25,12 +26,13 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
     else {
         return false;
     };
-    before.len() <= ensemble.size() || !format::is_binary(before)
+    before.len() <= ensemble.size() || !is_binary(before)
 }
 
-/// The length of the ensemble that bytes start with.
-pub(crate) fn record_length(bytes: &[u8]) -> Option<usize> {
-    Ensemble::at_start(bytes).map(|ensemble| ensemble.size())
+/// Tells ensembles from each other: by the length that each starts with.
+pub(crate) fn framing(_head: &[u8]) -> Option<Framing> {
+    let length = |bytes: &[u8]| Ensemble::at_start(bytes).map(|ensemble| ensemble.size());
+    Some(Framing::Records(Box::new(length)))
 }
 
 /// Reads a PD0 file.
@@ -107,7 +109,7 @@ impl Gap {
             self.cut = Some(at);
         }
         let next = ensemble::marks(&bytes[1..]).next().map_or(bytes.len(), |next| next + 1);
-        self.binary |= format::is_binary(&bytes[..next]);
+        self.binary |= is_binary(&bytes[..next]);
         self.bytes += next as u64;
         next
     }

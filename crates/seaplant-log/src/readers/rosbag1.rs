@@ -1,29 +1,21 @@
 //! ROS 1 bags, version 2.0, from front to back: whether they are indexed does not matter.
 
+mod header;
 mod index;
 
 use std::collections::HashMap;
 use std::io;
 
+use self::header::{Header, op};
 use self::index::Index;
 use crate::content::Content;
+use crate::glance::{Glance, Thoroughness};
 use crate::readers::bytes::Bytes;
 use crate::readers::ros::{Connection, Encoding, Packing, Recording, Window};
-use crate::survey::{Glance, Thoroughness};
 use crate::{Error, Log, ReadOptions};
 
 const FORMAT: &str = "a ROS 1 bag";
 const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
-
-/// What a record is.
-mod op {
-    pub(super) const MESSAGE: u8 = 2;
-    pub(super) const BAG: u8 = 3;
-    pub(super) const INDEX: u8 = 4;
-    pub(super) const CHUNK: u8 = 5;
-    pub(super) const CHUNK_INFO: u8 = 6;
-    pub(super) const CONNECTION: u8 = 7;
-}
 
 /// Longer headers and longer records than these are none.
 const LONGEST_HEADER: u64 = 1 << 24;
@@ -262,45 +254,6 @@ impl Reader {
             self.recording.message(topic, receipt, data, byte);
         }
         Some(())
-    }
-}
-
-/// A record's header: fields `name=value`, each after its length.
-#[derive(Clone, Copy)]
-struct Header<'a>(&'a [u8]);
-
-impl<'a> Header<'a> {
-    fn field(self, name: &str) -> Option<&'a [u8]> {
-        let mut bytes = Bytes(self.0);
-        while !bytes.0.is_empty() {
-            let length = bytes.u32()? as usize;
-            let field = bytes.take(length)?;
-            let value = field.strip_prefix(name.as_bytes()).and_then(|v| v.strip_prefix(b"="));
-            if value.is_some() {
-                return value;
-            }
-        }
-        None
-    }
-
-    /// A number of up to eight bytes.
-    fn number(self, name: &str) -> Option<u64> {
-        let value = self.field(name).filter(|value| value.len() <= 8)?;
-        Some(value.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte)))
-    }
-
-    fn op(self) -> Option<u8> {
-        match self.field("op")? {
-            &[
-                op @ (op::MESSAGE
-                | op::BAG
-                | op::INDEX
-                | op::CHUNK
-                | op::CHUNK_INFO
-                | op::CONNECTION),
-            ] => Some(op),
-            _ => None,
-        }
     }
 }
 

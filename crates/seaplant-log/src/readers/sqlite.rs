@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 
 use self::database::{Database, Value};
 use crate::content::{Content, Origin};
+use crate::glance::{Glance, Thoroughness};
 use crate::note::Note;
 use crate::readers::ros::{Connection, Encoding, Recording};
-use crate::survey::{Glance, Thoroughness};
 use crate::{Error, Log, ReadOptions};
 
 const FORMAT: &str = "an SQLite database";

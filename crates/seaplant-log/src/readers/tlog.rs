@@ -9,6 +9,7 @@ use std::path::Path;
 
 use crate::assemble::Assembly;
 use crate::content::Content;
+use crate::framing::Framing;
 use crate::note::Note;
 use crate::readers::number::text;
 use crate::readers::window::Window;
@@ -34,8 +35,13 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
         && matches!(next(head), Next::Frame(_) | Next::Unknown(..))
 }
 
+/// Tells frames from each other: by the length that each starts with.
+pub(crate) fn framing(_head: &[u8]) -> Option<Framing> {
+    Some(Framing::Records(Box::new(length)))
+}
+
 /// The length of the frame that bytes start with.
-pub(crate) fn record_length(bytes: &[u8]) -> Option<usize> {
+fn length(bytes: &[u8]) -> Option<usize> {
     match next(&bytes[..bytes.len().min(LONGEST)]) {
         Next::Frame(frame) => Some(frame.length),
         Next::Unknown(_, length) => Some(length),

@@ -31,8 +31,6 @@ const HEADER: usize = 3;
 const LONGEST: usize = HEADER + 0xffff + HEADER;
 /// The letters that there are.
 const LETTERS: &[u8] = b"BFIMPQARDLCSO";
-/// What a message of synchronisation holds.
-const SYNC: [u8; 8] = [0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
 
 /// Whether bytes start like a ULog file.
 pub(crate) fn recognises(head: &[u8]) -> bool {

@@ -9,10 +9,11 @@ use zip::ZipArchive;
 
 use crate::cell::{Cell, Decimal, stamp};
 use crate::content::{Content, Seekable};
+use crate::error::TooMuch;
 use crate::grid::{ChooseTime, Grid, Rows};
 use crate::layout::{self, Delimiter};
 use crate::note::Note;
-use crate::unpack::{TooMuch, limit};
+use crate::unpack::limit;
 use crate::{Error, Log, ReadOptions, guard, tabular};
 
 /// What messages call the format.

@@ -2,8 +2,8 @@
 
 use zstd::stream::read::Decoder;
 
+use crate::Error;
 use crate::content::Content;
-use crate::{Error, Log, ReadOptions, format};
 
 /// Whether bytes start like a zstd archive.
 pub(crate) fn recognises(head: &[u8]) -> bool {
@@ -16,12 +16,4 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
 /// As [`Content::unpack`].
 pub(crate) fn unpack(content: Content) -> Result<Content, Error> {
     content.unpack("zstd", |packed| Ok(Box::new(Decoder::with_buffer(packed)?)))
-}
-
-/// Reads the log in a zstd archive.
-///
-/// # Errors
-/// Those of [`unpack`], and of the format within.
-pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
-    format::read(unpack(content)?, options)
 }

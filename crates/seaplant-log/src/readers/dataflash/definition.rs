@@ -1,7 +1,9 @@
 //! What a type of message is, as its FMT record says.
 
-use super::HEADER;
 use crate::readers::number::{Kind, text};
+
+/// Marks and the number of the type.
+pub(super) const HEADER: usize = 3;
 
 /// The type that defines types.
 pub(super) const FMT: u8 = 128;

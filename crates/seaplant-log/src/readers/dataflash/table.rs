@@ -6,7 +6,7 @@ use super::definition::Definition;
 use crate::assemble::{Assembly, Group};
 use crate::column::Column;
 use crate::readers::number::Kind;
-use crate::unit::{Dimension, Unit};
+use crate::{Dimension, Unit};
 
 /// What UNIT and MULT records say their letters mean.
 #[derive(Default)]

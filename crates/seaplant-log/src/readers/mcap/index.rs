@@ -2,9 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::glance::Thoroughness;
 use crate::readers::bytes::Bytes;
 use crate::readers::ros::{Choice, Chunk, choose};
-use crate::survey::Thoroughness;
 
 /// What the summary says of chunks and messages.
 #[derive(Default)]

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::{LONGEST, RECORD, op};
+use super::record::{LONGEST, RECORD, op};
 use crate::readers::bytes::Bytes;
 use crate::readers::ros::Window;
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::survey::Thoroughness;
+use crate::glance::Thoroughness;
 
 /// A chunk, as the index of a bag tells of it.
 pub(crate) struct Chunk {

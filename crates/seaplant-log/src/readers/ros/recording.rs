@@ -12,11 +12,11 @@ use super::packing::{Packing, ZSTD};
 use super::topic::{NO_MESSAGE, Timed, Topic};
 use crate::assemble::Assembly;
 use crate::content::Origin;
-use crate::lookup::list;
+use crate::glance::Glance;
 use crate::note::Note;
-use crate::survey::{Figure, Glance};
+use crate::spelling::list;
 use crate::unpack;
-use crate::{Error, Log, ReadOptions, Stamp};
+use crate::{Error, Figure, Log, ReadOptions, Stamp};
 
 /// What a bag says of a topic's messages.
 #[derive(Clone, PartialEq, Eq, Hash)]

@@ -6,8 +6,7 @@ use super::decode::{Encoding, Known, Row, texts};
 use super::layout::Layout;
 use crate::assemble::{Assembly, Group};
 use crate::column::{Column, Samples};
-use crate::survey::Figure;
-use crate::{Stamp, Unit};
+use crate::{Figure, Stamp, Unit};
 
 /// The messages of one topic and type, so far.
 pub(crate) struct Topic {

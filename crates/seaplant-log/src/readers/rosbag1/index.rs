@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-use super::Header;
+use super::header::Header;
+use crate::glance::Thoroughness;
 use crate::readers::bytes::Bytes;
 use crate::readers::ros::{Choice, Chunk, choose};
-use crate::survey::Thoroughness;
 
 /// What the end of a whole bag says of chunks and messages.
 #[derive(Default)]

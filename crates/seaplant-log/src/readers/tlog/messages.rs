@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use crate::readers::number::Kind;
-use crate::unit::{Dimension, Unit};
+use crate::{Dimension, Unit};
 
 /// A line for each message of ardupilotmega and what it includes.
 const TABLE: &str = include_str!("messages.txt");

@@ -3,11 +3,13 @@
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 
-use super::SYNC;
 use super::topic::{Definition, Layout, Topic};
 use crate::assemble::Assembly;
 use crate::limits::MOST_COLUMNS;
 use crate::readers::number::Kind;
+
+/// What a message of synchronisation holds.
+const SYNC: [u8; 8] = [0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
 
 /// What messages told.
 #[derive(Default)]

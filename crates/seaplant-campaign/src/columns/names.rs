@@ -1,32 +1,17 @@
-//! Which quantity a column holds, told by its name, unit and values.
+//! Which quantity a column holds, recognised by its name, unit and values.
 
 use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::{Dof, Quantity, ThrusterInput};
 use seaplant_log::{Channel, Dimension, Unit};
 
 use super::afloat;
-use super::words::{
+use super::claim::{ACCELERATION, COMMANDED, Claim, LAYOUT, NO_UNIT, WORLD_VELOCITY};
+use crate::remarks::looks_like_degrees;
+use crate::units::dimension_of;
+use crate::words::{
     COMMAND, HEADING, PITCH, ROLL, counts_turns, is_named_thruster, tells_of_thruster,
     unit_by_name, words,
 };
-use crate::inspect::looks_like_degrees;
-use crate::units::dimension_of;
-
-/// What a column seems to hold.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Claim {
-    pub quantity: Quantity,
-    /// How much its name says: the greatest wins where several columns claim a quantity.
-    pub strength: u8,
-    /// The unit to state, where the header does not.
-    pub unit: Option<&'static str>,
-    /// Whether it counts the other way.
-    pub negate: bool,
-    /// Why, as "by its name and unit".
-    pub why: String,
-    /// What a human must decide about it.
-    pub doubt: Option<String>,
-}
 
 /// Words that tell a quantity: one of each group must stand in the name.
 struct Rule {
@@ -156,21 +141,8 @@ const FOREIGN: &[(&[&str], &str)] = &[
         "a state, not a measurement",
     ),
 ];
-/// Why the description of a list of numbers is not mapped.
-pub(super) const LAYOUT: &str = "of the shape of a list, not a measurement";
-/// Why the numbers of a quaternion are not mapped.
-pub(super) const QUATERNION: &str = "of a quaternion, whose angles have channels of their own";
-pub(super) const NO_UNIT: &str = "no unit is stated; add unit = \"...\"";
 const LONE_QUATERNION: &str = "of a quaternion, whose angles are read where its columns end in x, y, z and w, with a norm of 1";
 const OF_THRUSTER: &str = "of a thruster, it seems; if it is its input, map it as thruster.NAME.speed, .pwm, .command or .force, with its unit";
-pub(super) const ACCELERATION: &str =
-    "an acceleration, but not along x, y or z of an accelerometer";
-/// Why an accelerometer is not mapped.
-pub(super) const VELOCITY_SAYS_MORE: &str =
-    "an acceleration, and velocity is logged, which says more";
-pub(super) const COMMANDED: &str = "a command, not a measurement";
-pub(super) const WORLD_VELOCITY: &str =
-    "a velocity along the world's axes; Seaplant reads the body's, or derives it from position";
 /// Words of velocities that are not the body's.
 const WORLD: &[&str] = &["ned", "enu", "world", "global", "north", "east", "local", "vn", "ve"];
 

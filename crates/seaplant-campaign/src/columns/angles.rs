@@ -7,7 +7,7 @@ use seaplant::quantity::Attitude;
 use seaplant_log::{Channel, Log};
 
 use super::claim::{Claim, NO_UNIT};
-use crate::inspect::{Remark, looks_like_degrees, remarks, short};
+use crate::remarks::{Remark, looks_like_degrees, remarks, short};
 
 const FRAME: &str =
     "from a quaternion: add negate = true if its axes are those of ROS (y to port, z up)";

@@ -6,15 +6,15 @@ use std::path::Path;
 use seaplant::{Quantity, ThrusterInput};
 use seaplant_log::{Channel, Log};
 
-use super::claim::{Claim, VELOCITY_SAYS_MORE, claim};
+use super::claim::{Claim, NOT_NEEDED, VELOCITY_SAYS_MORE};
+use super::names::claim;
 use super::session::Session;
-use super::{angles, autopilot};
-use super::{pd0, px4, ros};
-use crate::inspect::{Remark, remarks, short};
+use super::{angles, autopilot, pd0, px4, ros};
+use crate::remarks::{Remark, remarks, short};
 
 /// A quantity of a session and the channel that gives it.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Mapped {
+pub(crate) struct Mapped {
     pub claim: Claim,
     /// Index into the log's channels.
     pub channel: usize,
@@ -40,14 +40,14 @@ impl Mapped {
 
 /// What is mapped in each session, and what is not, and why.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Mapping {
+pub(crate) struct Mapping {
     /// In the order of the sessions.
     pub sessions: Vec<Vec<Mapped>>,
     /// Columns and reasons, each column once.
     pub left_out: Vec<(String, String)>,
 }
 
-pub(super) fn map(log: &Log, sessions: &[Session]) -> Mapping {
+pub(crate) fn map(log: &Log, sessions: &[Session]) -> Mapping {
     let mut mapping = Mapping::default();
     let moving: BTreeSet<&str> = log
         .channels()
@@ -89,7 +89,7 @@ impl Mapping {
             match claim_moving(log, channel, moving) {
                 Ok(claim) => claims.push((index, claim)),
                 // An autopilot logs hundreds of channels.
-                Err(reason) if reason == autopilot::NOT_NEEDED => {}
+                Err(reason) if reason == NOT_NEEDED => {}
                 Err(reason) => self.leave_out(&channel.column, reason),
             }
         }
@@ -129,6 +129,15 @@ impl Mapping {
         }
         found.sort_by_key(|mapped| place(mapped.quantity()));
         found
+    }
+
+    /// The thrusters, with the first session's input.
+    pub fn thrusters(&self) -> Vec<(&str, &Mapped)> {
+        self.all().into_iter().filter_map(|mapped| Some((mapped.thruster()?, mapped))).collect()
+    }
+
+    pub fn has(&self, wanted: impl Fn(&Quantity) -> bool) -> bool {
+        self.sessions.iter().flatten().any(|mapped| wanted(mapped.quantity()))
     }
 }
 

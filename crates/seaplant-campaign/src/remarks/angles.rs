@@ -5,8 +5,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use seaplant::quantity::Attitude;
 use seaplant_log::Dimension;
 
-use super::remarks::{Facts, Remark, short};
-use crate::propose::words::{PITCH, ROLL};
+use super::facts::{Facts, short};
+use super::remark::Remark;
+use crate::words::{PITCH, ROLL};
 
 /// A little more than rounding adds.
 const SPARE: f64 = 1.001;

@@ -4,12 +4,8 @@ use seaplant::quantity::{Attitude, Axis, WindFrame, WindPart, World};
 use seaplant::{Quantity, ThrusterInput};
 use seaplant_log::{Channel, Log};
 
-use super::claim::{Claim, WORLD_VELOCITY};
-use super::mapping::Mapping;
+use super::claim::{Claim, NOT_NEEDED, WORLD_VELOCITY};
 use crate::preset::VehiclePreset;
-
-/// Why most channels of an autopilot are not mapped.
-pub(super) const NOT_NEEDED: &str = "internal to the autopilot, and not needed";
 
 /// A channel and the quantity that it holds.
 struct Known {
@@ -223,7 +219,7 @@ fn depth_of_barometer(log: &Log, column: &str) -> Option<(Quantity, u8, bool)> {
 }
 
 /// The known vehicle whose frame the log's settings tell.
-pub(super) fn preset(log: &Log) -> Option<VehiclePreset> {
+pub(crate) fn preset(log: &Log) -> Option<VehiclePreset> {
     let frame = log.settings().get("FRAME_CONFIG")?;
     match *frame {
         1.0 => Some(VehiclePreset::BlueRov2),
@@ -232,15 +228,8 @@ pub(super) fn preset(log: &Log) -> Option<VehiclePreset> {
     }
 }
 
-/// The known vehicle, if any of its motors is mapped.
-pub(super) fn vehicle(log: &Log, mapping: &Mapping) -> Option<VehiclePreset> {
-    let preset = preset(log)?;
-    let has = |name: &str| preset.thrusters().iter().any(|thruster| thruster.name == name);
-    mapping.thrusters().iter().any(|(name, _)| has(name)).then_some(preset)
-}
-
 /// Whether the autopilot is set to turn a thruster's input round.
-pub(super) fn is_reversed(log: &Log, thruster: &str) -> bool {
+pub(crate) fn is_reversed(log: &Log, thruster: &str) -> bool {
     let setting = thruster.strip_prefix("motor ").map(|motor| format!("MOT_{motor}_DIRECTION"));
     setting.and_then(|setting| log.settings().get(&setting)).is_some_and(|way| *way < 0.0)
 }

@@ -4,11 +4,11 @@ use seaplant::{Quantity, ThrusterInput};
 use seaplant_log::{Channel, Dimension, Log};
 
 use super::claim::Claim;
-use super::ros::Field;
-use super::words::{counts_turns, tells_of_thruster, words};
+use super::ros_field::Field;
+use crate::words::{counts_turns, tells_of_thruster, words};
 
 /// Why a thruster is not mapped: its question is put to the user.
-pub(super) const UNTOLD: &str = "a thruster's input, it seems, whose unit cannot be inferred from its values: map it as thruster.NAME.speed, \
+pub(crate) const UNTOLD: &str = "a thruster's input, it seems, whose unit cannot be inferred from its values: map it as thruster.NAME.speed, \
      .pwm, .command or .force, with its unit";
 const ANGLE: &str = "the angle of a joint";
 const EFFORT: &str =

@@ -28,7 +28,7 @@ const THRUSTER: &[&str] = &[
     "throttle",
 ];
 /// Words of what is asked for, not measured.
-pub(super) const COMMAND: &[&str] = &[
+pub(crate) const COMMAND: &[&str] = &[
     "cmd",
     "command",
     "commanded",
@@ -88,17 +88,17 @@ fn is_numbered(word: &str) -> bool {
 }
 
 /// Whether words tell of a thruster.
-pub(super) fn tells_of_thruster(words: &[String]) -> bool {
+pub(crate) fn tells_of_thruster(words: &[String]) -> bool {
     is_named_thruster(words) || words.iter().any(|word| is_numbered(word))
 }
 
 /// Whether words name a thruster or a part of one; `t1` alone may be something else.
-pub(super) fn is_named_thruster(words: &[String]) -> bool {
+pub(crate) fn is_named_thruster(words: &[String]) -> bool {
     words.iter().any(|word| THRUSTER.contains(&word.as_str()))
 }
 
 /// Whether a unit counts turns, as those of propellers do and those of gyros do not.
-pub(super) fn counts_turns(unit: &Unit) -> bool {
+pub(crate) fn counts_turns(unit: &Unit) -> bool {
     const TURN: f64 = std::f64::consts::TAU;
     let factor = unit.factor();
     unit.dimension() == Dimension::AngularVelocity
@@ -123,7 +123,7 @@ pub(crate) fn is_input(channel: &Channel, words: &[String]) -> bool {
 }
 
 /// A unit that ends a name without brackets, as in `heading_deg` or `u_m_s`.
-pub(super) fn unit_by_name(name: &str) -> Option<&'static str> {
+pub(crate) fn unit_by_name(name: &str) -> Option<&'static str> {
     const UNITS: &[(&[&str], &str)] = &[
         (&["rad", "s"], "rad/s"),
         (&["deg", "s"], "deg/s"),

@@ -6,8 +6,9 @@ use seaplant::{Dof, Quantity};
 use seaplant_log::{Channel, Dimension, Log};
 
 use super::claim::{ACCELERATION, COMMANDED, Claim, LAYOUT, QUATERNION, WORLD_VELOCITY};
+use super::ros_field::Field;
 use super::ros_thruster;
-use super::words::{COMMAND, words};
+use crate::words::COMMAND;
 
 const BY_REP_103: &str = "by its message and REP 103";
 const NORTH_IS_X: &str = "by its message and REP 103, with north for the x of its frame";
@@ -23,38 +24,6 @@ const TURNED: &str = "y to port and z up, as REP 103 has it? without negate if t
 const AS_BUILT: &str = "are the instrument's axes y to starboard and z down? set negate = true if y is to port and z up";
 const ON_VEHICLE: &str = "is it the force on the vehicle, in its axes, at its origin?";
 const LEVEL: &str = "is it a place in a level frame with z up?";
-
-/// A channel by its parts: `TOPIC/FIELD.FIELD`.
-pub(super) struct Field<'a> {
-    pub topic: &'a str,
-    /// What follows the topic.
-    pub path: &'a str,
-    /// The words of both.
-    pub words: Vec<String>,
-}
-
-impl<'a> Field<'a> {
-    /// Names in brackets may have slashes, too.
-    pub fn of(column: &'a str) -> Option<Self> {
-        let bracket = column.find('[').unwrap_or(column.len());
-        let slash = column[..bracket].rfind('/')?;
-        Some(Self { topic: &column[..slash], path: &column[slash + 1..], words: words(column) })
-    }
-
-    pub fn has(&self, word: &str) -> bool {
-        self.words.iter().any(|own| own == word)
-    }
-
-    fn has_any(&self, known: &[&str]) -> bool {
-        known.iter().any(|word| self.has(word))
-    }
-
-    /// Whether it is so called, below whatever message holds it.
-    fn ends(&self, tail: &str) -> bool {
-        let before = self.path.strip_suffix(tail);
-        before.is_some_and(|before| before.is_empty() || before.ends_with('.'))
-    }
-}
 
 /// What a channel of a ROS bag holds; `None` of another channel, and where its name must tell.
 pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String>> {

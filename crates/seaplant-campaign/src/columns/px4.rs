@@ -4,8 +4,7 @@ use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::{Quantity, ThrusterInput};
 use seaplant_log::{Channel, Log};
 
-use super::autopilot::NOT_NEEDED;
-use super::claim::{Claim, WORLD_VELOCITY};
+use super::claim::{Claim, NOT_NEEDED, WORLD_VELOCITY};
 
 /// A channel, the quantity that it holds, and how much it says.
 type Known = (&'static str, Quantity, u8);

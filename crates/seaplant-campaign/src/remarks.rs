@@ -1,104 +1,22 @@
 //! What is odd about a channel's values, one detector each.
 
-use std::fmt;
+use seaplant_log::Channel;
 
-use seaplant_log::{Channel, Dimension};
+mod angles;
+mod facts;
+mod remark;
+mod runs;
 
-use super::angles::{unit_misfit, unwrapped, wraps};
-use super::runs::{Run, distinct, quantile, runs_within};
+pub(crate) use angles::looks_like_degrees;
+pub(crate) use facts::short;
+pub(crate) use remark::Remark;
+
+use angles::{unit_misfit, unwrapped, wraps};
+use facts::Facts;
+use runs::{Run, distinct, quantile};
+
 use crate::missing_code::{MissingCode, missing_codes};
-use crate::propose::words::{HEADING, PITCH, ROLL, is_input, words};
-
-/// Something odd, with the numbers that say so.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Remark {
-    Constant { value: String, count: usize },
-    Sentinel { value: String, count: usize },
-    ZeroFilled { runs: usize, samples: usize, first_s: f64 },
-    Saturated { count: usize, of: usize, end: &'static str, value: String },
-    Frozen { value: String, from_s: f64, to_s: f64, samples: usize, others: usize },
-    Held { every_s: f64, logged_s: f64 },
-    Clock,
-    Wraps { times: usize, jump: String },
-    Unwrapped { turns: String },
-    LooksLikeDegrees { reaches: String },
-    LooksLikeRadians { from: String, to: String },
-    Irregular { median_s: f64, p95_s: f64 },
-}
-
-impl fmt::Display for Remark {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Constant { value, count } => {
-                write!(f, "constant: all {count} samples are {value}")
-            }
-            Self::Sentinel { value, count } => write!(
-                f,
-                "{count} samples are {value}, far from all others: probably a code for missing data; remove them from the log"
-            ),
-            Self::ZeroFilled { runs, samples, first_s } => write!(
-                f,
-                "zero-filled: {} in {}, exactly 0 between values far from it, first at {first_s:.2} s: dropouts, perhaps; leave them empty in the log",
-                times(*samples, "sample", "samples"),
-                times(*runs, "stretch", "stretches")
-            ),
-            Self::Saturated { count, of, end, value } => {
-                write!(f, "saturated: {count} of {of} samples are exactly at the {end}, {value}")
-            }
-            Self::Frozen { value, from_s, to_s, samples, others } => {
-                write!(
-                    f,
-                    "frozen: {value} from {from_s:.2} to {to_s:.2} s ({samples} samples), although it changes otherwise"
-                )?;
-                if *others > 0 {
-                    write!(f, "; {} more", times(*others, "such stretch", "such stretches"))?;
-                }
-                Ok(())
-            }
-            Self::Held { every_s, logged_s } => write!(
-                f,
-                "changes every {every_s:.3} s though logged every {logged_s:.3} s: old samples are repeated, which looks like standstill and jumps; log each sample once"
-            ),
-            Self::Clock => {
-                write!(f, "rises evenly with time: a clock or a counter, not a measurement")
-            }
-            Self::Wraps { times: count, jump } => write!(
-                f,
-                "wraps {} (jumps of about {jump}); Seaplant unwraps it",
-                times(*count, "time", "times")
-            ),
-            Self::Unwrapped { turns } => {
-                write!(f, "spans {turns} turns without a jump: it is unwrapped already")
-            }
-            Self::LooksLikeDegrees { reaches } => write!(
-                f,
-                "reaches {reaches}, so it looks like degrees; state unit = \"deg\" if it is"
-            ),
-            Self::LooksLikeRadians { from, to } => write!(
-                f,
-                "spans {from} to {to}, so it looks like radians; state unit = \"rad\" if it is"
-            ),
-            Self::Irregular { median_s, p95_s } => write!(
-                f,
-                "irregular sampling: every {median_s:.3} s in the median, but one interval in twenty is longer than {p95_s:.3} s"
-            ),
-        }
-    }
-}
-
-fn times(n: usize, one: &str, many: &str) -> String {
-    format!("{n} {}", if n == 1 { one } else { many })
-}
-
-/// A channel as the detectors look at it.
-pub(super) struct Facts<'a> {
-    pub(super) channel: &'a Channel,
-    words: Vec<String>,
-    time_s: Vec<f64>,
-    pub(super) values: Vec<f64>,
-    /// Longer intervals than this, s, may be stretches of the log that were not read.
-    pause_s: f64,
-}
+use crate::words::words;
 
 /// Few samples show no habit that a channel could break.
 const LEAST_SAMPLES: usize = 20;
@@ -110,7 +28,7 @@ pub(crate) fn remarks(channel: &Channel) -> Vec<Remark> {
 
 /// Everything odd about a channel between pauses: intervals of `pause_s` and longer, over which
 /// nothing is concluded.
-pub(super) fn remarks_within(channel: &Channel, pause_s: f64) -> Vec<Remark> {
+pub(crate) fn remarks_within(channel: &Channel, pause_s: f64) -> Vec<Remark> {
     let mut facts = Facts {
         channel,
         words: words(&channel.name),
@@ -136,82 +54,6 @@ pub(super) fn remarks_within(channel: &Channel, pause_s: f64) -> Vec<Remark> {
     let others = [held, clock, wraps, unwrapped, unit_misfit];
     found.extend(others.into_iter().filter_map(|detect| detect(&facts)));
     found
-}
-
-impl Facts<'_> {
-    pub(super) fn with_unit(&self, value: f64) -> String {
-        match &self.channel.unit {
-            Some(unit) => format!("{} {unit}", short(value)),
-            None => short(value),
-        }
-    }
-
-    fn dimension(&self) -> Option<Dimension> {
-        self.channel.unit.as_ref().map(|unit| unit.dimension())
-    }
-
-    fn is_input(&self) -> bool {
-        is_input(self.channel, &self.words)
-    }
-
-    pub(super) fn has_word(&self, known: &[&str]) -> bool {
-        self.words.iter().any(|word| known.contains(&word.as_str()))
-    }
-
-    pub(super) fn is_heading(&self) -> bool {
-        self.has_word(HEADING)
-    }
-
-    pub(super) fn is_angle(&self) -> bool {
-        match self.dimension() {
-            Some(dimension) => dimension == Dimension::Angle,
-            None => self.is_heading() || self.has_word(ROLL) || self.has_word(PITCH),
-        }
-    }
-
-    pub(super) fn steps(&self) -> impl Iterator<Item = f64> + '_ {
-        self.pairs().map(|[before, after]| (after - before).abs())
-    }
-
-    /// Each value and the next, unless a pause lies between.
-    fn pairs(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
-        let pairs = self.values.windows(2).map(|w| [w[0], w[1]]).enumerate();
-        pairs.filter(|(k, _)| self.follows(k + 1)).map(|(_, pair)| pair)
-    }
-
-    /// The times from each sample to the next, s, without pauses.
-    fn intervals(&self) -> impl Iterator<Item = f64> + '_ {
-        let all = self.channel.time_s().windows(2).map(|w| w[1] - w[0]);
-        all.filter(|interval_s| *interval_s < self.pause_s)
-    }
-
-    fn runs(&self) -> Vec<Run> {
-        runs_within(&self.values, |k| self.follows(k))
-    }
-
-    /// Whether no pause lies before a sample.
-    fn follows(&self, k: usize) -> bool {
-        self.time_s[k] - self.time_s[k - 1] < self.pause_s
-    }
-
-    pub(super) fn min_max(&self) -> (f64, f64) {
-        let fold = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
-        self.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), fold)
-    }
-
-    pub(super) fn largest(&self) -> f64 {
-        self.values.iter().fold(0.0, |largest, x| x.abs().max(largest))
-    }
-}
-
-/// Five significant digits.
-pub(crate) fn short(x: f64) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return format!("{}", x.abs());
-    }
-    let scale = 10f64.powi(4 - x.abs().log10().floor() as i32);
-    let rounded = (x * scale).round() / scale;
-    format!("{}", if rounded.is_finite() { rounded } else { x })
 }
 
 fn constant(facts: &Facts<'_>) -> Option<Remark> {

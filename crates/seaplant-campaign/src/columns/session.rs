@@ -7,7 +7,7 @@ use seaplant_log::{Channel, Epoch, Log};
 
 /// Files of one recording: together they make a trial.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Session {
+pub(crate) struct Session {
     /// Indices into the log's sources.
     pub sources: Vec<usize>,
     /// The time of its first sample, in the files' clock, s.
@@ -40,7 +40,7 @@ impl Session {
 
 /// Files that overlap in time were logged side by side, unless they share most of their columns and
 /// count time each from its own start: those are recordings of one kind at several times.
-pub(super) fn sessions(log: &Log) -> Vec<Session> {
+pub(crate) fn sessions(log: &Log) -> Vec<Session> {
     let mut found: Vec<Session> = Vec::new();
     for source in 0..log.sources().len() {
         let alone = Session::of(log, source);

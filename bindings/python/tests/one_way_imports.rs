@@ -1,0 +1,18 @@
+//! Files of the native half import one way.
+
+#[path = "../../../crates/seaplant/tests/imports/mod.rs"]
+mod imports;
+
+use std::path::Path;
+
+use imports::{Sources, circle};
+
+#[test]
+fn no_module_imports_one_that_imports_it() {
+    let sources = Sources::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    let files = sources.arrows(|module| module.join("/"));
+    assert!(files.contains_key(&("plant".to_owned(), "border".to_owned())), "{files:?}");
+    let top = sources.arrows(|module| module[0].clone());
+    let around = circle(&files).or_else(|| circle(&top));
+    assert!(around.is_none(), "a circle of imports:\n{}", around.unwrap_or_default());
+}

@@ -1,0 +1,35 @@
+//! What a column seems to hold, and reasons why one holds nothing that is needed.
+
+use seaplant::Quantity;
+
+/// What a column seems to hold.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Claim {
+    pub quantity: Quantity,
+    /// How much its name says: the greatest wins where several columns claim a quantity.
+    pub strength: u8,
+    /// The unit to state, where the header does not.
+    pub unit: Option<&'static str>,
+    /// Whether it counts the other way.
+    pub negate: bool,
+    /// Why, as "by its name and unit".
+    pub why: String,
+    /// What a human must decide about it.
+    pub doubt: Option<String>,
+}
+
+/// Why the description of a list of numbers is not mapped.
+pub(super) const LAYOUT: &str = "of the shape of a list, not a measurement";
+/// Why the numbers of a quaternion are not mapped.
+pub(super) const QUATERNION: &str = "of a quaternion, whose angles have channels of their own";
+pub(super) const NO_UNIT: &str = "no unit is stated; add unit = \"...\"";
+pub(super) const ACCELERATION: &str =
+    "an acceleration, but not along x, y or z of an accelerometer";
+/// Why an accelerometer is not mapped.
+pub(super) const VELOCITY_SAYS_MORE: &str =
+    "an acceleration, and velocity is logged, which says more";
+pub(super) const COMMANDED: &str = "a command, not a measurement";
+pub(super) const WORLD_VELOCITY: &str =
+    "a velocity along the world's axes; Seaplant reads the body's, or derives it from position";
+/// Why most channels of an autopilot are not mapped.
+pub(super) const NOT_NEEDED: &str = "internal to the autopilot, and not needed";
