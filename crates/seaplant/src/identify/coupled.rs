@@ -229,7 +229,8 @@ fn best(
     }
 }
 
-/// The score of each driven axis by itself, on held-out trials if there are any.
+/// The score of each driven axis by itself whose velocity is measured, on held-out trials if there
+/// are any.
 fn single_axes(
     structure: &Structure,
     records: &Records<'_>,
@@ -238,7 +239,9 @@ fn single_axes(
     let scored = if records.hold_out.is_empty() { &records.fit } else { &records.hold_out };
     let of = |&dof: &Dof| {
         records.fit.iter().find(|record| record.is_driven(dof))?;
-        let alone = Structure::of(&[dof], Symmetry::Diagonal).ok()?;
+        // Without its velocity an axis by itself takes as long to fit as all of them.
+        let is_measured = records.fit.iter().all(|record| record.is_measured(dof));
+        let alone = Structure::of(&[dof], Symmetry::Diagonal).ok().filter(|_| is_measured)?;
         let body = vehicle.rigid_body.as_ref();
         // An axis that cannot be fitted by itself has no score by itself.
         let fit = fit_coupled(&alone, &records.fit, body, false).ok()?;

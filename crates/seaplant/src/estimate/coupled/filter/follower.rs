@@ -180,13 +180,12 @@ impl<const N: usize, const M: usize> Follower<N, M> {
         mean: &State<N, M>,
         change: &Change<N, M>,
     ) {
-        let before = self.covariance;
-        let mut own = crossed.map(|_| before.crossed(step));
+        let mut own = crossed.map(|_| (self.covariance, self.covariance.crossed(step)));
         self.covariance.predict_motion(step, &change.process);
         let mut pushed = SVector::zeros();
         if let Some(fade) = &change.fade {
             pushed = self.fade(fade, step, covariance);
-            if let Some(own) = &mut own {
+            if let Some((_, own)) = &mut own {
                 own.fade(fade, &pushed, covariance);
             }
             pushed *= mean.disturbance[fade.axis];
@@ -195,7 +194,7 @@ impl<const N: usize, const M: usize> Follower<N, M> {
         if let Some(fade) = &change.fade {
             self.mean.disturbance[fade.axis] += fade.by * mean.disturbance[fade.axis];
         }
-        if let (Some(own), Some(crossed), Some(rows)) = (own, crossed, &step.rows) {
+        if let (Some((before, own)), Some(crossed), Some(rows)) = (own, crossed, &step.rows) {
             self.covariance.navigated(&before, &own, (rows, &change.process));
             if let Some(fade) = &change.of_navigation {
                 self.covariance.fade_otherwise(fade, covariance, crossed, rows);
