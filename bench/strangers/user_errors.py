@@ -245,7 +245,8 @@ for degrees in (45, 90, 180):
         f.vehicle += f"[sensor.dvl]\nrotation_deg = [0, 0, {-degrees}]\n"
 
     mounted.__name__ = f"dvl_turned_{degrees}"
-    error(TOGETHER, f"turned by {degrees}", f"{degrees}]")(mounted)
+    # What is right is what the file says less this: no angle.
+    error(TOGETHER, f"turned by {degrees}", "rotation_deg = [0, 0, 0]")(mounted)
 
 
 @error(TOGETHER, "wrench of sway", "reversed", wrench=True)

@@ -27,9 +27,8 @@ pub(super) fn name(vehicle: &Vehicle, trials: &[Trial], results: &mut Results) {
     found.retain(|mistake| {
         let is_of = |dof: &Dof| mistake.axes.contains(dof);
         let alone = plants.iter().any(|(dof, plant)| is_of(dof) && is_doubtful(&plant.verdict));
-        let together = |plant: &CoupledPlant| {
-            is_doubtful(&plant.verdict) && plant.axes.iter().any(|dof| is_of(dof))
-        };
+        let together =
+            |plant: &CoupledPlant| is_doubtful(&plant.verdict) && plant.axes.iter().any(&is_of);
         let failed =
             |one: &Failure| is_together(one) || is_of(&one.dof) && !plants.contains_key(&one.dof);
         alone || coupled.values().any(together) || failures.iter().any(failed)
