@@ -51,6 +51,8 @@ pub enum CaveatCode {
     TwoLevelThrust,
     /// Thrust never changes sign.
     OneSignedThrust,
+    /// A channel, sign, place or unit that explains the logs far better if it is changed.
+    LikelyMistake,
     /// Thrust pushes the other way than its log says.
     ThrustReversed,
     /// Thrust answers velocity, as under a controller.

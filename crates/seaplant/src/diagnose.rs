@@ -1,6 +1,7 @@
 //! Finds reasons to doubt a fit, from its numbers and its trials.
 
 mod comparison;
+mod mistakes;
 mod plausible;
 
 pub(crate) use comparison::{
@@ -8,6 +9,7 @@ pub(crate) use comparison::{
     steady_against_unsteady, worse_trials,
 };
 
+pub(crate) use mistakes::{Mistake, mistakes};
 pub(crate) use plausible::{implausible, impossible_mass};
 
 use std::collections::BTreeMap;

@@ -3,6 +3,7 @@
 mod convert;
 mod coupled;
 mod figures;
+mod mistaken;
 mod nomoto;
 mod stages;
 mod unsteady;
@@ -12,6 +13,7 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 pub use coupled::{compare_coupled, score_coupled, score_table};
+pub use mistaken::likely_mistakes;
 pub use stages::{Stage, stages};
 
 use convert::{accumulated, empty_results, steady_result};
@@ -152,6 +154,7 @@ pub fn identify_watched(
         begins(axes, Method::FilterError);
     });
     nomoto::identify(vehicle, trials, options, &mut found.results);
+    mistaken::name(vehicle, trials, &mut found.results);
     let scale = thrust_scale(vehicle, &found.results);
     found.results.caveats.push(scale);
     found.results.consequences = consequences(&found.results);

@@ -112,7 +112,7 @@ pub use estimate::model::Model;
 pub use evaluate::{Agreement, Comparison, PositionComparison, ScoredMotion, evaluate};
 pub use identify::{
     IdentifyOptions, Stage, accumulated_plant, compare_coupled, identify, identify_watched,
-    score_coupled, score_table, stages, steady_drag,
+    likely_mistakes, score_coupled, score_table, stages, steady_drag,
 };
 pub use judge::{box_pierce, score_plant};
 pub use navigation::{Beside, MeanAcceleration, Motion, Navigated, Recording, navigate};

@@ -5,6 +5,7 @@ mod axis;
 mod coupled;
 mod force;
 mod gained;
+mod logged;
 mod plausible;
 mod propeller;
 mod records;
@@ -31,6 +32,7 @@ pub use force::ThrusterTrack;
 use force::{Saturation, Thrusts};
 pub(crate) use force::{ThrustError, force_along};
 pub use gained::GAINED_S;
+pub(crate) use logged::Logged;
 pub(crate) use plausible::without_outliers;
 use plausible::{coarse_thrust, mask, suspicious_units};
 use records::Records;
@@ -106,6 +108,7 @@ pub struct Trial {
     saturated: Vec<Saturation>,
     caveats: Vec<Caveat>,
     coupled: Vec<Result<CoupledRecord, Error>>,
+    logged: Option<Logged>,
 }
 
 impl Trial {
@@ -136,6 +139,7 @@ impl Trial {
         let rates_hz = recording.iter().map(|(what, x)| (what.clone(), rate_hz(x))).collect();
         let coupled_of = |axes: &Vec<Dof>| CoupledRecord::new(&setup, &recording, vehicle, axes);
         let coupled = setup.coupled.iter().map(coupled_of).collect();
+        let logged = Logged::new(&setup, &recording, vehicle);
         let (of_thrust, recording) =
             recording.into_iter().partition(|(quantity, _)| quantity.is_of_thrust());
         let mut thrusts = Thrusts::new(&setup, of_thrust, vehicle);
@@ -154,7 +158,17 @@ impl Trial {
         }
         let mean_heading_rad = mean_heading_rad(&navigated);
         let beside = navigated.beside;
-        Ok(Self { setup, records, mean_heading_rad, beside, rates_hz, saturated, caveats, coupled })
+        Ok(Self {
+            setup,
+            records,
+            mean_heading_rad,
+            beside,
+            rates_hz,
+            saturated,
+            caveats,
+            coupled,
+            logged,
+        })
     }
 
     /// Adds doubts that the log's reader had.
@@ -233,6 +247,11 @@ impl Trial {
             return Err(Error::Plant { axes: names.join("-"), reason });
         };
         found.as_ref().map_err(Clone::clone)
+    }
+
+    /// What was logged of all axes, on one grid; `None` of a trial that is too short.
+    pub(crate) fn logged(&self) -> Option<&Logged> {
+        self.logged.as_ref()
     }
 
     /// The caveats that every fit to this trial inherits: of units, outliers and how thrust was logged.

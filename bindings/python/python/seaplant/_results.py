@@ -150,6 +150,7 @@ CaveatCode: TypeAlias = Literal[
     "restoring-contradicts",
     "two-level-thrust",
     "one-signed-thrust",
+    "likely-mistake",
     "thrust-reversed",
     "thrust-follows-velocity",
     "one-speed",

@@ -1,0 +1,254 @@
+//! What a user may have got wrong, as a change of what was logged.
+
+use super::weak::View;
+use crate::trial::Logged;
+use crate::{Dof, Quantity, Sensors};
+
+/// One change of a log.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Change {
+    /// The velocity of some axes has the other sign.
+    Reversed(Vec<Dof>),
+    /// The logged wrench of an axis has the other sign.
+    ReversedWrench(Dof),
+    /// A thruster pushes the other way.
+    ReversedThruster(String),
+    /// All thrusters that act on an axis push the other way.
+    ReversedThrusters(Dof),
+    /// The velocities of two axes are exchanged.
+    Exchanged(Dof, Dof),
+    /// The wrenches of two axes are exchanged.
+    ExchangedWrenches(Dof, Dof),
+    /// The readings of two thrusters are exchanged.
+    ExchangedThrusters(String, String),
+    /// The sensor of velocity is turned about the vertical by so many degrees, to starboard.
+    Turned(f64),
+}
+
+/// Angles by which a velocity sensor is mounted by mistake, or without being stated, deg.
+const TURNS_DEG: [f64; 7] = [45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0];
+
+/// Velocities of forward-port-up axes that are read as forward-starboard-down: of all sensors, of the
+/// velocity sensor, of the gyroscope.
+const OTHER_FRAMES: [&[Dof]; 3] = [
+    &[Dof::Sway, Dof::Heave, Dof::Pitch, Dof::Yaw],
+    &[Dof::Sway, Dof::Heave],
+    &[Dof::Pitch, Dof::Yaw],
+];
+
+impl Change {
+    /// Every change that trials allow, the simplest first.
+    pub(super) fn all(trials: &[&Logged]) -> Vec<Self> {
+        let moves = |dof: &Dof| trials.iter().any(|trial| trial.velocity[dof.index()].is_some());
+        let is_wrench = |dof: &Dof| trials.iter().any(|trial| trial.wrench[dof.index()].is_some());
+        let moving: Vec<Dof> = Dof::ALL.into_iter().filter(moves).collect();
+        let pushed: Vec<Dof> = Dof::ALL.into_iter().filter(is_wrench).collect();
+        let mut names: Vec<&String> = Vec::new();
+        for thruster in trials.iter().flat_map(|trial| &trial.thrusters) {
+            if !names.contains(&&thruster.name) {
+                names.push(&thruster.name);
+            }
+        }
+        let mut all: Vec<Self> = moving.iter().map(|dof| Self::Reversed(vec![*dof])).collect();
+        all.extend(pushed.iter().map(|dof| Self::ReversedWrench(*dof)));
+        all.extend(names.iter().map(|name| Self::ReversedThruster((*name).clone())));
+        if names.len() > 1 {
+            let acts = |dof: &Dof| {
+                let mut thrusters = trials.iter().flat_map(|trial| &trial.thrusters);
+                thrusters.any(|thruster| thruster.wrench[dof.index()] != 0.0)
+            };
+            all.extend(Dof::ALL.into_iter().filter(acts).map(Self::ReversedThrusters));
+        }
+        all.extend(pairs(&moving, &|a, b| Self::Exchanged(*a, *b)));
+        all.extend(pairs(&pushed, &|a, b| Self::ExchangedWrenches(*a, *b)));
+        let exchanged =
+            |a: &&String, b: &&String| Self::ExchangedThrusters((*a).clone(), (*b).clone());
+        all.extend(pairs(&names, &exchanged));
+        if [Dof::Surge, Dof::Sway].iter().all(moves) {
+            all.extend(TURNS_DEG.map(Self::Turned));
+        }
+        let mut frames: Vec<Vec<Dof>> = Vec::new();
+        for axes in OTHER_FRAMES {
+            let axes: Vec<Dof> = axes.iter().copied().filter(moves).collect();
+            if axes.len() > 1 && !frames.contains(&axes) {
+                frames.push(axes);
+            }
+        }
+        all.extend(frames.into_iter().map(Self::Reversed));
+        all
+    }
+
+    /// In how many channels it changes the log.
+    pub(super) fn channels(&self) -> usize {
+        match self {
+            Self::Reversed(axes) => axes.len(),
+            Self::ReversedWrench(_) | Self::ReversedThruster(_) => 1,
+            _ => 2,
+        }
+    }
+
+    /// Makes the change.
+    pub(super) fn apply(&self, log: &mut Logged) {
+        let reverse = |series: &mut Option<Vec<f64>>| {
+            series.iter_mut().flatten().for_each(|x| *x = -*x);
+        };
+        match self {
+            Self::Reversed(axes) => {
+                axes.iter().for_each(|dof| reverse(&mut log.velocity[dof.index()]));
+            }
+            Self::ReversedWrench(dof) => reverse(&mut log.wrench[dof.index()]),
+            Self::ReversedThruster(name) => {
+                let named = log.thrusters.iter_mut().filter(|thruster| thruster.name == *name);
+                named.for_each(|thruster| thruster.thrust.iter_mut().for_each(|x| *x = -*x));
+            }
+            Self::ReversedThrusters(dof) => {
+                let acts = log.thrusters.iter_mut().filter(|t| t.wrench[dof.index()] != 0.0);
+                acts.for_each(|thruster| thruster.thrust.iter_mut().for_each(|x| *x = -*x));
+            }
+            Self::Exchanged(a, b) => log.velocity.swap(a.index(), b.index()),
+            Self::ExchangedWrenches(a, b) => log.wrench.swap(a.index(), b.index()),
+            Self::ExchangedThrusters(a, b) => {
+                let place = |name: &String| log.thrusters.iter().position(|t| t.name == *name);
+                if let Some((a, b)) = place(a).zip(place(b)) {
+                    let kept = std::mem::take(&mut log.thrusters[a].thrust);
+                    log.thrusters[a].thrust = std::mem::replace(&mut log.thrusters[b].thrust, kept);
+                }
+            }
+            Self::Turned(degrees) => {
+                let (sin, cos) = degrees.to_radians().sin_cos();
+                let [surge, sway, ..] = &mut log.velocity;
+                let (Some(surge), Some(sway)) = (surge, sway) else { return };
+                for (u, v) in surge.iter_mut().zip(sway) {
+                    (*u, *v) = (cos * *u - sin * *v, sin * *u + cos * *v);
+                }
+            }
+        }
+    }
+
+    /// What it is, in words.
+    pub(super) fn words(&self) -> String {
+        match self {
+            Self::Reversed(axes) if axes.len() > 1 => format!(
+                "the velocities of {} look reversed, as of axes forward, port and up (FLU) that are read as forward, starboard and down",
+                names(axes)
+            ),
+            Self::Reversed(axes) => format!("the velocity of {} looks reversed", names(axes)),
+            Self::ReversedWrench(dof) => format!("the wrench of {dof} looks reversed"),
+            Self::ReversedThruster(name) => format!("thruster `{name}` looks reversed"),
+            Self::ReversedThrusters(dof) => {
+                format!("all thrusters that act in {dof} look reversed")
+            }
+            Self::Exchanged(a, b) => format!("the velocities of {a} and {b} look exchanged"),
+            Self::ExchangedWrenches(a, b) => format!("the wrenches of {a} and {b} look exchanged"),
+            Self::ExchangedThrusters(a, b) => format!("thrusters `{a}` and `{b}` look exchanged"),
+            Self::Turned(degrees) => {
+                format!("the velocity sensor looks turned by {degrees}° about the vertical")
+            }
+        }
+    }
+
+    /// The line of a file to change.
+    pub(super) fn advice(&self, trials: &[&Logged], sensors: &Sensors) -> String {
+        let source = |dof: Dof| trials.iter().find_map(|trial| trial.source[dof.index()].clone());
+        let channel = |dof: Dof| channel(dof, source(dof).as_ref());
+        match self {
+            Self::Reversed(axes) => {
+                let channels: Vec<String> = axes.iter().map(|dof| channel(*dof)).collect();
+                negate(&channels)
+            }
+            Self::ReversedWrench(dof) => negate(&[format!("wrench.{dof}")]),
+            Self::ReversedThruster(name) => format!(
+                "in vehicle.toml set `reversed = true` for the [[thruster]] named \"{name}\" (if it is set, remove it)"
+            ),
+            Self::ReversedThrusters(_) => {
+                "in vehicle.toml turn the sign of their `direction`, or set `reversed = true` for each".to_owned()
+            }
+            Self::Exchanged(a, b) => exchange(&channel(*a), &channel(*b)),
+            Self::ExchangedWrenches(a, b) => {
+                exchange(&format!("wrench.{a}"), &format!("wrench.{b}"))
+            }
+            Self::ExchangedThrusters(a, b) => format!(
+                "{}, or their names in vehicle.toml",
+                exchange(&format!("thruster.{a}"), &format!("thruster.{b}"))
+            ),
+            Self::Turned(degrees) => match source(Dof::Surge) {
+                Some(Quantity::DvlVelocity(_)) => {
+                    let [roll, pitch, yaw] = sensors.dvl.rotation_rad.map(f64::to_degrees);
+                    let yaw = (yaw + degrees + 180.0).rem_euclid(360.0) - 180.0;
+                    format!(
+                        "in vehicle.toml set `rotation_deg = [{roll:.0}, {pitch:.0}, {yaw:.0}]` under [sensor.dvl]"
+                    )
+                }
+                _ => format!(
+                    "in campaign.toml check the columns and signs of {} and {}; velocities in a DVL's own axes are dvl.velocity.x and .y, with `rotation_deg` under [sensor.dvl] in vehicle.toml",
+                    channel(Dof::Surge),
+                    channel(Dof::Sway)
+                ),
+            },
+        }
+    }
+}
+
+fn pairs<T>(of: &[T], make: &dyn Fn(&T, &T) -> Change) -> Vec<Change> {
+    let with_later = |(k, a)| of[k + 1..].iter().map(move |b| make(a, b));
+    of.iter().enumerate().flat_map(with_later).collect()
+}
+
+/// `surge, sway and yaw`.
+pub(super) fn names(axes: &[Dof]) -> String {
+    match axes {
+        [] => String::new(),
+        [one] => one.to_string(),
+        [first @ .., last] => {
+            let first: Vec<&str> = first.iter().map(|dof| dof.name()).collect();
+            format!("{} and {last}", first.join(", "))
+        }
+    }
+}
+
+/// The channel that gives the velocity of an axis.
+fn channel(dof: Dof, source: Option<&Quantity>) -> String {
+    source.map_or_else(|| format!("velocity.{dof}"), ToString::to_string)
+}
+
+fn negate(channels: &[String]) -> String {
+    let quoted: Vec<String> = channels.iter().map(|channel| format!("\"{channel}\"")).collect();
+    format!(
+        "in campaign.toml set `negate = true` for {} under [channels] (if it is set, remove it)",
+        quoted.join(", ")
+    )
+}
+
+fn exchange(a: &str, b: &str) -> String {
+    format!("in campaign.toml exchange the columns of \"{a}\" and \"{b}\" under [channels]")
+}
+
+/// What a log says with changes.
+pub(super) fn view(log: &Logged, changes: &[Change]) -> View {
+    let mut log = log.clone();
+    changes.iter().for_each(|change| change.apply(&mut log));
+    let force = Dof::ALL.map(|dof| {
+        let axis = dof.index();
+        if let Some(wrench) = &log.wrench[axis] {
+            return Some(wrench.clone()).filter(|wrench| wrench.iter().any(|x| *x != 0.0));
+        }
+        let acting = log.thrusters.iter().filter(|thruster| thruster.wrench[axis] != 0.0);
+        acting.fold(None, |sum: Option<Vec<f64>>, thruster| {
+            let mut sum = sum.unwrap_or_else(|| vec![0.0; log.grid.len]);
+            let lever = thruster.wrench[axis];
+            sum.iter_mut().zip(&thruster.thrust).for_each(|(sum, thrust)| *sum += lever * thrust);
+            Some(sum)
+        })
+    });
+    let [roll, pitch, _] = log.angles;
+    let thrusts = log.thrusters.into_iter().map(|thruster| thruster.thrust);
+    let forces = thrusts.chain(log.wrench.into_iter().flatten()).collect();
+    View {
+        period_s: log.grid.period_s,
+        is_whole: log.is_whole,
+        velocity: log.velocity,
+        force,
+        forces,
+        tilt: [roll, pitch],
+    }
+}

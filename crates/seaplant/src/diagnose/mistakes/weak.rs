@@ -1,0 +1,279 @@
+//! How much of the change of velocity forces explain, by least squares without derivatives.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::Dof;
+
+/// What one trial says of all axes, at the same instants.
+pub(super) struct View {
+    /// Between instants, s.
+    pub(super) period_s: f64,
+    /// Whether everything was logged at an instant.
+    pub(super) is_whole: Vec<bool>,
+    /// In SNAME order, m/s and rad/s.
+    pub(super) velocity: [Option<Vec<f64>>; 6],
+    /// Likewise, N and N m; of axes that are pushed.
+    pub(super) force: [Option<Vec<f64>>; 6],
+    /// The forces that `force` is made of, one by one.
+    pub(super) forces: Vec<Vec<f64>>,
+    /// Roll and pitch, rad.
+    pub(super) tilt: [Option<Vec<f64>>; 2],
+}
+
+/// How an axis is looked at: the length of test functions and the delay of force, in instants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Look {
+    length: usize,
+    delay: usize,
+}
+
+/// What least squares makes of one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Explained {
+    /// The part of the variance of the change of velocity that is left, in blocks of the trials that
+    /// were not fitted; within [`LEAST_LEFT`] and 1.
+    pub(super) left: f64,
+    /// Velocity gained per force and time, 1/kg or 1/(kg m²); not below zero.
+    pub(super) alpha: f64,
+    /// How many test functions without overlap there are.
+    pub(super) windows: usize,
+}
+
+/// Below this part a model that is better by far is no better: noise of sensors leaves as much.
+const LEAST_LEFT: f64 = 0.003;
+
+/// Lengths of test functions that are tried, s: from small vehicles to ships.
+const LENGTHS_S: [f64; 5] = [2.4, 5.0, 10.0, 20.0, 40.0];
+
+/// Delays of force that are tried, in instants of 0.2 s: what a propeller needs.
+const DELAYS: [usize; 4] = [0, 1, 2, 4];
+
+/// Test functions overlap by half, as they are zero at both ends.
+const OVERLAP: usize = 2;
+
+/// Blocks that are left out in turn, each made of pieces from all over a trial.
+const FOLDS: usize = 4;
+const PIECES: usize = 8;
+
+/// Fewer test functions for each number fitted show nothing.
+const LEAST_WINDOWS: usize = 2;
+
+/// The terms of the equation of motion of one axis as `v̇ = Σ c x`.
+///
+/// Of a vehicle the coefficients of `signed` are not below zero: `τ`, `−v|v|`, `−v`, and products of
+/// other speeds by turning, `u̇ = v r − w q` times ratios of masses [Fossen2021, § 3.3, 6.3]. The
+/// others may have any sign.
+struct Terms {
+    signed: Vec<Vec<f64>>,
+    free: Vec<Vec<f64>>,
+}
+
+fn product(a: &[f64], b: &[f64], sign: f64) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| sign * a * b).collect()
+}
+
+/// Products that a rigid body in water has along an axis: sign and the two velocities.
+fn turning(dof: Dof) -> [(f64, Dof, Dof); 2] {
+    use Dof::{Heave, Pitch, Roll, Surge, Sway, Yaw};
+    match dof {
+        Surge => [(1.0, Sway, Yaw), (-1.0, Heave, Pitch)],
+        Sway => [(-1.0, Surge, Yaw), (1.0, Heave, Roll)],
+        Heave => [(1.0, Surge, Pitch), (-1.0, Sway, Roll)],
+        // Whether these add or take depends on the vehicle.
+        Roll => [(1.0, Pitch, Yaw), (1.0, Sway, Heave)],
+        Pitch => [(1.0, Roll, Yaw), (1.0, Surge, Heave)],
+        Yaw => [(1.0, Surge, Sway), (1.0, Surge, Yaw)],
+    }
+}
+
+impl View {
+    fn delayed(&self, force: &[f64], look: Look) -> Vec<f64> {
+        let at = |k: usize| force[k.saturating_sub(look.delay)];
+        (0..force.len()).map(at).collect()
+    }
+
+    fn terms(&self, dof: Dof, look: Look) -> Option<Terms> {
+        let v = self.velocity[dof.index()].as_ref()?;
+        let force = self.force[dof.index()].as_ref()?;
+        let mut signed = vec![
+            self.delayed(force, look),
+            v.iter().map(|v| -v * v.abs()).collect(),
+            v.iter().map(|v| -v).collect(),
+        ];
+        let mut free = Vec::new();
+        for (sign, a, b) in turning(dof) {
+            let [a, b] = [a, b].map(|dof| self.velocity[dof.index()].as_ref());
+            let Some((a, b)) = a.zip(b) else { continue };
+            let to = if dof.is_rotation() { &mut free } else { &mut signed };
+            to.push(product(a, b, sign));
+        }
+        let tilt = match dof {
+            Dof::Roll => self.tilt[0].as_ref(),
+            Dof::Pitch => self.tilt[1].as_ref(),
+            _ => None,
+        };
+        free.extend(tilt.map(|tilt| tilt.iter().map(|angle| angle.sin()).collect()));
+        Some(Terms { signed, free })
+    }
+
+    /// The terms of an axis, and every force and velocity, each of any sign: what no mistake of sign
+    /// or place changes.
+    fn all_terms(&self, dof: Dof, look: Look) -> Option<Terms> {
+        let Terms { signed, free } = self.terms(dof, look)?;
+        let others = Dof::ALL.iter().filter(|other| **other != dof);
+        let others = others.filter_map(|other| self.velocity[other.index()].clone());
+        let forces = self.forces.iter().map(|force| self.delayed(force, look));
+        let all = signed.into_iter().skip(1).chain(free).chain(others).chain(forces);
+        Some(Terms { signed: Vec::new(), free: all.collect() })
+    }
+}
+
+/// Sums over test functions of `[x, y]` of one trial, by fold.
+struct Sums {
+    gram: Vec<DMatrix<f64>>,
+    sum: Vec<DVector<f64>>,
+    count: Vec<f64>,
+}
+
+impl Sums {
+    fn new(columns: usize) -> Self {
+        Self {
+            gram: vec![DMatrix::zeros(columns, columns); FOLDS],
+            sum: vec![DVector::zeros(columns); FOLDS],
+            count: vec![0.0; FOLDS],
+        }
+    }
+
+    /// The sums of deviations from the trial's mean, by fold: a trial has its own bias.
+    fn centred(self) -> Option<Vec<DMatrix<f64>>> {
+        let count: f64 = self.count.iter().sum();
+        if count == 0.0 {
+            return None;
+        }
+        let sum = self.sum.iter().fold(DVector::zeros(self.sum[0].len()), |all, own| all + own);
+        let mean = sum / count;
+        let of = |((gram, sum), n): ((DMatrix<f64>, DVector<f64>), f64)| {
+            let cross = &sum * mean.transpose();
+            gram - &cross - cross.transpose() + n * &mean * mean.transpose()
+        };
+        Some(self.gram.into_iter().zip(self.sum).zip(self.count).map(of).collect())
+    }
+}
+
+/// Adds what one trial says under test functions `φ = sin⁴`: `∫φ x dt` of the terms, and
+/// `∫φ v̇ dt = −∫φ̇ v dt`.
+fn sums(view: &View, dof: Dof, terms: &Terms, look: Look) -> Option<(Vec<DMatrix<f64>>, usize)> {
+    let v = view.velocity[dof.index()].as_ref()?;
+    let columns: Vec<&Vec<f64>> = terms.signed.iter().chain(&terms.free).collect();
+    let p = columns.len();
+    let (length, width) = (look.length, look.length as f64);
+    let test = |k: usize| {
+        let (sin, cos) = (std::f64::consts::PI * k as f64 / width).sin_cos();
+        let slope = 4.0 * sin.powi(3) * cos * std::f64::consts::PI / (width * view.period_s);
+        (sin.powi(4), slope)
+    };
+    let test: Vec<(f64, f64)> = (0..=length).map(test).collect();
+    let is_whole = |first: &usize| view.is_whole[*first..=first + length].iter().all(|x| *x);
+    let starts = (0..v.len().saturating_sub(length)).step_by((length / OVERLAP).max(1));
+    let starts: Vec<usize> = starts.filter(is_whole).collect();
+    let mut sums = Sums::new(p + 1);
+    let mut row = DVector::zeros(p + 1);
+    for (k, &first) in starts.iter().enumerate() {
+        for (x, column) in row.iter_mut().zip(&columns) {
+            let values = &column[first..=first + length];
+            *x = values.iter().zip(&test).map(|(x, (phi, _))| phi * x).sum();
+        }
+        let values = &v[first..=first + length];
+        row[p] = -values.iter().zip(&test).map(|(v, (_, slope))| slope * v).sum::<f64>();
+        let fold = k * PIECES / starts.len() % FOLDS;
+        sums.gram[fold].ger(1.0, &row, &row, 1.0);
+        sums.sum[fold] += &row;
+        sums.count[fold] += 1.0;
+    }
+    Some((sums.centred()?, starts.len()))
+}
+
+/// Sweeps of coordinate descent: beyond these the residual of a dozen terms does not change.
+const SWEEPS: usize = 400;
+
+/// Least squares with the first `signed` coefficients not below zero, by coordinate descent on the
+/// normal equations; the last row and column are those of y.
+fn solve(gram: &DMatrix<f64>, signed: usize) -> DVector<f64> {
+    let p = gram.nrows() - 1;
+    let mut x: DVector<f64> = DVector::zeros(p);
+    for _ in 0..SWEEPS {
+        let mut moved = 0.0_f64;
+        for j in 0..p {
+            let own = gram[(j, j)];
+            if own <= 0.0 {
+                continue;
+            }
+            let others: f64 = (0..p).filter(|k| *k != j).map(|k| gram[(j, k)] * x[k]).sum();
+            let best = (gram[(j, p)] - others) / own;
+            let best = if j < signed { best.max(0.0) } else { best };
+            moved = moved.max((best - x[j]).abs() * own.sqrt());
+            x[j] = best;
+        }
+        if moved < 1e-6 * gram[(p, p)].max(0.0).sqrt() {
+            break;
+        }
+    }
+    x
+}
+
+/// `Σ (y − c x)²` of sums.
+fn misfit(gram: &DMatrix<f64>, c: &DVector<f64>) -> f64 {
+    let p = c.len();
+    let (xx, xy) = (gram.view((0, 0), (p, p)), gram.view((0, p), (p, 1)));
+    let fitted = (c.transpose() * xx * c)[(0, 0)];
+    gram[(p, p)] - 2.0 * c.dot(&xy.column(0)) + fitted
+}
+
+fn fit(
+    views: &[&View],
+    dof: Dof,
+    look: Look,
+    terms: impl Fn(&View) -> Option<Terms>,
+) -> Option<Explained> {
+    let mut folds: Option<(Vec<DMatrix<f64>>, usize)> = None;
+    let mut windows = 0;
+    for view in views {
+        let Some(terms) = terms(view) else { continue };
+        let Some((own, count)) = sums(view, dof, &terms, look) else { continue };
+        windows += count;
+        let (all, signed) = folds.get_or_insert_with(|| {
+            (own.iter().map(|x| DMatrix::zeros(x.nrows(), x.ncols())).collect(), terms.signed.len())
+        });
+        if all[0].nrows() != own[0].nrows() || *signed != terms.signed.len() {
+            return None;
+        }
+        all.iter_mut().zip(own).for_each(|(all, own)| *all += own);
+    }
+    let (folds, signed) = folds?;
+    let total = folds.iter().fold(DMatrix::zeros(folds[0].nrows(), folds[0].ncols()), |a, b| a + b);
+    let p = total.nrows() - 1;
+    let variation = total[(p, p)];
+    if windows < LEAST_WINDOWS * OVERLAP * p.max(FOLDS) || variation <= 0.0 {
+        return None;
+    }
+    let missed: f64 = folds.iter().map(|own| misfit(own, &solve(&(&total - own), signed))).sum();
+    let left = (missed / variation).clamp(LEAST_LEFT, 1.0);
+    let alpha = if signed > 0 { solve(&total, signed)[0] } else { 0.0 };
+    Some(Explained { left, alpha, windows: windows / OVERLAP })
+}
+
+/// How to look at an axis, and what is left at best if signs and places are anything.
+pub(super) fn look(views: &[&View], dof: Dof) -> Option<(Look, Explained)> {
+    let period_s = views.first()?.period_s;
+    let looks = LENGTHS_S.iter().flat_map(|length_s| {
+        let length = (length_s / period_s).round() as usize;
+        DELAYS.map(|delay| Look { length, delay })
+    });
+    let of = |look: Look| Some((look, fit(views, dof, look, |view| view.all_terms(dof, look))?));
+    looks.filter_map(of).min_by(|a, b| a.1.left.total_cmp(&b.1.left))
+}
+
+/// What the equation of motion of an axis leaves, with coefficients that a vehicle can have.
+pub(super) fn explained(views: &[&View], dof: Dof, look: Look) -> Option<Explained> {
+    fit(views, dof, look, |view| view.terms(dof, look))
+}

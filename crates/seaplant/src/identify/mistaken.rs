@@ -1,0 +1,84 @@
+//! Mistakes of the user, with the plants that they may explain.
+
+use super::verdict::verdict;
+use crate::diagnose::{Mistake, mistakes};
+use crate::results::{CoupledPlant, Failure, PlantResult, Results, Trust, Verdict};
+use crate::{Caveat, Dof, Trial, Vehicle};
+
+/// What the user seems to have got wrong: signs, exchanged channels, frames, mounting, units.
+///
+/// Each change of the trials to fit under which least squares explains far more of the change of
+/// velocity, and how to make it in the campaign or the vehicle file.
+pub fn likely_mistakes(vehicle: &Vehicle, trials: &[Trial]) -> Vec<Caveat> {
+    mistakes(vehicle, trials).iter().map(Mistake::caveat).collect()
+}
+
+/// Names the mistakes that may be why fits failed, and plants are doubtful.
+///
+/// A mistake of which no axis is doubtful is none; one that is, is one in all of its axes.
+pub(super) fn name(vehicle: &Vehicle, trials: &[Trial], results: &mut Results) {
+    let Results { failures, plants, methods, coupled, .. } = results;
+    let verdicts = plants.values().map(|plant| &plant.verdict);
+    let mut verdicts = verdicts.chain(coupled.values().map(|plant| &plant.verdict));
+    if failures.is_empty() && !verdicts.any(is_doubtful) {
+        return;
+    }
+    let mut found = mistakes(vehicle, trials);
+    found.retain(|mistake| {
+        let is_of = |dof: &Dof| mistake.axes.contains(dof);
+        let alone = plants.iter().any(|(dof, plant)| is_of(dof) && is_doubtful(&plant.verdict));
+        let together =
+            |plant: &CoupledPlant| is_doubtful(&plant.verdict) && plant.axes.iter().any(&is_of);
+        let failed =
+            |one: &Failure| is_together(one) || is_of(&one.dof) && !plants.contains_key(&one.dof);
+        alone || coupled.values().any(together) || failures.iter().any(failed)
+    });
+    for failure in failures {
+        if is_together(failure) || !plants.contains_key(&failure.dof) {
+            explain(failure, &found);
+        }
+    }
+    for (dof, plant) in plants {
+        doubt(*dof, plant, &found);
+        let of_method = methods.get_mut(dof).and_then(|all| all.get_mut(&plant.method));
+        of_method.into_iter().for_each(|same| doubt(*dof, same, &found));
+    }
+    coupled.values_mut().for_each(|plant| doubt_together(plant, &found));
+}
+
+fn is_doubtful(verdict: &Verdict) -> bool {
+    matches!(verdict.trust, Trust::Doubtful | Trust::DoNotUse)
+}
+
+/// Whether it is of a plant of several axes, and names the first of them only.
+fn is_together(failure: &Failure) -> bool {
+    failure.method.contains(" together")
+}
+
+/// Adds the mistakes to why a fit failed.
+fn explain(failure: &mut Failure, found: &[Mistake]) {
+    let is_of = |one: &&Mistake| is_together(failure) || one.axes.contains(&failure.dof);
+    let said: String = found.iter().filter(is_of).map(|one| format!(". {}", one.message)).collect();
+    failure.message += &said;
+}
+
+fn doubt(dof: Dof, plant: &mut PlantResult, found: &[Mistake]) {
+    let own = found.iter().filter(|mistake| mistake.axes.contains(&dof));
+    let own: Vec<Caveat> = own.map(Mistake::caveat).collect();
+    if !own.is_empty() {
+        plant.caveats.splice(0..0, own);
+        plant.verdict = verdict(dof, plant);
+    }
+}
+
+fn doubt_together(plant: &mut CoupledPlant, found: &[Mistake]) {
+    let is_of = |mistake: &&Mistake| mistake.axes.iter().any(|dof| plant.axes.contains(dof));
+    let own: Vec<Caveat> = found.iter().filter(is_of).map(Mistake::caveat).collect();
+    let Some(first) = own.first() else { return };
+    let reason = format!("severe caveat: {}", first.code.words());
+    let mut codes = plant.verdict.codes.clone();
+    codes.splice(0..0, own.iter().map(|caveat| caveat.code));
+    plant.verdict = Verdict { trust: Trust::DoNotUse, reason, codes };
+    plant.verdicts.values_mut().for_each(|verdict| verdict.clone_from(&plant.verdict));
+    plant.caveats.splice(0..0, own);
+}

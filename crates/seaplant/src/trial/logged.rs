@@ -1,0 +1,209 @@
+//! What was logged of all axes of one trial, on one grid: what mistakes of its user are looked for in.
+
+use super::TrialSetup;
+use super::force::{CoupledThrust, coupled_thrust};
+use super::slopes::{of_fixes, slope};
+use crate::navigation::{Motion, Navigated, Recording, navigate};
+use crate::quantity::{Attitude, Axis, World};
+use crate::{Dof, Grid, Quantity, Timed, Vehicle};
+
+/// A thruster, its thrust and where that acts.
+#[derive(Clone, Debug)]
+pub(crate) struct LoggedThruster {
+    /// What the vehicle file calls it.
+    pub(crate) name: String,
+    /// Force and moment on each axis for each newton of thrust, 1 and m, in SNAME order.
+    pub(crate) wrench: [f64; 6],
+    /// Its thrust, N.
+    pub(crate) thrust: Vec<f64>,
+}
+
+/// Forces, velocities, angles and positions of one trial at the same instants.
+#[derive(Clone, Debug)]
+pub(crate) struct Logged {
+    /// The axes that it is to identify, alone or together.
+    pub(crate) axes: Vec<Dof>,
+    /// The instants.
+    pub(crate) grid: Grid,
+    /// Whether everything was logged at an instant.
+    pub(crate) is_whole: Vec<bool>,
+    /// Velocity in body axes, m/s and rad/s, in SNAME order.
+    pub(crate) velocity: [Option<Vec<f64>>; 6],
+    /// The channel that each velocity is from.
+    pub(crate) source: [Option<Quantity>; 6],
+    /// Logged wrenches, N and N m, likewise.
+    pub(crate) wrench: [Option<Vec<f64>>; 6],
+    /// The thrusters; none where wrenches are logged.
+    pub(crate) thrusters: Vec<LoggedThruster>,
+    /// Roll, pitch and heading, unwrapped, rad.
+    pub(crate) angles: [Option<Vec<f64>>; 3],
+    /// Depth, m.
+    pub(crate) depth: Option<Vec<f64>>,
+}
+
+/// A trial is looked at for so long at most, s: a mistake shows in an hour.
+const LONGEST_S: f64 = 3600.0;
+
+/// The period of the instants, s: motion of a vehicle is slower.
+const PERIOD_S: f64 = 0.2;
+
+/// Fewer instants show nothing.
+const LEAST_INSTANTS: usize = 150;
+
+/// Steps longer than so many sampling periods, and so many seconds, are gaps.
+const GAP_PERIODS: f64 = 5.0;
+const GAP_S: f64 = 1.0;
+
+impl Logged {
+    /// `None` of a trial that is too short, or cannot be navigated.
+    pub(super) fn new(
+        setup: &TrialSetup,
+        recording: &Recording,
+        vehicle: &Vehicle,
+    ) -> Option<Self> {
+        let recording = beginning(setup, recording);
+        let navigated = navigate(&setup.name, &recording, &vehicle.sensors).ok()?;
+        let CoupledThrust { thrusters, .. } = coupled_thrust(&recording, vehicle);
+        let velocity = velocities(&recording, &navigated);
+        let wrench = Dof::ALL.map(|dof| recording.get(&Quantity::Wrench(dof)).cloned());
+        let [roll, pitch] =
+            [Dof::Roll, Dof::Pitch].map(|dof| navigated.position.get(&dof).cloned());
+        let angles = [roll, pitch, navigated.heading.clone()];
+        let depth = recording.get(&Quantity::Depth);
+        let thrust: Vec<Timed> = thrusters
+            .iter()
+            .map(|thruster| thruster.track.speed.map(|speed| thruster.track.thrust(speed)))
+            .collect();
+
+        let moved = || velocity.iter().chain(&angles).flatten().chain(depth);
+        let pushed = || wrench.iter().flatten().chain(&thrust);
+        let ends = |series: &Timed| (series.first_s(), series.last_s());
+        let held = |series: &Timed| match series.len() {
+            1 => (series.first_s(), f64::INFINITY),
+            _ => (series.first_s(), series.last_s() + series.period_s()),
+        };
+        let spans = moved().map(ends).chain(pushed().map(held));
+        let (from_s, to_s) = spans.reduce(|all, own| (all.0.max(own.0), all.1.min(own.1)))?;
+        let grid = Grid::spanning(from_s, to_s.max(from_s), PERIOD_S);
+        if grid.len < LEAST_INSTANTS || !to_s.is_finite() {
+            return None;
+        }
+        let mut is_whole = vec![true; grid.len];
+        moved().for_each(|series| {
+            cut(&mut is_whole, grid, series, (GAP_PERIODS * series.period_s()).max(GAP_S));
+        });
+        pushed().for_each(|series| cut(&mut is_whole, grid, series, series.longest_usual_s()));
+
+        let sampled = |series: &Option<Timed>| series.as_ref().map(|series| means(series, grid));
+        let coupled = setup.coupled.iter().flatten().chain(&setup.dofs);
+        let mut axes: Vec<Dof> = coupled.copied().collect();
+        axes.sort();
+        axes.dedup();
+        let source = Dof::ALL.map(|dof| source(&recording, dof));
+        let of_thruster = |(thruster, thrust): (&super::CoupledThruster, &Timed)| LoggedThruster {
+            name: thruster.name.clone(),
+            wrench: thruster.wrench.into(),
+            thrust: thrust.held_means(grid),
+        };
+        Some(Self {
+            axes,
+            grid,
+            is_whole,
+            velocity: velocity.each_ref().map(sampled),
+            source,
+            wrench: wrench.each_ref().map(|x| x.as_ref().map(|x| x.held_means(grid))),
+            thrusters: thrusters.iter().zip(&thrust).map(of_thruster).collect(),
+            angles: angles.each_ref().map(sampled),
+            depth: depth.map(|depth| means(depth, grid)),
+        })
+    }
+}
+
+/// The first hour of the trial's window.
+fn beginning(setup: &TrialSetup, recording: &Recording) -> Recording {
+    let first_s = recording.values().map(Timed::first_s).fold(f64::INFINITY, f64::min);
+    let from_s = setup.from_s.unwrap_or(first_s);
+    let to_s = setup.to_s.unwrap_or(f64::INFINITY).min(from_s + LONGEST_S);
+    let within = |(quantity, series): (&Quantity, &Timed)| {
+        Some((quantity.clone(), series.window_held(from_s, to_s)?))
+    };
+    recording.iter().filter_map(within).collect()
+}
+
+/// Velocities as they were measured, else slopes of positions; rates also where the angle
+/// contradicts them.
+fn velocities(recording: &Recording, navigated: &Navigated) -> [Option<Timed>; 6] {
+    let fixes = of_fixes(recording, navigated).ok().flatten();
+    Dof::ALL.map(|dof| {
+        let rate = if dof.is_rotation() {
+            let rate = recording.get(&Quantity::Rate(axis_of(dof)));
+            rate.or_else(|| recording.get(&Quantity::Velocity(dof)))
+        } else {
+            None
+        };
+        if let Some(measured) = rate.or_else(|| navigated.measured.get(&dof)) {
+            return Some(measured.clone());
+        }
+        match (dof, navigated.by_position.get(&dof)) {
+            (Dof::Surge | Dof::Sway, _) => fixes.as_ref().map(|both| both[dof.index()].clone()),
+            (_, Some(Motion::Position(path))) => slope(path).ok(),
+            _ => None,
+        }
+    })
+}
+
+const fn axis_of(dof: Dof) -> Axis {
+    match dof {
+        Dof::Surge | Dof::Roll => Axis::X,
+        Dof::Sway | Dof::Pitch => Axis::Y,
+        Dof::Heave | Dof::Yaw => Axis::Z,
+    }
+}
+
+/// The channel that the velocity of an axis is from.
+fn source(recording: &Recording, dof: Dof) -> Option<Quantity> {
+    let axis = axis_of(dof);
+    let candidates = match dof {
+        Dof::Surge | Dof::Sway => vec![
+            Quantity::Velocity(dof),
+            Quantity::DvlVelocity(axis),
+            Quantity::WorldVelocity(World::North),
+            Quantity::GroundSpeed,
+            Quantity::Position(World::North),
+            Quantity::Latitude,
+        ],
+        Dof::Heave => vec![
+            Quantity::Velocity(dof),
+            Quantity::DvlVelocity(axis),
+            Quantity::WorldVelocity(World::Down),
+            Quantity::Depth,
+            Quantity::Position(World::Down),
+        ],
+        Dof::Roll | Dof::Pitch | Dof::Yaw => {
+            let angle = match dof {
+                Dof::Roll => Attitude::Roll,
+                Dof::Pitch => Attitude::Pitch,
+                _ => Attitude::Heading,
+            };
+            vec![Quantity::Rate(axis), Quantity::Velocity(dof), Quantity::Attitude(angle)]
+        }
+    };
+    candidates.into_iter().find(|quantity| recording.contains_key(quantity))
+}
+
+/// Means around the instants of a grid of a series that is sampled more often; else interpolated.
+fn means(series: &Timed, grid: Grid) -> Vec<f64> {
+    match series.period_s() < 0.5 * grid.period_s {
+        true => series.held_means(grid),
+        false => series.interpolate(grid),
+    }
+}
+
+/// Marks the instants that lie in gaps of a series.
+fn cut(is_whole: &mut [bool], grid: Grid, series: &Timed, longest_s: f64) {
+    for gap in series.gaps(longest_s) {
+        let at = |t_s: f64| ((t_s - grid.start_s) / grid.period_s).clamp(0.0, grid.len as f64);
+        let (from, to) = (at(gap.from_s).floor() as usize, at(gap.to_s).ceil() as usize);
+        is_whole[from..to.max(from)].fill(false);
+    }
+}
