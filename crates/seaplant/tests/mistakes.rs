@@ -3,9 +3,11 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use seaplant::quantity::{Attitude, Axis};
+use seaplant::results::Results;
 use seaplant::{
-    Caveat, CaveatCode, Dof, QuadraticThrust, Quantity, Recording, ThrustCurve, Thruster,
-    ThrusterInput, Timed, Trial, TrialSetup, Vehicle, likely_mistakes,
+    Caveat, CaveatCode, Dof, IdentifyOptions, Method, QuadraticThrust, Quantity, Recording, Role,
+    ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle, identify,
+    likely_mistakes,
 };
 
 const STEP_S: f64 = 0.02;
@@ -96,23 +98,30 @@ fn named(change: impl Fn(&mut Recording, &mut Vehicle)) -> Vec<Caveat> {
 }
 
 fn named_of(axes: &[Dof], change: impl Fn(&mut Recording, &mut Vehicle)) -> Vec<Caveat> {
+    let setup = TrialSetup { dofs: axes.to_vec(), ..TrialSetup::default() };
+    let (vehicle, trials) = trials(&setup, change);
+    likely_mistakes(&vehicle, &trials)
+}
+
+/// Two trials to fit of recordings and a vehicle that were changed, and one held out.
+fn trials(
+    setup: &TrialSetup,
+    change: impl Fn(&mut Recording, &mut Vehicle),
+) -> (Vehicle, Vec<Trial>) {
     let mut vehicle = vehicle();
-    let recordings = [1, 2].map(|seed| {
+    let recordings = [1, 2, 3].map(|seed| {
         let mut recording = driven(seed);
         vehicle = self::vehicle();
         change(&mut recording, &mut vehicle);
         recording
     });
-    let trials: Vec<Trial> = recordings
-        .iter()
-        .enumerate()
-        .map(|(k, recording)| {
-            let (name, dofs) = (format!("{k}"), axes.to_vec());
-            let setup = TrialSetup { name, dofs, ..TrialSetup::default() };
-            Trial::new(setup, recording, &vehicle).expect("complete")
-        })
-        .collect();
-    likely_mistakes(&vehicle, &trials)
+    let trial = |(k, recording): (usize, &Recording)| {
+        let role = if k == 2 { Role::HoldOut } else { Role::Fit };
+        let setup = TrialSetup { name: format!("{k}"), role, ..setup.clone() };
+        Trial::new(setup, recording, &vehicle).expect("complete")
+    };
+    let trials = recordings.iter().enumerate().map(trial).collect();
+    (vehicle, trials)
 }
 
 /// Asserts that one mistake is named, with all of some words.
@@ -264,4 +273,31 @@ fn a_dvl_at_45_degrees_shows_without_lateral_thrust() {
             false => assert_eq!(found, []),
         }
     }
+}
+
+/// What is identified of surge by itself, by equation error.
+fn surge(change: impl Fn(&mut Recording, &mut Vehicle)) -> Results {
+    let setup = TrialSetup { dofs: vec![Dof::Surge], ..TrialSetup::default() };
+    let (vehicle, trials) = trials(&setup, change);
+    let options =
+        IdentifyOptions { methods: vec![Method::EquationError], ..IdentifyOptions::default() };
+    identify(&vehicle, &trials, &options).results
+}
+
+#[test]
+fn a_fit_that_fails_says_which_mistake_explains_the_logs() {
+    let results = surge(|recording, _| scale(recording, &X, -1.0));
+    assert!(results.plants.is_empty());
+    let told = results.failures.iter().any(|failure| {
+        failure.message.contains("velocity of surge looks reversed")
+            && failure.message.contains("`negate = true` for \"dvl.velocity.x\"")
+    });
+    assert!(told, "{:?}", results.failures);
+}
+
+#[test]
+fn plants_of_logs_without_a_mistake_have_none() {
+    let results = surge(|_, _| {});
+    let plant = &results.plants[&Dof::Surge];
+    assert!(plant.caveats.iter().all(|caveat| caveat.code != CaveatCode::LikelyMistake));
 }

@@ -8,7 +8,6 @@ mod prime;
 mod rivals;
 mod score;
 mod steady;
-mod symmetry;
 mod trials;
 mod under_way;
 mod verdict;
@@ -24,8 +23,7 @@ use crate::estimate::{CoupledFit, INSTRUMENTS, Tried, fit_coupled, fit_coupled_f
 use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
 use crate::results::{
     AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, CoupledScore, Driven,
-    Failure, Identifiability, MatrixResult, Parameter, Results, TermDecision, ToldBy, Trust,
-    Verdict,
+    Failure, Identifiability, MatrixResult, Parameter, Results, TermDecision, ToldBy, Verdict,
 };
 use crate::{
     Caveat, CaveatCode, CoupledPlan, CoupledRecord, Dof, Error, Estimate, Method, Role, Timed,
@@ -139,9 +137,8 @@ fn plant(
     }
     check_motion(&structure, &records.fit)?;
     check_scale(&structure, &records.fit)?;
-    let (scored, disputed) = best(&structure, &records, vehicle, plan.search)?;
-    let misfit = scored.misfit();
-    let Scored { fit, of_fit, of_hold_out } = scored;
+    let (Scored { fit, of_fit, of_hold_out }, disputed) =
+        best(&structure, &records, vehicle, plan.search)?;
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = of_fit;
     plant.hold_out = of_hold_out;
@@ -155,13 +152,8 @@ fn plant(
     let worse = plant.hold_out.iter().flat_map(trials::worse_trials).collect::<Vec<_>>();
     plant.caveats.splice(0..0, below.into_iter().chain(disputed).chain(scale).chain(worse));
     let online = online::plants(&fit, &records, vehicle, options);
-    plant.caveats.splice(0..0, records.left_out.clone());
+    plant.caveats.splice(0..0, records.left_out);
     plant.verdict = verdict::verdict(&plant, &fit);
-    if plant.verdict.trust == Trust::Doubtful {
-        let found = symmetry::too_much(plan, &fit, misfit, &records, vehicle);
-        plant.caveats.splice(0..0, found);
-        plant.verdict = verdict::verdict(&plant, &fit);
-    }
     plant.verdicts = verdict::by_axis(&plant, &fit, &of_axes);
     Ok((structure.name(), plant, online))
 }

@@ -1,5 +1,7 @@
 //! What a user may have got wrong, as a change of what was logged.
 
+use std::collections::BTreeSet;
+
 use super::weak::View;
 use crate::trial::Logged;
 use crate::{Dof, Quantity, Sensors};
@@ -53,11 +55,7 @@ impl Change {
         all.extend(pushed.iter().map(|dof| Self::ReversedWrench(*dof)));
         all.extend(names.iter().map(|name| Self::ReversedThruster((*name).clone())));
         if names.len() > 1 {
-            let acts = |dof: &Dof| {
-                let mut thrusters = trials.iter().flat_map(|trial| &trial.thrusters);
-                thrusters.any(|thruster| thruster.wrench[dof.index()] != 0.0)
-            };
-            all.extend(Dof::ALL.into_iter().filter(acts).map(Self::ReversedThrusters));
+            all.extend(groups(trials).into_iter().map(Self::ReversedThrusters));
         }
         all.extend(pairs(&moving, &|a, b| Self::Exchanged(*a, *b)));
         all.extend(pairs(&pushed, &|a, b| Self::ExchangedWrenches(*a, *b)));
@@ -187,6 +185,25 @@ impl Change {
             },
         }
     }
+}
+
+/// Axes on which several thrusters act, one for each group of thrusters: one to identify, if there is.
+fn groups(trials: &[&Logged]) -> Vec<Dof> {
+    let acting = |dof: Dof| {
+        let thrusters = trials.iter().flat_map(|trial| &trial.thrusters);
+        let acting = thrusters.filter(move |thruster| thruster.wrench[dof.index()] != 0.0);
+        acting.map(|thruster| thruster.name.as_str()).collect::<BTreeSet<&str>>()
+    };
+    let is_identified = |dof: &Dof| trials.iter().any(|trial| trial.axes.contains(dof));
+    let (first, last): (Vec<Dof>, Vec<Dof>) = Dof::ALL.into_iter().partition(is_identified);
+    let mut groups: Vec<(Dof, BTreeSet<&str>)> = Vec::new();
+    for dof in first.into_iter().chain(last) {
+        let group = acting(dof);
+        if group.len() > 1 && groups.iter().all(|(_, known)| *known != group) {
+            groups.push((dof, group));
+        }
+    }
+    groups.into_iter().map(|(dof, _)| dof).collect()
 }
 
 fn pairs<T>(of: &[T], make: &dyn Fn(&T, &T) -> Change) -> Vec<Change> {
