@@ -63,7 +63,7 @@ impl Results {
 
     /// The axes of a plant of several, driven with the thrust of a trial: each axis with what
     /// [`Self::simulate`] gives of one, where the simulation does not run away.
-    fn simulate_coupled<'py>(
+    fn simulate_several_axes<'py>(
         &self,
         py: Python<'py>,
         trial: PyRef<'_, Trial>,

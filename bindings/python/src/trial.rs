@@ -44,11 +44,11 @@ impl Trial {
         vehicle: PyRef<'_, Vehicle>,
     ) -> PyResult<Self> {
         let entry: TrialEntry = parse("trial", entry)?;
-        let coupled = plants_axes(parse("axes", axes)?)?;
+        let plant_axes = plants_axes(parse("axes", axes)?)?;
         let (log, vehicle) = (Arc::clone(&log.0), Arc::clone(&vehicle.0));
         let trial = apart(py, move || {
             let log = Arc::unwrap_or_clone(log);
-            Ok(trial_of_log(Path::new("trial"), log, &entry, &vehicle.vehicle, &coupled)?)
+            Ok(trial_of_log(Path::new("trial"), log, &entry, &vehicle.vehicle, &plant_axes)?)
         })?;
         Ok(Self(Arc::new(trial)))
     }

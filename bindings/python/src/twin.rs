@@ -9,7 +9,9 @@ use pyo3::prelude::*;
 use seaplant::IdentifyOptions;
 use seaplant::Recording;
 use seaplant::twin::{TwinCampaign, TwinTrial};
-use seaplant_campaign::{SourcedTrial, SourcedVehicle, TwinFile, monte_carlo_whole, twin_files};
+use seaplant_campaign::{
+    SourcedTrial, SourcedVehicle, TwinFile, monte_carlo_of_several_axes, twin_files,
+};
 use seaplant_log::{MemoryColumn, MemoryTable};
 
 use crate::border::{Failure, apart, apart_watched, json, parse};
@@ -78,7 +80,7 @@ impl Twin {
 fn twin_of(spec: &str) -> Result<TwinFile, Failure> {
     let value: serde_json::Value = serde_json::from_str(spec)?;
     Ok(match value.get("vehicle") {
-        Some(_) => TwinFile::Whole(Box::new(parse("twin", spec)?)),
+        Some(_) => TwinFile::SeveralAxes(Box::new(parse("twin", spec)?)),
         None => TwinFile::OneAxis(Box::new(parse("twin", spec)?)),
     })
 }
@@ -137,10 +139,10 @@ pub fn monte_carlo(
                 spec.validate()?;
                 json(&seaplant_campaign::monte_carlo(spec, &options, runs, threads, go_on)?)
             }
-            TwinFile::Whole(_) if !methods.is_empty() => Err(Failure::Input(
+            TwinFile::SeveralAxes(_) if !methods.is_empty() => Err(Failure::Input(
                 "method is of twins of single axes, and `vehicle` makes this one a whole vehicle, which is fitted by filter error: leave it out".to_owned(),
             )),
-            TwinFile::Whole(spec) => json(&monte_carlo_whole(spec, runs, threads, go_on)?),
+            TwinFile::SeveralAxes(spec) => json(&monte_carlo_of_several_axes(spec, runs, threads, go_on)?),
         }
     };
     let waited = apart_watched(py, study, |_| match &on_run {

@@ -15,7 +15,7 @@ use crate::campaign_file::{
     BollardPullEntry, CampaignFile, ChannelEntry, ChannelMap, LogEntry, TrialEntry,
 };
 use crate::missing_code::STOPPED_US;
-use crate::plant_file::{check_plans, coupled_axes, plans};
+use crate::plant_file::{axes_of_plans, check_plans, plans};
 use crate::recording::{SourcedTrial, read_trial, trial_of};
 use crate::vehicle_file::{SourcedVehicle, read_vehicle};
 use crate::{Error, toml_file};
@@ -165,8 +165,8 @@ impl Campaign {
         let logs = entry.log.files().iter();
         let logs = logs.map(|log| toml_file::resolve(&self.path, log));
         let logs = logs.collect::<Result<Vec<_>, Error>>()?;
-        let coupled = coupled_axes(&self.options.coupled);
-        read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle, &coupled)
+        let plant_axes = axes_of_plans(&self.options.coupled);
+        read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle, &plant_axes)
     }
 
     fn add(&mut self, SourcedTrial { trial, inputs, offsets, start_s }: SourcedTrial) {
@@ -223,7 +223,7 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], axes: &[Dof]) -> Result<Tria
     file.check_time(campaign)?;
     let (vehicle, _) = read_vehicle(&toml_file::resolve(campaign, &file.vehicle)?)?;
     let names: Vec<String> = logs.iter().map(|log| log.display().to_string()).collect();
-    let (dof, coupled) = match axes {
+    let (dof, plant_axes) = match axes {
         [dof] => (vec![*dof], Vec::new()),
         several => (Vec::new(), vec![several.to_vec()]),
     };
@@ -240,13 +240,13 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], axes: &[Dof]) -> Result<Tria
         channels: BTreeMap::new(),
     };
     let channels = channel_map(campaign, all_channels(&file, &entry), &vehicle)?;
-    Ok(read_trial(campaign, logs, &file, &entry, &channels, &vehicle, &coupled)?.trial)
+    Ok(read_trial(campaign, logs, &file, &entry, &channels, &vehicle, &plant_axes)?.trial)
 }
 
 /// Makes a trial of a log that was read already; the entry's files are not looked at.
 ///
-/// `coupled` are the axes of each plant of several axes that it may serve; `path` is what messages call
-/// the campaign that there is none of.
+/// `plant_axes` are the axes of each plant of several axes that it may serve; `path` is what
+/// messages call the campaign that there is none of.
 ///
 /// # Errors
 /// As [`Campaign::open`].
@@ -255,11 +255,11 @@ pub fn trial_of_log(
     log: Log,
     entry: &TrialEntry,
     vehicle: &Vehicle,
-    coupled: &[Vec<Dof>],
+    plant_axes: &[Vec<Dof>],
 ) -> Result<SourcedTrial, Error> {
-    check_trial(path, entry, !coupled.is_empty())?;
+    check_trial(path, entry, !plant_axes.is_empty())?;
     let channels = channel_map(path, entry.channels.iter(), vehicle)?;
-    trial_of(path, log, entry, &channels, vehicle, coupled)
+    trial_of(path, log, entry, &channels, vehicle, plant_axes)
 }
 
 /// Fits a thrust curve to a bollard-pull table; `neutral` is 1500 us for pulse widths and

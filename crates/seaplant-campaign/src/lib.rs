@@ -44,7 +44,9 @@ pub use inspect::{
     ChannelSummary, InspectedEpoch, InspectedFile, InspectedOffset, Inspection, inspect,
     inspect_survey,
 };
-pub use monte_carlo::{MonteCarloTable, WholeMonteCarloTable, monte_carlo, monte_carlo_whole};
+pub use monte_carlo::{
+    MonteCarloTable, WholeMonteCarloTable, monte_carlo, monte_carlo_of_several_axes,
+};
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};
 pub use profile::{

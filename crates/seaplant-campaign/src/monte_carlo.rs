@@ -125,7 +125,7 @@ pub fn monte_carlo(
 ///
 /// # Errors
 /// As [`sample_whole`], and for a vehicle that cannot be read.
-pub fn monte_carlo_whole(
+pub fn monte_carlo_of_several_axes(
     spec: &WholeTwinSpec,
     runs: u64,
     threads: usize,
@@ -170,14 +170,16 @@ mod tests {
     }
 
     #[test]
-    fn a_whole_vehicle_makes_the_same_table_on_any_number_of_threads() {
+    fn a_plant_of_several_axes_makes_the_same_table_on_any_number_of_threads() {
         let spec = WholeTwinSpec {
             axes: vec![Dof::Surge, Dof::Yaw],
             duration_s: 60.0,
             hold_out_s: 60.0,
             ..WholeTwinSpec::default()
         };
-        let study = |threads| monte_carlo_whole(&spec, 2, threads, |_| true).expect("can be made");
+        let study = |threads| {
+            monte_carlo_of_several_axes(&spec, 2, threads, |_| true).expect("can be made")
+        };
         let table = study(1).expect("not stopped");
         assert!(table.coefficients.iter().all(|row| row.answers == 2), "{table:?}");
         assert_eq!(table.assurance.len(), 6, "{:?}", table.assurance);

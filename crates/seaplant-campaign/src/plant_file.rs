@@ -135,7 +135,7 @@ pub(crate) fn check_plans(
 }
 
 /// The axes of each plant of several axes.
-pub(crate) fn coupled_axes(plans: &[CoupledPlan]) -> Vec<Vec<Dof>> {
+pub(crate) fn axes_of_plans(plans: &[CoupledPlan]) -> Vec<Vec<Dof>> {
     plans.iter().map(|plan| plan.axes.clone()).collect()
 }
 

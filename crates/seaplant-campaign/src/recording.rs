@@ -39,12 +39,12 @@ pub(crate) fn read_trial(
     entry: &TrialEntry,
     channels: &ChannelMap,
     vehicle: &Vehicle,
-    coupled: &[Vec<Dof>],
+    plant_axes: &[Vec<Dof>],
 ) -> Result<SourcedTrial, Error> {
     let files = read_options(path, logs, file, entry)?;
     let log = Log::open(&files)
         .map_err(|source| Error::Log { trial: entry.name.clone(), source: Box::new(source) })?;
-    trial_of(path, log, entry, channels, vehicle, coupled)
+    trial_of(path, log, entry, channels, vehicle, plant_axes)
 }
 
 /// Makes a trial of a log: its mapped columns brought to SI units, on a clock that starts
@@ -55,7 +55,7 @@ pub(crate) fn trial_of(
     entry: &TrialEntry,
     channels: &ChannelMap,
     vehicle: &Vehicle,
-    coupled: &[Vec<Dof>],
+    plant_axes: &[Vec<Dof>],
 ) -> Result<SourcedTrial, Error> {
     check_time_units(path, entry, &log)?;
     let mut caveats = doubts(entry, &log, channels);
@@ -88,7 +88,7 @@ pub(crate) fn trial_of(
         from_s: entry.from_s,
         to_s: entry.to_s,
         segments_s: entry.segments_s.clone(),
-        coupled: coupled.to_vec(),
+        coupled: plant_axes.to_vec(),
     };
     let trial = Trial::using_up(setup, recording, vehicle).map_err(Error::model(path))?;
     Ok(SourcedTrial { trial: trial.with_caveats(caveats), inputs, offsets, start_s })

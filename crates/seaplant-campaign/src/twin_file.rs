@@ -1,4 +1,4 @@
-//! twin.toml: of a vehicle that moves one axis at a time, or of a whole one.
+//! twin.toml: of a vehicle that moves one axis at a time, or several together.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ pub enum TwinFile {
     /// One axis at a time.
     OneAxis(Box<TwinSpec>),
     /// A plant of several axes.
-    Whole(Box<WholeTwinSpec>),
+    SeveralAxes(Box<WholeTwinSpec>),
 }
 
 impl TwinFile {
@@ -37,7 +37,7 @@ impl TwinFile {
             let full = resolve(path, Path::new(&spec.vehicle))?;
             spec.vehicle = full.display().to_string();
         }
-        Ok(Self::Whole(Box::new(spec)))
+        Ok(Self::SeveralAxes(Box::new(spec)))
     }
 
     /// Makes the logs.
@@ -47,7 +47,7 @@ impl TwinFile {
     pub fn make(&self) -> Result<TwinCampaign, TwinError> {
         match self {
             Self::OneAxis(spec) => Ok(make(spec)?),
-            Self::Whole(spec) => Ok(make_whole(spec, &plant_named(&spec.vehicle)?)?),
+            Self::SeveralAxes(spec) => Ok(make_whole(spec, &plant_named(&spec.vehicle)?)?),
         }
     }
 }
@@ -87,11 +87,12 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_makes_a_twin_a_whole_one() {
-        let whole = read("vehicle = \"published:rexrov\"\ndriving = \"sweeps\"\n").expect("valid");
-        assert!(matches!(whole, TwinFile::Whole(_)), "{whole:?}");
-        let single = read("dofs = [\"surge\"]\n").expect("valid");
-        assert!(matches!(single, TwinFile::OneAxis(_)), "{single:?}");
+    fn a_vehicle_makes_a_twin_of_several_axes() {
+        let several =
+            read("vehicle = \"published:rexrov\"\ndriving = \"sweeps\"\n").expect("valid");
+        assert!(matches!(several, TwinFile::SeveralAxes(_)), "{several:?}");
+        let one = read("dofs = [\"surge\"]\n").expect("valid");
+        assert!(matches!(one, TwinFile::OneAxis(_)), "{one:?}");
     }
 
     #[test]

@@ -65,7 +65,7 @@ impl Simulation {
     ///
     /// # Errors
     /// As [`compare_coupled`]; [`Error::Plant`] if the simulation runs away.
-    pub fn of_coupled(plant: &CoupledPlant, trial: &Trial) -> Result<Vec<Self>, Error> {
+    pub fn of_several_axes(plant: &CoupledPlant, trial: &Trial) -> Result<Vec<Self>, Error> {
         let all = compare_coupled(plant, trial)?;
         if all.len() < plant.axes.len() {
             let axes: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
@@ -127,7 +127,7 @@ pub fn validate<'a>(
     Ok(validations)
 }
 
-/// Scores the axes of a coupled plant, simulated together; none without a trial that was read for
+/// Scores the axes of a plant of several axes, simulated together; none without a trial that was read for
 /// them.
 fn together(
     results: &Results,

@@ -1,6 +1,6 @@
 //! What `identify` says in the terminal.
 
-mod coupled;
+mod several_axes;
 
 use std::fmt::Write;
 use std::path::Path;
@@ -20,10 +20,10 @@ use crate::sketch::Sketches;
 pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     let mut text = String::new();
     for model in &results.steering {
-        text.push_str(&coupled::steering(model));
+        text.push_str(&several_axes::steering(model));
     }
     for plant in results.coupled.values() {
-        text.push_str(&coupled::block(plant, results.coupled_truth.as_ref()));
+        text.push_str(&several_axes::block(plant, results.coupled_truth.as_ref()));
     }
     for (dof, plant) in &results.plants {
         let truth = results.truth.as_ref().and_then(|truth| truth.get(dof));
@@ -53,10 +53,10 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
 /// The notes of the report's first screen: each once, wherever it was made.
 fn count_notes(results: &Results) -> usize {
     let plants = results.plants.values().flat_map(|plant| &plant.caveats);
-    let coupled = results.coupled.values().flat_map(|plant| &plant.caveats);
+    let several = results.coupled.values().flat_map(|plant| &plant.caveats);
     let steady = results.steady.values().flat_map(|steady| &steady.caveats);
     let bollard = results.bollard_pull.iter().flat_map(|pull| &pull.caveats);
-    let all = plants.chain(coupled).chain(steady).chain(bollard).chain(&results.caveats);
+    let all = plants.chain(several).chain(steady).chain(bollard).chain(&results.caveats);
     let mut notes: Vec<&Caveat> = Vec::new();
     for caveat in all.filter(|caveat| caveat.severity == Severity::Note) {
         if !notes.contains(&caveat) {

@@ -236,7 +236,7 @@ pub(crate) struct Found {
 }
 
 /// A plant of two axes, one of whose damping is at its limit.
-pub(crate) fn coupled_plant() -> CoupledPlant {
+pub(crate) fn plant_of_several_axes() -> CoupledPlant {
     let coefficient = |value: f64, std: f64, unit: &str, on: &[Dof]| Coefficient {
         value,
         std,
@@ -373,7 +373,7 @@ pub(crate) fn identification() -> Found {
         },
         plants: BTreeMap::from([(Dof::Surge, plant())]),
         coupled_online: BTreeMap::new(),
-        coupled: BTreeMap::from([("sway-yaw".to_owned(), coupled_plant())]),
+        coupled: BTreeMap::from([("sway-yaw".to_owned(), plant_of_several_axes())]),
         steering: Vec::new(),
         methods: BTreeMap::from([(Dof::Surge, surge)]),
         subsets: BTreeMap::from([(

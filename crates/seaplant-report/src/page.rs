@@ -3,13 +3,13 @@
 mod advice;
 mod axis_section;
 mod card;
-mod coupled_card;
-mod coupled_section;
 mod doubts;
 mod headline;
 mod online_section;
 mod paper_section;
 mod provenance;
+mod several_axes_card;
+mod several_axes_section;
 mod steering_section;
 mod table;
 
@@ -40,7 +40,7 @@ const TEMPLATES: [(&str, &str); 12] = [
     ("scripts.html", include_str!("../templates/scripts.html")),
     ("macros.html", include_str!("../templates/macros.html")),
     ("summary.html", include_str!("../templates/summary.html")),
-    ("coupled.html", include_str!("../templates/coupled.html")),
+    ("several_axes.html", include_str!("../templates/several_axes.html")),
     ("axis.html", include_str!("../templates/axis.html")),
     ("online.html", include_str!("../templates/online.html")),
     ("steering.html", include_str!("../templates/steering.html")),
@@ -156,7 +156,7 @@ struct Page<'a> {
     cards: Vec<card::Card>,
     has_truth: bool,
     doubts: doubts::Doubts,
-    coupled: Vec<coupled_section::CoupledSection>,
+    several_axes: Vec<several_axes_section::SeveralAxesSection>,
     axes: Vec<axis_section::AxisSection>,
     online: Vec<online_section::OnlinePlant>,
     steering: Option<steering_section::SteeringSection>,
@@ -177,10 +177,10 @@ impl<'a> Page<'a> {
             cards: card::all(results, pictures.thumbnails),
             has_truth: results.truth.is_some() || results.coupled_truth.is_some(),
             doubts: doubts::of_campaign(results),
-            coupled: results
+            several_axes: results
                 .coupled
                 .iter()
-                .map(|(name, plant)| coupled_section::view(name, plant, pictures))
+                .map(|(name, plant)| several_axes_section::view(name, plant, pictures))
                 .collect(),
             axes: axes
                 .map(|(&dof, plant)| axis_section::view(dof, plant, results, pictures))

@@ -239,20 +239,23 @@ class Fit(Named):
         served = [of for plant in self.coupled.values() for of in plant.axes]
         dof = only(list(dict.fromkeys([*self.plants, *served])), dof, "the fit")
         if dof in served and dof not in self.plants:
-            return self._simulate_coupled(trial)[dof]
+            return self._simulate_several_axes(trial)[dof]
         error, null_error, r_squared, series = self._native.simulate(trial._native, dof, method)
         used = method or self.plants[dof].method
         return Simulation(dof, trial.name, used, error, null_error, r_squared, *series)
 
-    def _simulate_coupled(self, trial: Trial) -> dict[str, Simulation]:
+    def _simulate_several_axes(self, trial: Trial) -> dict[str, Simulation]:
         """Each axis of the plants of several that a trial serves."""
         found = {}
         for name, plant in self.coupled.items():
             if list(plant.axes) not in trial.axes:
                 continue
-            for dof, (error, null_error, r_squared, series) in self._native.simulate_coupled(
-                trial._native, name
-            ):
+            for dof, (
+                error,
+                null_error,
+                r_squared,
+                series,
+            ) in self._native.simulate_several_axes(trial._native, name):
                 scores = (error, null_error, r_squared)
                 found[dof] = Simulation(dof, trial.name, plant.method, *scores, *series)
         if not found:
@@ -320,7 +323,7 @@ class Fit(Named):
         sets = [list(plant.axes) for plant in self.coupled.values()]
         if method is None and (dof is None or dof not in self.plants):
             serving = [trial for trial in moving if any(axes in sets for axes in trial.axes)]
-            found = [self._simulate_coupled(trial) for trial in serving]
+            found = [self._simulate_several_axes(trial) for trial in serving]
             served = [axis for axes in sets for axis in axes if dof in (None, axis)]
             rows += [[of[axis] for of in found if axis in of] for axis in served]
         if not any(rows):

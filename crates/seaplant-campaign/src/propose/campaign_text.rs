@@ -29,7 +29,7 @@ pub(super) fn write(
     for trial in trials {
         write_trial(&mut page, mapping, trial);
     }
-    coupled(&mut page, mapping, trials);
+    several_axes(&mut page, mapping, trials);
     channels(&mut page, mapping);
     let left_out = by_reason(&mapping.left_out);
     if !left_out.is_empty() {
@@ -219,12 +219,12 @@ fn own_channels(mapping: &Mapping, session: usize) -> Vec<&Mapped> {
 
 /// Proposes a plant of several axes: for rudders and fins, which act in one, for boats, which move
 /// along three axes at once, and for logs that move or measure several axes.
-fn coupled(page: &mut Page, mapping: &Mapping, trials: &[ProposedTrial]) {
+fn several_axes(page: &mut Page, mapping: &Mapping, trials: &[ProposedTrial]) {
     let is_angle = |quantity: &Quantity| matches!(quantity, Quantity::SurfaceAngle { .. });
     let (is_boat, has_rudder) = (is_boat(mapping), mapping.has(is_angle));
     let together = trials.iter().any(|trial| !trial.together.is_empty());
     if !is_boat && (together || !has_rudder) {
-        return whole(page, mapping, trials);
+        return axes_moved_together(page, mapping, trials);
     }
     page.line("");
     if is_boat {
@@ -255,7 +255,7 @@ fn coupled(page: &mut Page, mapping: &Mapping, trials: &[ProposedTrial]) {
 
 /// Proposes one plant for the axes that the trials move together; where none does and all are
 /// measured, as an alternative.
-fn whole(page: &mut Page, mapping: &Mapping, trials: &[ProposedTrial]) {
+fn axes_moved_together(page: &mut Page, mapping: &Mapping, trials: &[ProposedTrial]) {
     let axes = plant_axes(mapping, trials);
     let six = measures_all(mapping);
     if axes.is_none() && !six {

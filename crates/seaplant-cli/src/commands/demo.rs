@@ -25,7 +25,7 @@ pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
     found.results.provenance.seed = Some(arguments.seed);
     match &spec {
         TwinFile::OneAxis(spec) => found.results.truth = Some(truth(spec)),
-        TwinFile::Whole(_) => {
+        TwinFile::SeveralAxes(_) => {
             found.results.coupled_truth = twin.truth.vehicle.map(|vehicle| vehicle.coefficients);
         }
     }
@@ -38,7 +38,7 @@ fn spec(arguments: &Demo) -> Result<TwinFile> {
     let seed = arguments.seed;
     Ok(match &arguments.vehicle {
         None => TwinFile::OneAxis(Box::new(TwinSpec { seed, disturbances, ..TwinSpec::jason2() })),
-        Some(vehicle) => TwinFile::Whole(Box::new(WholeTwinSpec {
+        Some(vehicle) => TwinFile::SeveralAxes(Box::new(WholeTwinSpec {
             vehicle: vehicle.clone(),
             seed,
             disturbances,

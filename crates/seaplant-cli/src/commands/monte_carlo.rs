@@ -9,7 +9,7 @@ use seaplant::IdentifyOptions;
 use seaplant::monte_carlo::{Admission, Assurance, ParameterName, Row};
 use seaplant::twin::{Disturbance, TwinSpec};
 use seaplant_campaign::{
-    MonteCarloTable, TwinFile, WholeMonteCarloTable, monte_carlo, monte_carlo_whole,
+    MonteCarloTable, TwinFile, WholeMonteCarloTable, monte_carlo, monte_carlo_of_several_axes,
 };
 use seaplant_report::number::significant;
 use serde::Serialize;
@@ -46,10 +46,10 @@ pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
             progress.finish_and_clear();
             give(arguments, &table.context(STOPPED)?, permit, output, words)
         }
-        TwinFile::Whole(spec) => {
-            let table = monte_carlo_whole(spec, arguments.runs, threads, go_on)?;
+        TwinFile::SeveralAxes(spec) => {
+            let table = monte_carlo_of_several_axes(spec, arguments.runs, threads, go_on)?;
             progress.finish_and_clear();
-            give(arguments, &table.context(STOPPED)?, permit, output, words_of_whole)
+            give(arguments, &table.context(STOPPED)?, permit, output, words_of_several_axes)
         }
     }
 }
@@ -93,7 +93,7 @@ fn spec_of(arguments: &MonteCarlo) -> Result<TwinFile> {
             }
             spec.validate().context("the twin's settings")?;
         }
-        TwinFile::Whole(spec) => {
+        TwinFile::SeveralAxes(spec) => {
             if !arguments.dofs.is_empty() {
                 bail!(
                     "--dof is for twins of single axes; this twin has `vehicle` and all its axes: state `axes` in its file"
@@ -144,7 +144,7 @@ fn words(table: &MonteCarloTable) -> String {
     all
 }
 
-fn words_of_whole(table: &WholeMonteCarloTable) -> String {
+fn words_of_several_axes(table: &WholeMonteCarloTable) -> String {
     let mut text = plain_table();
     text.set_header(["coefficient", "truth", "median |error|", "", "covered", "plants"]);
     for row in &table.coefficients {

@@ -44,7 +44,7 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
             (csv(&one), serde_json::to_value(&one)?, words(trial.name(), &one))
         }
         Chosen::Several(plant) => {
-            let all = Simulation::of_coupled(plant, &trial)?;
+            let all = Simulation::of_several_axes(plant, &trial)?;
             let lines: Vec<String> = all.iter().map(|one| words(trial.name(), one)).collect();
             (csv_of_several(&all), serde_json::to_value(&all)?, lines.join("\n"))
         }
@@ -70,16 +70,16 @@ enum Chosen<'a> {
 impl<'a> Chosen<'a> {
     /// The only plant of the results, or that of `--dof`: by itself where it has one of its own.
     fn of(results: &'a Results, arguments: &Simulate) -> Result<Self> {
-        let single = |dof| Ok(Self::Axis(dof, results.plant_of(dof, arguments.method)?));
+        let of_axis = |dof| Ok(Self::Axis(dof, results.plant_of(dof, arguments.method)?));
         let axes: Vec<Dof> = results.plants.keys().copied().collect();
         let several: Vec<&CoupledPlant> = results.coupled.values().collect();
         let plant = match (arguments.dof, axes.as_slice(), several.as_slice()) {
-            (Some(dof), ..) if results.plants.contains_key(&dof) => return single(dof),
+            (Some(dof), ..) if results.plants.contains_key(&dof) => return of_axis(dof),
             (Some(dof), ..) => match several.iter().find(|plant| plant.axes.contains(&dof)) {
                 Some(plant) => *plant,
-                None => return single(dof),
+                None => return of_axis(dof),
             },
-            (None, [dof], []) => return single(*dof),
+            (None, [dof], []) => return of_axis(*dof),
             (None, [], [plant]) => *plant,
             (None, ..) => {
                 let axes = axes.iter().map(|dof| dof.name());

@@ -7,7 +7,7 @@ use seaplant::results::{Parameter, PlantResult, Results, Score, TruePlant};
 use seaplant::{Dof, ScoredMotion, Stability};
 use serde::Serialize;
 
-use super::coupled_card;
+use super::several_axes_card;
 use crate::figure::Thumbnails;
 use crate::number::{ABSENT, Decimals, Rounded, or_absent, signed_percent, significant};
 use crate::words;
@@ -89,7 +89,7 @@ pub(crate) fn all(results: &Results, thumbnails: &Thumbnails) -> Vec<Card> {
         .collect();
     for (name, plant) in &results.coupled {
         for &dof in &plant.axes {
-            cards.insert(dof, coupled_card::of(dof, name, plant, results, thumbnails));
+            cards.insert(dof, several_axes_card::of(dof, name, plant, results, thumbnails));
         }
     }
     cards.into_values().collect()

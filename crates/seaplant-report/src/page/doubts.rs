@@ -30,7 +30,7 @@ pub(crate) fn of_campaign(results: &Results) -> Doubts {
         found.extend(plant.caveats.iter().map(|caveat| (words::capitalised(dof.name()), caveat)));
     }
     for plant in results.coupled.values() {
-        let place = words::capitalised(&super::coupled_section::axes(plant));
+        let place = words::capitalised(&super::several_axes_section::axes(plant));
         found.extend(plant.caveats.iter().map(|caveat| (place.clone(), caveat)));
     }
     for (dof, steady) in &results.steady {

@@ -21,17 +21,20 @@ pub(crate) struct OnlinePlant {
 
 /// Every plant that has a history.
 pub(crate) fn views(results: &Results) -> Vec<OnlinePlant> {
-    let single = results.methods.iter().flat_map(|(dof, methods)| {
+    let of_one_axis = results.methods.iter().flat_map(|(dof, methods)| {
         let with = methods.iter().filter_map(|(method, plant)| {
             Some((dof.name().to_owned(), *method, plant.history.as_ref()?))
         });
         with.collect::<Vec<_>>()
     });
-    let coupled = results.coupled_online.iter().flat_map(|(name, methods)| {
+    let of_several_axes = results.coupled_online.iter().flat_map(|(name, methods)| {
         let of = methods.iter().map(|(method, plant)| (name.clone(), *method, &plant.history));
         of.collect::<Vec<_>>()
     });
-    single.chain(coupled).map(|(name, method, history)| view(&name, method, history)).collect()
+    of_one_axis
+        .chain(of_several_axes)
+        .map(|(name, method, history)| view(&name, method, history))
+        .collect()
 }
 
 fn view(name: &str, method: Method, history: &OnlineHistory) -> OnlinePlant {

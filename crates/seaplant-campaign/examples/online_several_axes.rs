@@ -1,5 +1,5 @@
 //! How far methods that work sample by sample are off the truth in six axes, over seeds and seas:
-//! `cargo run -p seaplant-campaign --example online_whole -- DIVE/campaign.toml …`.
+//! `cargo run -p seaplant-campaign --example online_several_axes -- DIVE/campaign.toml …`.
 //!
 //! Each campaign is one of `seaplant twin`, with its truth.json; the folder is called SEA-SEED.
 //! The table of docs/src/methods/online.md, in Markdown.
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let truth: Value = serde_json::from_slice(&std::fs::read(folder.join("truth.json"))?)?;
         let mut campaign = Campaign::open(path)?;
         campaign.options.methods = METHODS.to_vec();
-        let results = campaign.identify("online_whole").results;
+        let results = campaign.identify("online_several_axes").results;
         for (method, found) in judged(&results, &truth["vehicle"]["coefficients"]) {
             eprintln!("{name} {method}: {:?}, {:?} s", found.off, found.within_s);
             table.entry((sea.to_owned(), method)).or_default().push(found);

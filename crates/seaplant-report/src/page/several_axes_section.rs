@@ -16,7 +16,7 @@ use crate::number::{ABSENT, Decimals, Rounded, or_absent, significant};
 use crate::words;
 
 #[derive(Serialize)]
-pub(crate) struct CoupledSection {
+pub(crate) struct SeveralAxesSection {
     name: String,
     title: String,
     trust: &'static str,
@@ -28,7 +28,7 @@ pub(crate) struct CoupledSection {
     details: Vec<Table>,
 }
 
-pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> CoupledSection {
+pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> SeveralAxesSection {
     let mut tables = vec![scores(plant)];
     tables.extend(changes(plant));
     tables.push(matrix("Mass matrix M, rigid body plus added", plant, &plant.mass_matrix).noted(
@@ -46,7 +46,7 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> 
     let mut details = vec![coefficients(plant), nuisances(&plant.nuisances)];
     details.extend(structure(plant));
     details.push(correlation(plant));
-    CoupledSection {
+    SeveralAxesSection {
         name: name.to_owned(),
         title: words::capitalised(&axes(plant)),
         trust: plant.verdict.trust.name(),
