@@ -295,7 +295,9 @@ def draw(seed, wanted=()):
     }
     thrusters(s, g)
     chosen = g.choice(list(FAULTS), size=g.integers(1, 4), replace=False)
-    s["instruments"] = next((INSTRUMENTS[name] for name in wanted if name in INSTRUMENTS), ["dvl"])
+    s["instruments"] = next(
+        (INSTRUMENTS[name] for name in wanted if name in INSTRUMENTS), ["dvl"]
+    )
     named = [name for name in wanted if name in FAULTS]
     chosen = [] if "healthy" in wanted else named or chosen
     for name in chosen:

@@ -352,7 +352,11 @@ def vehicle_of_six(out, kind, k):
 def one_of_six(out, name, seed):
     """A vehicle of six axes with an error."""
     entry = TOGETHER[name]
-    kind = "wrench" if entry["wrench"] or name.startswith("healthy") and seed >= 10 else "thrusters"
+    kind = (
+        "wrench"
+        if entry["wrench"] or name.startswith("healthy") and seed >= 10
+        else "thrusters"
+    )
     at = seed if name.startswith("healthy") else 3 * list(TOGETHER).index(name) + seed
     drawn_in = vehicle_of_six(out, kind, at % POOL[kind])
     folder = out / f"six-{name}-{seed:03}"
