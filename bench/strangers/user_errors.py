@@ -354,7 +354,7 @@ def one_of_six(out, name, seed):
     entry = TOGETHER[name]
     kind = (
         "wrench"
-        if entry["wrench"] or name.startswith("healthy") and seed >= 10
+        if entry["wrench"] or (name.startswith("healthy") and seed >= 10)
         else "thrusters"
     )
     at = seed if name.startswith("healthy") else 3 * list(TOGETHER).index(name) + seed
