@@ -13,6 +13,13 @@ use crate::{Dof, Error};
 const SETS: [(&str, &[Dof]); 3] =
     [("six", &Dof::ALL), ("planar", &Dof::PLANAR), ("vertical", &Dof::VERTICAL)];
 
+/// Lists axes in a sentence: `surge, sway and yaw`.
+pub(crate) fn listed(axes: &[Dof]) -> String {
+    let Some((last, first)) = axes.split_last() else { return String::new() };
+    let first: Vec<&str> = first.iter().map(|dof| dof.name()).collect();
+    if first.is_empty() { last.to_string() } else { format!("{} and {last}", first.join(", ")) }
+}
+
 /// Reads axes, which a file states as a list, or by the name of a common set: `six`, `planar`
 /// (surge, sway, yaw) or `vertical` (surge, heave, pitch).
 ///

@@ -136,7 +136,7 @@ pub(crate) fn navigate_along(
     Voyage::of(trial, recording, sensors)?.along(dofs, OfTurning::Removed)
 }
 
-/// What becomes of −(ω × v) in accelerations, v being what was measured.
+/// Treatment of −(ω × v) in accelerations, v being the measured velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum OfTurning {
     Removed,

@@ -37,7 +37,6 @@ pub(crate) use plausible::without_outliers;
 use plausible::{coarse_thrust, mask, suspicious_units};
 use records::Records;
 pub use report::VelocityReport;
-pub(crate) use report::may_be_late;
 pub(crate) use start::starting_velocity;
 
 /// What a trial is for.

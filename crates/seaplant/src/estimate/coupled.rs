@@ -38,7 +38,7 @@ use uncertainty::{
     of_coefficients, whiteness,
 };
 
-/// What results call the noise of instruments, and its units.
+/// Names of the instruments' noise in results, and units.
 pub(crate) const INSTRUMENTS: [(&str, &str); InstrumentNoise::COUNT] = InstrumentNoise::NAMES;
 
 /// A coupled plant fitted to trials.

@@ -19,6 +19,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
+use crate::axes::listed;
 use crate::estimate::{CoupledFit, INSTRUMENTS, Tried, fit_coupled, fit_coupled_freely};
 use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
 use crate::results::{
@@ -59,20 +60,8 @@ pub(super) fn identify(
 fn failure(axes: &[Dof], method: Method, error: &Error) -> Failure {
     Failure {
         dof: axes.first().copied().unwrap_or(Dof::Surge),
-        method: format!("{method} of {} together", names(axes)),
+        method: format!("{method} of {} together", listed(axes)),
         message: error.to_string(),
-    }
-}
-
-/// `surge, sway and yaw`.
-fn names(axes: &[Dof]) -> String {
-    match axes {
-        [] => String::new(),
-        [one] => one.to_string(),
-        [first @ .., last] => {
-            let first: Vec<&str> = first.iter().map(|dof| dof.name()).collect();
-            format!("{} and {last}", first.join(", "))
-        }
     }
 }
 

@@ -46,7 +46,7 @@ pub struct CoupledRecord {
     /// Whether velocity is the slope of measured positions, likewise: what one is too large by, its
     /// neighbour is too small by.
     pub by_slope: [bool; 6],
-    /// Whether velocity is what acceleration made, likewise, without what changes slower than
+    /// True where velocity is integrated from acceleration, likewise, without changes slower than
     /// [`GAINED_S`](crate::GAINED_S).
     pub by_acceleration: [bool; 3],
     /// North and east of the origin since the first fix, m, where surge or sway has no velocity of its
@@ -266,8 +266,8 @@ impl CoupledRecord {
         Ok(record)
     }
 
-    /// Whether the velocity of an axis is measured itself, or is the slope of roll or pitch, which no
-    /// state of the filter stands for.
+    /// Returns true if an instrument measures the velocity of an axis, or if it is the slope of roll or
+    /// pitch, for which the filter has no state.
     pub(crate) fn is_measured(&self, dof: Dof) -> bool {
         let axis = dof.index();
         let is_of_attitude = matches!(dof, Dof::Roll | Dof::Pitch);
@@ -380,7 +380,7 @@ fn names(axes: &[Dof]) -> String {
     names.join(", ")
 }
 
-/// That the velocity of some axes was not measured, and what it follows from.
+/// Names the axes without a measured velocity, and the measurements that stand in for it.
 fn no_sensor(trial: &str, by_slope: &[bool; 6], by_acceleration: [bool; 3]) -> Vec<Caveat> {
     let told = |wanted: &dyn Fn(Dof) -> bool, from: &str| {
         let axes: Vec<Dof> = Dof::ALL.into_iter().filter(|dof| wanted(*dof)).collect();

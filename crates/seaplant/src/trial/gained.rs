@@ -1,5 +1,5 @@
-//! Velocity where only an accelerometer measures motion: what acceleration makes of it, without what
-//! changes so slowly that offsets of the instrument hide it.
+//! Velocity integrated from acceleration, high-passed, as offsets of the accelerometer hide slow
+//! changes.
 
 use nalgebra::{Vector3, Vector6};
 
@@ -126,8 +126,8 @@ pub(super) fn between(
 const LEAST_SPAN_S: f64 = 0.1;
 
 impl CoupledRecord {
-    /// What an accelerometer would make of a motion, as it makes velocity of what it measures; the
-    /// motion itself along axes whose velocity is measured.
+    /// Applies to a simulated motion the same high-pass that velocity by acceleration has; leaves axes
+    /// with a measured velocity as they are.
     pub(crate) fn as_gained(&self, times: &[f64], motion: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
         let mut seen = motion.to_vec();
         if self.by_acceleration == [false; 3] {

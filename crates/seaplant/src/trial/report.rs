@@ -4,8 +4,8 @@
 use nalgebra::Vector3;
 
 use super::CoupledRecord;
-use crate::Timed;
 use crate::navigation::turning;
+use crate::{Dof, Timed};
 
 /// How an instrument reports surge, sway and heave: from beside the place that is stated, behind a
 /// first-order lag, and late.
@@ -121,16 +121,11 @@ impl CoupledRecord {
         turning(rates, lever, axis)
     }
 
-    /// As [`may_be_late`].
+    /// Returns true if an instrument of its own measures an axis, in SNAME order, that is a
+    /// translation, and may report it late.
     pub(crate) fn may_be_late(&self, axis: usize) -> bool {
-        may_be_late(axis, &self.by_slope) && !self.by_acceleration[axis]
+        axis < 3 && self.is_measured(Dof::ALL[axis])
     }
-}
-
-/// Whether an axis, in SNAME order, is one whose velocity an instrument of its own may report late: a
-/// translation, and no slope of positions.
-pub(crate) const fn may_be_late(axis: usize, by_slope: &[bool; 6]) -> bool {
-    axis < 3 && !by_slope[axis]
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::weak::View;
+use crate::axes::listed;
 use crate::trial::Logged;
 use crate::{Dof, Quantity, Sensors};
 
@@ -128,9 +129,9 @@ impl Change {
         match self {
             Self::Reversed(axes) if axes.len() > 1 => format!(
                 "the velocities of {} look reversed, as of axes forward, port and up (FLU) that are read as forward, starboard and down",
-                names(axes)
+                listed(axes)
             ),
-            Self::Reversed(axes) => format!("the velocity of {} looks reversed", names(axes)),
+            Self::Reversed(axes) => format!("the velocity of {} looks reversed", listed(axes)),
             Self::ReversedWrench(dof) => format!("the wrench of {dof} looks reversed"),
             Self::ReversedThruster(name) => format!("thruster `{name}` looks reversed"),
             Self::ReversedThrusters(dof) => {
@@ -209,18 +210,6 @@ fn groups(trials: &[&Logged]) -> Vec<Dof> {
 fn pairs<T>(of: &[T], make: &dyn Fn(&T, &T) -> Change) -> Vec<Change> {
     let with_later = |(k, a)| of[k + 1..].iter().map(move |b| make(a, b));
     of.iter().enumerate().flat_map(with_later).collect()
-}
-
-/// `surge, sway and yaw`.
-pub(super) fn names(axes: &[Dof]) -> String {
-    match axes {
-        [] => String::new(),
-        [one] => one.to_string(),
-        [first @ .., last] => {
-            let first: Vec<&str> = first.iter().map(|dof| dof.name()).collect();
-            format!("{} and {last}", first.join(", "))
-        }
-    }
 }
 
 /// The channel that gives the velocity of an axis.

@@ -1,8 +1,8 @@
 //! Units that are taken for others, and what they do to masses.
 
 use super::Mistake;
-use super::change::names;
 use super::weak::Explained;
+use crate::axes::listed;
 use crate::caveat::spoken;
 use crate::plant::RigidBody;
 use crate::trial::Logged;
@@ -159,7 +159,7 @@ fn message(off: &[(Dof, f64)], readings: &[Reading], logs: &[&Logged], dry: f64)
             "a unit looks wrong: least squares gives {} times the {} kg of the vehicle in air in {}{channel}, and vehicles in water have 1 to 6 times; as if {}",
             times.join(", "),
             spoken(dry),
-            names(&axes),
+            listed(&axes),
             said.join(", or ")
         )
     })

@@ -25,7 +25,6 @@ use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::schedule::{Schedule, Stop};
 use crate::motion::{Flow, HeldForce, PUSHED_BY, Prepared, advance, with_down};
-use crate::trial::may_be_late;
 use follower::{Process, Steps};
 use navigation::Ends;
 pub(super) use navigation::{InstrumentNoise, Layout, MOST as MOST_NAVIGATION, Reading};
@@ -393,13 +392,10 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     /// place, `∂(ω × r)/∂r`, 1/s, of the rates that are axes: of others what is measured may be noise
     /// alone. Zero of one that is the slope of positions, or no translation.
     fn turning(&self, motion: &SVector<f64, M>, place: usize, along: usize) -> f64 {
-        let Some(axis @ 0..3) = self.plant.axes().get(place).copied().flatten() else { return 0.0 };
+        let Some(axis) = self.translation_measured(place) else { return 0.0 };
         let metre = Vector3::from_fn(|k, _| if k == along { 1.0 } else { 0.0 });
         let omega = Vector3::from_fn(|k, _| self.place_of(3 + k).map_or(0.0, |at| motion[at]));
-        match may_be_late(axis, &self.schedule.by_slope) {
-            true => omega.cross(&metre)[axis],
-            false => 0.0,
-        }
+        omega.cross(&metre)[axis]
     }
 
     /// The rates that the instrument of a place sees, and how far from their axes it sits.
@@ -414,7 +410,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         Some([arm(j, r[k]), arm(k, -r[j])])
     }
 
-    /// Whether the velocity in a place is measured itself.
+    /// Returns true if an instrument measures the velocity in a place.
     fn is_measured(&self, place: usize) -> bool {
         self.plant.axes()[place].is_none_or(|axis| self.schedule.is_measured[axis])
     }
@@ -427,8 +423,13 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     /// The place of a velocity that may be measured late.
     fn may_be_late(&self, seen: &Seen) -> Option<usize> {
         let Of::Velocity(place) = seen.of else { return None };
-        let axis = self.plant.axes()[place]?;
-        may_be_late(axis, &self.schedule.by_slope).then_some(place)
+        self.translation_measured(place).map(|_| place)
+    }
+
+    /// The axis of a place that is a translation whose velocity an instrument measures.
+    fn translation_measured(&self, place: usize) -> Option<usize> {
+        let axis = self.plant.axes().get(place).copied().flatten()?;
+        (axis < 3 && self.schedule.is_measured[axis]).then_some(axis)
     }
 
     /// What was measured at a stop: velocities by their places among the plant's axes, and where it

@@ -12,7 +12,6 @@ use crate::estimate::descend::Parabola;
 use crate::motion::{HeldForce, Prepared};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::signal::sample_noise;
-use crate::trial::may_be_late;
 use crate::{CoupledRecord, Dof, Error, ThrustUncertainty, Timed, parallel};
 
 /// Everything that is fitted.
@@ -50,13 +49,15 @@ pub(super) struct Problem {
     pub(super) sample_noise: Vec<f64>,
     /// Whether the velocity of an axis is the slope of positions in any trial, in SNAME order.
     pub(super) by_slope: [bool; 6],
+    /// Whether an instrument of its own measures each translation in all trials, likewise.
+    may_be_late: [bool; 6],
     /// Whether a current is fitted: there is a translation for it to show in.
     pub(super) has_current: bool,
     /// Whether attitude is known or a state.
     pub(super) attitude: Attitude,
     /// What differences of the samples of roll and pitch show of their noise, rad.
     attitude_noise: f64,
-    /// What differences of the samples of positions and accelerations show of theirs.
+    /// Noise of positions and accelerations, from differences of their samples.
     pub(super) instruments: InstrumentNoise,
     /// Whether the motion is left to itself: no disturbance, all misfit is of the measurement.
     pub(super) is_free: bool,
@@ -159,7 +160,7 @@ pub(super) struct Tolerance {
     plant: f64,
     /// The same of the noise, whose numbers matter less.
     pub(super) noise: f64,
-    /// Whether pieces of the trials tell the noise.
+    /// True where the noise may be fitted to pieces of the trials.
     is_coarse: bool,
 }
 
@@ -247,6 +248,9 @@ impl Problem {
             thrust_uncertainty: ThrustUncertainty::greatest(uncertainties),
             sample_noise: axes.iter().map(|dof| noise(dof.index())).collect(),
             by_slope: std::array::from_fn(|k| records.iter().any(|record| record.by_slope[k])),
+            may_be_late: std::array::from_fn(|k| {
+                records.iter().all(|record| record.may_be_late(k))
+            }),
             has_current: axes.iter().any(|dof| is_seen_over_ground(*dof, records)),
             attitude,
             attitude_noise: sample_noise(inclinations).unwrap_or(0.0).max(LEAST_NOISE),
@@ -267,9 +271,10 @@ impl Problem {
         Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free, attitude) }
     }
 
-    /// As [`may_be_late`], of all trials.
+    /// Returns true if an instrument of its own measures a translation in all trials, and may report
+    /// it late.
     pub(super) fn may_be_late(&self, dof: Dof) -> bool {
-        may_be_late(dof.index(), &self.by_slope)
+        self.may_be_late[dof.index()]
     }
 
     /// How many numbers were measured.
@@ -292,6 +297,7 @@ impl Problem {
             thrust_uncertainty: self.thrust_uncertainty,
             sample_noise: self.sample_noise.clone(),
             by_slope: self.by_slope,
+            may_be_late: self.may_be_late,
             has_current: self.has_current,
             attitude: self.attitude,
             attitude_noise: self.attitude_noise,
@@ -673,7 +679,7 @@ impl Problem {
         true
     }
 
-    /// Whether no trial has the velocity itself of the axis in a place.
+    /// Returns true if no trial has a measured velocity of the axis in a place.
     pub(super) fn is_unmeasured(&self, place: usize) -> bool {
         let Some(dof) = self.structure.axes().get(place) else { return false };
         self.schedules.iter().all(|schedule| !schedule.is_measured[dof.index()])
@@ -757,14 +763,14 @@ fn prior_numbers<const N: usize, const M: usize>(
     point.actuator.numbers().into_iter().zip(Actuator::PRIOR_STD).chain(currents)
 }
 
-/// Whether the velocity of a translation over ground is seen in some trial, or the way that it makes.
+/// Returns true if some trial measures the velocity of a translation over ground, or its position.
 fn is_seen_over_ground(dof: Dof, records: &[&CoupledRecord]) -> bool {
     let is_seen = |record: &&CoupledRecord| record.is_measured(dof) || record.fixes.is_some();
     matches!(dof, Dof::Surge | Dof::Sway) && records.iter().any(is_seen)
         || dof == Dof::Heave && records.iter().any(|record| record.is_measured(dof))
 }
 
-/// What differences of the samples show of the noise of instruments that schedules read.
+/// Estimates the noise of the instruments that schedules read from differences of their samples.
 fn first_instruments(records: &[&CoupledRecord], schedules: &[Schedule]) -> InstrumentNoise {
     let mut noise = InstrumentNoise::NONE;
     let mut set = |number: usize, value: f64| {

@@ -70,9 +70,9 @@ pub(super) struct Stop {
     pub(super) water: Matrix3x2<f64>,
     /// The same at the stop before.
     pub(super) water_before: Matrix3x2<f64>,
-    /// What was measured of states that motion drives.
+    /// Measurements of navigation states.
     pub(super) readings: Vec<Reading>,
-    /// Those of them that begin anew from zero after it: windows of mean accelerations.
+    /// Navigation states that restart from zero after it: windows of mean accelerations begin.
     pub(super) begun: Vec<usize>,
 }
 
@@ -80,19 +80,17 @@ pub(super) struct Stop {
 pub(super) struct Schedule {
     /// Which of the trials.
     pub(super) trial: usize,
-    /// Whether velocity is the slope of positions, by axis in SNAME order.
-    pub(super) by_slope: [bool; 6],
     /// Where the instruments of surge, sway and heave sit, m.
     pub(super) levers_m: [Vector3<f64>; 3],
     /// Velocity over ground at the first stop, of all axes that are known.
     pub(super) start: Vector6<f64>,
-    /// How far off it may be on axes whose velocity was not measured itself, in SNAME order.
+    /// Its standard deviation on axes without a measured velocity, in SNAME order.
     pub(super) start_std: [f64; 6],
-    /// Whether velocity was, likewise; else it is known from what it drives.
+    /// True for axes with a measured velocity, likewise; the others have navigation states.
     pub(super) is_measured: [bool; 6],
-    /// States that motion drives.
+    /// The navigation states.
     pub(super) layout: Layout,
-    /// What these are there.
+    /// Their values at the first stop.
     pub(super) first_navigation: [f64; MOST_NAVIGATION],
     /// The world's down in body axes there, as measured.
     pub(super) start_down: Vector3<f64>,
@@ -177,7 +175,6 @@ impl Schedule {
         let mut before = *times.first()?;
         let mut schedule = Self {
             trial,
-            by_slope: record.by_slope,
             levers_m: record.levers_m,
             start: record.velocity_at(before),
             start_std: std::array::from_fn(|axis| start_std(record, axis)),
@@ -269,7 +266,7 @@ impl Schedule {
     }
 }
 
-/// What was measured in a window of states that motion drives.
+/// Measurements of navigation states in a window.
 struct Driven {
     layout: Layout,
     position: Option<[Timed; 2]>,
@@ -354,13 +351,13 @@ struct DrivenReader<'a> {
     driven: &'a Driven,
     /// Series, what a sample of each is a reading of, and how many are read.
     alone: Vec<(&'a Timed, Reading, usize)>,
-    /// How many windows of acceleration have ended, and begun.
+    /// The number of windows of acceleration that have ended, and begun.
     felt: [usize; 3],
     begun: [usize; 3],
 }
 
 impl DrivenReader<'_> {
-    /// What was measured until a stop, since the one before.
+    /// Adds the measurements since the stop before to a stop.
     fn read(&mut self, time_s: f64, stop: &mut Stop) {
         let is_now = |t: Option<&f64>| t.is_some_and(|t| *t <= time_s + ROUNDING_S);
         for (series, reading, at) in &mut self.alone {
@@ -391,7 +388,7 @@ impl DrivenReader<'_> {
     }
 }
 
-/// How far off the velocity of an axis may be where a window begins that was not measured itself.
+/// The standard deviation of an axis's first velocity where no instrument measures it.
 fn start_std(record: &CoupledRecord, axis: usize) -> f64 {
     let of_axis = record.velocity[axis].as_ref();
     of_axis.map_or(0.0, |series| rms(series.values().iter().copied())).max(LEAST_START)

@@ -30,6 +30,21 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
     move || StandardNormal.sample(&mut random)
 }
 
+/// A force that takes a new level by chance after every so many instants.
+fn stepped(
+    time_s: &[f64],
+    random: &mut impl FnMut() -> f64,
+    (amplitude, dwell): (f64, usize),
+) -> Timed {
+    let mut level = 0.0;
+    let at = |k: usize| {
+        level = if k.is_multiple_of(dwell) { amplitude * random() } else { level };
+        level
+    };
+    let values: Vec<f64> = (0..time_s.len()).map(at).collect();
+    Timed::new("force", time_s.to_vec(), values).expect("valid")
+}
+
 /// What acts of a logged force, by steps of 1 ms: of a wrench `T τ̇ + τ = u(t − D)`; of a propeller
 /// its speed √|τ| lags so, and its thrust in reverse is κ times what was logged.
 fn behind(logged: &Timed, actuator: Actuator, is_of_propeller: bool) -> Timed {
@@ -87,18 +102,7 @@ fn record_behind(
 ) -> CoupledRecord {
     let mut random = random(seed);
     let time_s: Vec<f64> = (0..10 * seconds).map(|k| 0.1 * k as f64).collect();
-    let mut series = |amplitude: f64, dwell: usize| {
-        let mut level = 0.0;
-        let values: Vec<f64> = (0..time_s.len())
-            .map(|k| {
-                if k % dwell == 0 {
-                    level = amplitude * random();
-                }
-                level
-            })
-            .collect();
-        Some(Timed::new("force", time_s.clone(), values).expect("valid"))
-    };
+    let mut series = |amplitude, dwell| Some(stepped(&time_s, &mut random, (amplitude, dwell)));
     let force = [series(20.0, 37), series(20.0, 53), None, None, None, series(1.0, 23)];
     let heading = Timed::new("heading", vec![0.0], vec![0.3]).expect("valid");
     let current = [0.1, -0.05];
@@ -276,14 +280,7 @@ fn rolling(seed: u64, seconds: usize, noise: f64) -> (Plant, CoupledRecord) {
     let plant = Plant::new(structure, coefficients).expect("possible");
     let mut random = random(seed);
     let time_s: Vec<f64> = (0..10 * seconds).map(|k| 0.1 * k as f64).collect();
-    let mut series = |amplitude: f64, dwell: usize| {
-        let mut level = 0.0;
-        let values = (0..time_s.len()).map(|k| {
-            level = if k % dwell == 0 { amplitude * random() } else { level };
-            level
-        });
-        Some(Timed::new("force", time_s.clone(), values.collect::<Vec<f64>>()).expect("valid"))
-    };
+    let mut series = |amplitude, dwell| Some(stepped(&time_s, &mut random, (amplitude, dwell)));
     let force = [series(20.0, 37), None, None, series(1.0, 13), series(1.0, 17), None];
     // It turns about no vertical axis, as the filter takes a rate that nobody measured.
     let mut inputs = Inputs { force: force.clone(), ..Inputs::default() };
@@ -729,14 +726,7 @@ fn without_velocity(seed: u64, seconds: usize) -> (Plant, CoupledRecord) {
     let plant = Plant::new(structure, coefficients).expect("possible");
     let mut random = random(seed);
     let time_s: Vec<f64> = (0..10 * seconds).map(|k| 0.1 * k as f64).collect();
-    let mut series = |amplitude: f64, dwell: usize| {
-        let mut level = 0.0;
-        let values = (0..time_s.len()).map(|k| {
-            level = if k % dwell == 0 { amplitude * random() } else { level };
-            level
-        });
-        Some(Timed::new("force", time_s.clone(), values.collect::<Vec<f64>>()).expect("valid"))
-    };
+    let mut series = |amplitude, dwell| Some(stepped(&time_s, &mut random, (amplitude, dwell)));
     let force = [(20.0, 37), (20.0, 29), (15.0, 41), (1.0, 13), (1.0, 17), (0.8, 23)]
         .map(|(amplitude, dwell)| series(amplitude, dwell));
     let inputs = Inputs { force: force.clone(), ..Inputs::default() };

@@ -1,5 +1,5 @@
-//! States that motion drives and that drive nothing: the current, position, heading, and what an
-//! accelerometer feels.
+//! Navigation states, which motion drives and which drive nothing: current, position, heading, and
+//! the velocity that an accelerometer gains.
 //!
 //! ```text
 //! ċ = −c/T_c + w_c            the current beside its mean, north and east
@@ -23,7 +23,7 @@ use crate::motion::{apply, times, times_sparse_transposed, times_transposed};
 /// The most of these states.
 pub(in crate::estimate::coupled) const MOST: usize = 12;
 
-/// Which of these states a trial needs, and where they stand.
+/// The index of each navigation state that a trial needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(in crate::estimate::coupled) struct Layout {
     /// North; east is next to it.
@@ -34,7 +34,7 @@ pub(in crate::estimate::coupled) struct Layout {
     pub(in crate::estimate::coupled) gained: [Option<usize>; 3],
     /// The accelerometer's offset there.
     pub(in crate::estimate::coupled) offset: [Option<usize>; 3],
-    /// How many there are, the two of the current among them.
+    /// The number of states, the two of the current among them.
     pub(in crate::estimate::coupled) count: usize,
 }
 
@@ -60,18 +60,18 @@ impl Layout {
         Self { position, depth, heading, gained, offset, count }
     }
 
-    /// Whether there are states beside the current.
+    /// Returns true if there are states beside the current.
     pub(super) fn is_more_than_current(&self) -> bool {
         self.count > 2
     }
 }
 
-/// What a measurement of one of these states is.
+/// A measurement of a navigation state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::estimate::coupled) struct Reading {
     /// Which state.
     pub(in crate::estimate::coupled) state: usize,
-    /// Which number of the instruments' noise it has.
+    /// The index of its standard deviation in [`InstrumentNoise`].
     pub(in crate::estimate::coupled) number: usize,
     /// The axis, in SNAME order, whose innovations it counts to.
     pub(in crate::estimate::coupled) axis: Option<usize>,
@@ -104,7 +104,7 @@ impl InstrumentNoise {
     pub(in crate::estimate::coupled) const OFFSET_CORRELATION: usize = 7;
     pub(in crate::estimate::coupled) const COUNT: usize = 8;
 
-    /// What results call them, and their units.
+    /// Their names in results, and units.
     pub(in crate::estimate) const NAMES: [(&'static str, &'static str); Self::COUNT] = [
         ("position_noise", "m"),
         ("depth_noise", "m"),
@@ -120,17 +120,17 @@ impl InstrumentNoise {
     pub(in crate::estimate::coupled) const NONE: Self =
         Self { numbers: [1.0; Self::COUNT], active: [false; Self::COUNT] };
 
-    /// How many of them are needed.
+    /// The number of them that are needed.
     pub(in crate::estimate::coupled) fn count(&self) -> usize {
         self.active.iter().filter(|active| **active).count()
     }
 
-    /// Which are needed.
+    /// The indices of those that are needed.
     pub(in crate::estimate::coupled) fn needed(&self) -> impl Iterator<Item = usize> + '_ {
         (0..Self::COUNT).filter(|k| self.active[*k])
     }
 
-    /// Where a number stands among those that are needed.
+    /// The index of a number among those that are needed.
     pub(super) fn place(&self, number: usize) -> usize {
         self.active[..number].iter().filter(|active| **active).count()
     }
@@ -179,7 +179,7 @@ impl<const M: usize> Rows<M> {
     }
 }
 
-/// Where the vehicle is in the world at an end of a step, for the rows of these states.
+/// Velocity and attitude at an end of a step.
 struct Posture {
     /// Velocity through the water of all axes; of those that are no axes of the plant as measured.
     velocity: Vector6<f64>,
@@ -232,7 +232,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         layout.offset.into_iter().flatten().for_each(|state| set(state, offset.powi(2)));
     }
 
-    /// What a step adds to the variance of the current and of an accelerometer's offsets.
+    /// Adds the process noise of the current and of an accelerometer's offsets over a step.
     pub(super) fn process_of_navigation(&self, h: f64, process: &mut Covariance<N, M>) {
         let of_water = self.noise.of_water().process(h);
         (0..2).for_each(|k| process.oo[(k, k)] = of_water);
@@ -243,8 +243,8 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         offsets.for_each(|state| process.oo[(state, state)] = of_offset);
     }
 
-    /// How a number of the instruments' noise changes a step: its process noise, and what is left of
-    /// the offsets.
+    /// Sets the derivative of a step's process noise by the logarithm of a number of the instruments'
+    /// noise; returns the derivative of the offsets' decay, if it has one.
     pub(super) fn process_change_of_instruments(
         &self,
         number: usize,
@@ -270,7 +270,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         None
     }
 
-    /// How a step moves these states; none where it leaves them as they are.
+    /// The linear map of a step of these states; none where it is the identity.
     pub(super) fn rows(&self, stop: &Stop, ends: &Ends<'_, N, M>) -> Option<Rows<M>> {
         let (layout, h) = (&self.schedule.layout, stop.length_s);
         let fade = self.noise.of_water().fade(h);

@@ -74,11 +74,11 @@ impl<const N: usize, const M: usize> Noise<N, M> {
     /// Where the logarithm of the attitude's noise stands, if attitude is a state.
     pub(in crate::estimate::coupled) const ATTITUDE: usize = 3 * N;
 
-    /// Where the logarithms of the instruments' noise stand.
+    /// The index of the first logarithm of the instruments' noise.
     pub(in crate::estimate::coupled) const INSTRUMENTS: usize =
         Self::ATTITUDE + if M > N { 1 } else { 0 };
 
-    /// Where the logarithms of the current's changes stand: standard deviation, correlation time.
+    /// The index of the logarithm of the current's standard deviation; its correlation time is next.
     pub(in crate::estimate::coupled) fn first_of_drift(&self) -> usize {
         Self::INSTRUMENTS + self.instruments.count()
     }
