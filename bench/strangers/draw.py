@@ -6,8 +6,9 @@ and the mass tensor is full. Each vehicle has one to three faults out of `FAULTS
 
     draw.py OUT NUMBER SEED [FAULT ...] [INSTRUMENTS]   # writes OUT/000 ..., each with truth.json
 
-With faults named, each vehicle has these. Without a DVL it has one of the sets of `INSTRUMENTS`, if
-that is named: `healthy` in place of a fault has none.
+With faults named, each vehicle has these; those of single thrusters, `OF_THRUSTERS`, are there by name
+only. Without a DVL a vehicle has one of the sets of `INSTRUMENTS`, if that is named: `healthy` in place
+of a fault has none.
 """
 
 import json
@@ -180,6 +181,50 @@ def short_level(s, g):
     s["tilt"] = 0.0
 
 
+# What is wrong with single thrusters.
+OF_THRUSTERS = {}
+
+
+def fault_of_thrusters(f):
+    OF_THRUSTERS[f.__name__] = f
+    return f
+
+
+@fault_of_thrusters
+def gains(s, g):
+    s["gain"] = s["gain"] * g.uniform(0.88, 1.12, (1, 8, 1))
+
+
+@fault_of_thrusters
+def reverse_gains(s, g):
+    s["gain"][:, :, 1] *= g.uniform(0.75, 1.0, 8)
+
+
+@fault_of_thrusters
+def fouled(s, g):
+    s["gain"][:, g.integers(8)] *= g.uniform(0.75, 0.85)
+
+
+@fault_of_thrusters
+def dead(s, g):
+    s["gain"][:, g.integers(8)] = 0.0
+
+
+@fault_of_thrusters
+def dead_in_one(s, g):
+    s["gain"][g.integers(2), g.integers(8)] = 0.0
+
+
+@fault_of_thrusters
+def reversed_thruster(s, g):
+    s["gain"][:, g.integers(8)] *= -1.0
+
+
+@fault_of_thrusters
+def misplaced(s, g):
+    s["claimed_places"] = s["places"] + g.normal(0.0, 0.02, (8, 3))
+
+
 def skew(a):
     z = np.zeros(a.shape[:-1])
     x, y, w = a[..., 0], a[..., 1], a[..., 2]
@@ -294,14 +339,18 @@ def draw(seed, wanted=()):
         "states_rigid_body": bool(g.uniform() < 0.5),
     }
     thrusters(s, g)
+    s["claimed_places"] = s["places"]
+    # By trial, thruster and way: ahead, in reverse.
+    s["gain"] = np.ones((len(TRIALS), 8, 2))
     chosen = g.choice(list(FAULTS), size=g.integers(1, 4), replace=False)
     s["instruments"] = next(
         (INSTRUMENTS[name] for name in wanted if name in INSTRUMENTS), ["dvl"]
     )
-    named = [name for name in wanted if name in FAULTS]
+    known = FAULTS | OF_THRUSTERS
+    named = [name for name in wanted if name in known]
     chosen = [] if "healthy" in wanted else named or chosen
     for name in chosen:
-        FAULTS[name](s, g)
+        known[name](s, g)
     s["faults"] = [str(name) for name in chosen]
     s["coupling"] = np.zeros((6, 6))
     if s["cross_drag"]:
@@ -397,6 +446,7 @@ def propelled(s, speed, relative, done):
     part = speed / s["max_rate"]
     pushed = np.sign(part) * np.abs(part) ** s["exponent"] * s["max_force"]
     pushed = np.where(pushed < 0, s["reverse"] * pushed, pushed)
+    pushed *= np.where(pushed < 0, s["gain"][:, :, 1], s["gain"][:, :, 0])
     pushed *= (1 - s["sag"] * done)[:, None]
     if s["inflow"]:
         turning = np.cross(relative[:, None, 3:], s["places"][None])
@@ -635,7 +685,7 @@ def claims(s, folder):
     if not s["wrench"]:
         # The bollard test was made at full speed.
         factor = s["claimed_thrust"] * s["max_force"] / s["max_rate"] ** 2
-        for i, (place, way) in enumerate(zip(s["places"], s["ways"])):
+        for i, (place, way) in enumerate(zip(s["claimed_places"], s["ways"])):
             lines += [
                 "[[thruster]]",
                 f'name = "T{i + 1}"',
@@ -722,6 +772,7 @@ def one(job):
         "weight_minus_buoyancy": (s["mass"] - s["displaced"]) * G,
         "lever_z": s["mass"] * G * s["cg"][2],
         "claimed_thrust": float(s["claimed_thrust"]),
+        "gain": s["gain"].tolist(),
         **{
             k: s[k]
             for k in [
@@ -760,7 +811,7 @@ def main():
         int(sys.argv[3]),
         sys.argv[4:],
     )
-    known = {**FAULTS, **INSTRUMENTS, "healthy": None}
+    known = {**FAULTS, **OF_THRUSTERS, **INSTRUMENTS, "healthy": None}
     if unknown := [name for name in wanted if name not in known]:
         sys.exit(f"no fault is called {', '.join(unknown)}; there are {', '.join(known)}")
     jobs = [(out / f"{k:03}", k, wanted) for k in range(seed, seed + number)]

@@ -3,6 +3,7 @@
 //! The script knows nothing of vehicles: a chart is panels below each other that share their
 //! horizontal axis, and a panel is lines, markers and bands with names and inks.
 
+mod drag;
 mod innovations;
 mod intervals;
 mod memory;
@@ -36,6 +37,8 @@ pub(crate) enum Subject {
     Steady,
     /// Parameters by method.
     Intervals,
+    /// Drag over speed.
+    Drag,
 }
 
 /// One chart.
@@ -158,7 +161,17 @@ impl Charts {
         let mut charts = motions.charts(&mut ids);
         charts.extend(together.charts(&mut ids));
         charts.extend(others);
+        let driven = results.driven();
+        let greatest = |dof: Dof| driven.get(&dof).map_or(0.0, |driven| driven.speed_max);
+        for (name, plant) in &results.coupled {
+            for &dof in &plant.axes {
+                let curve = plant.drag_to(dof, greatest(dof));
+                charts.extend(curve.map(|curve| drag::chart(dof, Some(name), &curve, &mut ids)));
+            }
+        }
         for (&dof, plant) in &results.plants {
+            let curve = plant.drag_to(greatest(dof));
+            charts.extend(curve.map(|curve| drag::chart(dof, None, &curve, &mut ids)));
             charts.extend(intervals::chart(dof, results, &mut ids));
             charts.extend(innovations::chart(dof, plant, &mut ids));
         }

@@ -294,6 +294,7 @@ pub(crate) fn plant_of_several_axes() -> CoupledPlant {
         method: Method::FilterError,
         symmetry: seaplant::plant::Symmetry::PortStarboard,
         effects: Vec::new(),
+        thruster_faults: Vec::new(),
         parameters: BTreeMap::from([
             ("mass.sway".to_owned(), coefficient(180.0, 2.0, "kg", &[Dof::Sway])),
             ("sway: v".to_owned(), coefficient(0.0, 1.5, "N/(m/s)", &[Dof::Sway])),

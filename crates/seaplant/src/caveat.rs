@@ -55,6 +55,10 @@ pub enum CaveatCode {
     LikelyMistake,
     /// Thrust pushes the other way than its log says.
     ThrustReversed,
+    /// A thruster that stands still, pushes the other way or gives much less than others.
+    ThrusterFault,
+    /// Thrusters whose gains differ from those of their curves.
+    ThrusterGains,
     /// Thrust answers velocity, as under a controller.
     ThrustFollowsVelocity,
     /// The vehicle keeps one speed nearly always.

@@ -126,8 +126,8 @@ pub use statistics::robust_covariance;
 pub use terms::{Term, Terms};
 pub use thrust::{QuadraticThrust, ThrustCurve, ThrustModel, ThrustTable};
 pub use trial::{
-    AxisRecord, CoupledRecord, CoupledThruster, GAINED_S, Role, ThrusterTrack, Trial, TrialSetup,
-    UniformAxis, UniformStretch, VelocityReport, VelocitySource, lever_axes,
+    AxisRecord, CoupledRecord, CoupledThruster, GAINED_S, Role, ThrusterFault, ThrusterTrack,
+    Trial, TrialSetup, UniformAxis, UniformStretch, VelocityReport, VelocitySource, lever_axes,
 };
 pub use vehicle::{
     Fin, PropellerCurve, SEA_WATER_KG_M3, Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle,

@@ -5,6 +5,7 @@
 mod campaign;
 mod consequence;
 mod coupled;
+mod drag;
 mod model;
 mod online;
 mod plant;
@@ -28,6 +29,7 @@ pub use campaign::{
     AxisResult, BollardPullResult, FileOffset, SensorResult, ThrusterResult, TrialResult,
 };
 pub use consequence::{Consequence, Driven};
+pub use drag::DragCurve;
 pub use online::CoupledOnline;
 pub use plant::{
     AccumulatedPlant, Parameter, Parameters, PlantResult, RegressionResult, SteadyTestResult,
@@ -40,9 +42,11 @@ pub use steady::{PairResult, SegmentResult, SteadyResult};
 pub use steering::{NomotoResult, SecondOrder};
 pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
+pub(crate) use coupled::is_gain;
 pub use coupled::{
     AxisChange, AxisScore, Coefficient, Correlation, CoupledPlant, CoupledScore, Identifiability,
-    MatrixResult, PrimeCoefficient, PrimeSystem, TermDecision, ToldBy, plant_of_result,
+    MatrixResult, PrimeCoefficient, PrimeSystem, TermDecision, ThrusterGain, ToldBy,
+    plant_of_result,
 };
 
 /// The name and version of this contract.
@@ -112,6 +116,27 @@ pub struct Results {
 }
 
 impl Results {
+    /// How far each axis was driven in all trials.
+    pub fn driven(&self) -> BTreeMap<Dof, Driven> {
+        let mut driven: BTreeMap<Dof, Driven> = BTreeMap::new();
+        let mut add = |dof: Dof, more: Driven| {
+            let known = driven.entry(dof).or_default();
+            *known = known.or(more);
+        };
+        for trial in &self.trials {
+            for (&dof, axis) in &trial.axes {
+                // Where no velocity was measured, nothing says how fast it was.
+                if let Some(speed_max) = axis.speed_max {
+                    add(dof, Driven { speed_max, force_max: axis.force_max });
+                }
+            }
+        }
+        for plant in self.coupled.values() {
+            plant.driven.iter().for_each(|(&dof, &more)| add(dof, more));
+        }
+        driven
+    }
+
     /// Whether anything was found.
     ///
     /// # Errors

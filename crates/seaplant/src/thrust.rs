@@ -154,6 +154,31 @@ pub enum ThrustCurve {
 }
 
 impl ThrustCurve {
+    /// The curve with thrust ahead and in reverse as many times as great.
+    ///
+    /// # Errors
+    /// [`Error::ThrustTable`] if a table no longer rises with its input, as with a factor below zero.
+    pub(crate) fn scaled(&self, forward: f64, reverse: f64) -> Result<Self, Error> {
+        let times = |thrust: f64| thrust * if thrust < 0.0 { reverse } else { forward };
+        match self {
+            Self::Quadratic { input, law } => {
+                let law = QuadraticThrust {
+                    forward: forward * law.forward,
+                    reverse: reverse * law.reverse,
+                    ..*law
+                };
+                Ok(Self::Quadratic { input: *input, law })
+            }
+            Self::Table { input, tables } => {
+                let of = |table: &ThrustTable| {
+                    let points = table.points().map(|(input, thrust)| (input, times(thrust)));
+                    ThrustTable::new(table.voltage, points.collect())
+                };
+                Self::tables(*input, tables.iter().map(of).collect::<Result<_, _>>()?)
+            }
+        }
+    }
+
     /// n of thrust k n|n| at an input: what a square law reads; of a table, the root of its thrust.
     pub(crate) fn propeller_speed(&self, input: f64) -> f64 {
         match self {

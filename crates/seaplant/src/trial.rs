@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 pub use axis::{AxisRecord, UniformAxis, UniformStretch, lever_axes};
 pub(crate) use axis::{ReadyAxis, ReadyStretch};
-pub use coupled::{CoupledRecord, CoupledThruster};
+pub use coupled::{CoupledRecord, CoupledThruster, ThrusterFault};
 
 pub(crate) use crate::navigation::Beside;
 use crate::navigation::{Navigated, Recording, navigate_along};

@@ -23,6 +23,7 @@ pub(crate) struct AxisSection {
     motions: Vec<Motions>,
     memory: Vec<ChartView>,
     spectra: Vec<ChartView>,
+    drag: Vec<ChartView>,
     tables: Vec<Table>,
     details: Vec<Table>,
     doubts: Doubts,
@@ -65,6 +66,9 @@ pub(crate) fn view(
         ),
         memory: of(Subject::Memory),
         spectra: of(Subject::Spectrum),
+        drag: pictures.charts(|chart| {
+            chart.dof == dof && chart.subject == Subject::Drag && chart.plant.is_none()
+        }),
         tables: vec![parameters(dof, &methods, plant.method), scores(dof, &methods, plant.method)],
         details,
         doubts: other_doubts(&methods, plant),

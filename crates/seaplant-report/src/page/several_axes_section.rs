@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use seaplant::Dof;
 use seaplant::results::{
-    AxisScore, Coefficient, CoupledPlant, MatrixResult, Parameter, Part, PrimeCoefficient, ToldBy,
+    AxisScore, Coefficient, CoupledPlant, MatrixResult, Parameter, Part, PrimeCoefficient,
+    ThrusterGain, ToldBy,
 };
 use serde::Serialize;
 
-use super::Pictures;
 use super::axis_section::{Motions, motions};
 use super::table::{Row, Table};
+use super::{ChartView, Pictures};
 use crate::chart::Subject;
 use crate::number::{ABSENT, Decimals, Rounded, or_absent, significant};
 use crate::words;
@@ -24,6 +25,7 @@ pub(crate) struct SeveralAxesSection {
     reason: String,
     lead: String,
     motions: Vec<Motions>,
+    drag: Vec<ChartView>,
     tables: Vec<Table>,
     details: Vec<Table>,
 }
@@ -42,6 +44,7 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> 
     tables.push(matrix("Linear damping, on ν", plant, &plant.linear_damping));
     tables.push(matrix("Quadratic damping, on |ν|ν", plant, &plant.quadratic_damping));
     tables.extend(others(plant));
+    tables.extend(thrusters(plant));
     tables.extend(prime(plant));
     let mut details = vec![coefficients(plant), nuisances(&plant.nuisances)];
     details.extend(structure(plant));
@@ -61,6 +64,8 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> 
             },
             |role| pictures.drawn.note(name, role),
         ),
+        drag: pictures
+            .charts(|chart| chart.plant.as_deref() == Some(name) && chart.subject == Subject::Drag),
         tables,
         details,
     }
@@ -241,6 +246,24 @@ fn prime(plant: &CoupledPlant) -> Option<Table> {
     let head = ["Symbol", "value", "±", "95 % interval", "coefficient"];
     let rows: Vec<Row> = system.coefficients.iter().map(row).collect();
     Some(Table::new("Coefficients without dimension", head, rows).noted(&note))
+}
+
+/// What each thruster gives over its curve, where the plant has gains.
+fn thrusters(plant: &CoupledPlant) -> Option<Table> {
+    let row = |(name, gain): (String, ThrusterGain)| {
+        let with_std = |value: f64, std: f64| {
+            let decimals = Decimals::of_std(value, std);
+            [decimals.write(value), decimals.write(std)]
+        };
+        let [ahead, ahead_std] = with_std(gain.forward, gain.std[0]);
+        let [astern, astern_std] = with_std(gain.reverse, gain.std[1]);
+        Row::new([name, ahead, ahead_std, astern, astern_std])
+    };
+    let rows: Vec<Row> = plant.thruster_gains().into_iter().map(row).collect();
+    let head = ["Thruster", "ahead", "±", "in reverse", "±"];
+    (!rows.is_empty()).then(|| {
+        Table::new("Thrust over that of the curve", head, rows).noted("Beside each other, thrusters are known better than these standard deviations say: a common factor is in all of them, as motion does not show the scale of thrust, and their mean is taken for that of the curves.")
+    })
 }
 
 fn coefficients(plant: &CoupledPlant) -> Table {

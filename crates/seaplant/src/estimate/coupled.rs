@@ -6,6 +6,7 @@ mod equation_error;
 mod filter;
 mod fit;
 mod free;
+mod gains;
 mod plan;
 mod report;
 mod schedule;
@@ -21,11 +22,12 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::motion::with_places;
 use crate::plant::{Basis, Plant, RigidBody, Signal, Structure};
-use crate::{CoupledRecord, Dof, Error, Method, VelocityReport};
+use crate::{CoupledRecord, Dof, Error, Method, ThrusterFault, VelocityReport};
 pub use actuator::Actuator;
 use equation_error::Solved;
 use filter::{Drift, InstrumentNoise};
 use fit::{Optimum, Problem, Tolerance};
+use gains::Scaled;
 pub use plan::CoupledPlan;
 use report::Reported;
 use schedule::Attitude;
@@ -94,6 +96,8 @@ pub struct CoupledFit {
     pub inflation: Vec<f64>,
     /// Couplings in damping that were tried.
     pub tried: Vec<Tried>,
+    /// Thrusters that stood still or pushed the other way in a trial; they were taken to do so.
+    pub faults: Vec<ThrusterFault>,
 }
 
 /// What stands beside the plant on one axis.
@@ -175,8 +179,15 @@ fn fit_as(
         let prompt: Vec<&CoupledRecord> = prompt.iter().collect();
         let records = if prompt.is_empty() { records } else { &prompt };
         let fitted = fitted.with_actuator_that_shows()?.with_drift_that_shows()?;
+        let (fitted, acting) = match search {
+            true => fitted.with_thrusters_that_act(records)?,
+            false => (fitted, Vec::new()),
+        };
+        let acting: Vec<&CoupledRecord> = acting.iter().collect();
+        let records = if acting.is_empty() { records } else { &acting };
         let fitted = match search {
             true => {
+                let fitted = fitted.with_gains_that_show(records)?;
                 let found = fitted.with_speeds_as_they_are(records)?.searched(records)?;
                 // What a coupling explains an actuator need not.
                 let found = found.with_actuator_that_shows()?.with_drift_that_shows()?;
@@ -201,11 +212,14 @@ struct Fitted<const N: usize, const M: usize> {
     tried: Vec<Tried>,
     /// How translations are reported; the problem's are as they were before that.
     reported: Reported,
+    /// Thrusters that did not act as logged; the problem's do as they did.
+    faults: Vec<ThrusterFault>,
 }
 
 impl<const N: usize, const M: usize> Fitted<N, M> {
     fn new(problem: Problem, optimum: Optimum<N, M>) -> Self {
-        Self { problem, optimum, tried: Vec::new(), reported: Reported::default() }
+        let (tried, reported, faults) = Default::default();
+        Self { problem, optimum, tried, reported, faults }
     }
 
     /// The same where what reads the speed of propellers reads that which they have, behind the one
@@ -218,10 +232,9 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         Ok(self)
     }
 
-    /// Whether the plant reads the speed of propellers.
+    /// Whether the plant reads speed or thrust of propellers.
     fn reads_speeds(&self) -> bool {
-        let signals = self.problem.structure.signals();
-        signals.iter().any(|signal| matches!(signal, Signal::PropellerSpeed(_)))
+        self.problem.structure.signals().iter().any(Signal::is_of_known_thruster)
     }
 
     /// Records with the speeds that propellers have.
@@ -237,7 +250,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
     ///
     /// In rounds, as a missing coupling colours the innovations of its axis and hides others.
     fn searched(self, records: &[&CoupledRecord]) -> Result<Self, Error> {
-        let candidates = search::candidates(&self.problem.structure);
+        let candidates = search::candidates(&self.problem.structure, records);
         let mut search = Search { base: self, found: None, scores: BTreeMap::new() };
         for _ in 0..MOST_ROUNDS {
             let before = search.admitted();
@@ -270,7 +283,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         } else {
             problem.descent_at_noise(start, Tolerance::COARSE)?
         };
-        Ok(Self { optimum, problem, tried: Vec::new(), reported: self.reported })
+        let faults = self.faults.clone();
+        Ok(Self { optimum, problem, tried: Vec::new(), reported: self.reported, faults })
     }
 
     /// The same without what the trials do not show of the actuator.
@@ -394,7 +408,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         method: Method,
     ) -> Result<CoupledFit, Error> {
         let thrust_covariance = self.thrust_covariance()?;
-        let Self { problem, optimum, tried, reported } = self;
+        let Self { problem, optimum, tried, reported, faults } = self;
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
         let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
@@ -409,22 +423,27 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             (name.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
         };
         let currents = problem.trials.iter().enumerate().map(current);
+        let of_plant = of_coefficients(&plant, &covariance) + &thrust_covariance;
+        let mut inflation = inflation(&optimum.information, p);
+        let scaled = Scaled::of(&plant, (&of_plant, &thrust_covariance))?;
+        let Scaled { plant, covariance: of_plant, thrust_covariance, scale } =
+            scaled.unwrap_or(Scaled { plant, covariance: of_plant, thrust_covariance, scale: 1.0 });
+        inflation.resize(plant.coefficients().len(), 1.0);
+        let mut noise = optimum.point.noise.clone();
+        noise.disturbance *= scale;
         Ok(CoupledFit {
             plant: plant.pruned()?,
             method,
-            inflation: inflation(&optimum.information, p),
-            covariance: of_coefficients(&plant, &covariance) + &thrust_covariance,
+            inflation,
+            covariance: of_plant,
             thrust_covariance,
             actuator: optimum.point.actuator,
             actuator_std: std::array::from_fn(std_of_actuator),
             has_thrusters: problem.has_thrusters,
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
-            disturbances: disturbances(
-                &problem.structure,
-                &optimum.point.noise,
-                &noise_covariance,
-                |i| problem.is_unmeasured(i),
-            ),
+            disturbances: disturbances(&problem.structure, &noise, &noise_covariance, |i| {
+                problem.is_unmeasured(i)
+            }),
             attitude_noise: attitude_noise(&optimum.point.noise, &noise_covariance),
             instruments: instruments(&optimum.point.noise, &noise_covariance),
             report: reported.how,
@@ -438,6 +457,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             whiteness: whiteness(&problem, &optimum.point, reported.keep)?,
             rank: least_squares.rank + (p - least_squares.terms),
             tried,
+            faults,
         })
     }
 }
@@ -457,7 +477,8 @@ impl<const N: usize> Fitted<N, N> {
         let optimum = problem.descent(start, Tolerance::COARSE)?;
         let iterations = self.optimum.iterations + optimum.iterations;
         let optimum = Optimum { iterations, ..optimum };
-        Ok(Fitted { problem, optimum, tried: self.tried, reported: self.reported })
+        let Self { tried, reported, faults, .. } = self;
+        Ok(Fitted { problem, optimum, tried, reported, faults })
     }
 }
 
@@ -525,6 +546,26 @@ impl<const N: usize, const M: usize> Search<N, M> {
 }
 
 impl CoupledFit {
+    /// Records with thrusters as they acted; none where all acted as logged.
+    ///
+    /// # Errors
+    /// Those of [`crate::Timed::new`] if a force is not finite.
+    pub(crate) fn as_driven(
+        &self,
+        records: &[&CoupledRecord],
+    ) -> Result<Vec<CoupledRecord>, Error> {
+        if self.faults.is_empty() {
+            return Ok(Vec::new());
+        }
+        let acting = |record: &&CoupledRecord| {
+            let own = self.faults.iter().filter(|fault| fault.trial == record.trial);
+            let first = (*record).clone();
+            own.into_iter()
+                .try_fold(first, |record, fault| record.with_gain(&fault.thruster, fault.gain))
+        };
+        records.iter().map(acting).collect()
+    }
+
     /// Noise of instruments as a filter takes it.
     fn instrument_noise(&self) -> InstrumentNoise {
         let mut noise = InstrumentNoise::NONE;

@@ -1,4 +1,4 @@
-//! How far a plant was driven in its trials, and what disturbed it there.
+//! What disturbed a plant in its trials.
 
 use std::collections::BTreeMap;
 
@@ -8,9 +8,9 @@ use rand_distr::{Distribution, StandardNormal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Driven, PlantModel};
+use super::PlantModel;
 use crate::motion::Inputs;
-use crate::results::{CoupledPlant, PlantResult, Results};
+use crate::results::{CoupledPlant, PlantResult};
 use crate::{Dof, Error, Timed};
 
 /// A slow force on an axis that nothing measured explains, as the filter error method found it:
@@ -83,27 +83,6 @@ fn sum(a: &Timed, b: &Timed) -> Result<Timed, Error> {
     times.dedup_by(|b, a| *b - *a < 1e-9);
     let values: Vec<f64> = times.iter().map(|&t| a.held_at(t) + b.held_at(t)).collect();
     Timed::new("force", times, values)
-}
-
-/// How far each axis of results was driven.
-pub(super) fn driven(results: &Results) -> BTreeMap<Dof, Driven> {
-    let mut driven: BTreeMap<Dof, Driven> = BTreeMap::new();
-    let mut add = |dof: Dof, more: Driven| {
-        let known = driven.entry(dof).or_default();
-        *known = known.or(more);
-    };
-    for trial in &results.trials {
-        for (&dof, axis) in &trial.axes {
-            // Where no velocity was measured, nothing says how fast it was.
-            if let Some(speed_max) = axis.speed_max {
-                add(dof, Driven { speed_max, force_max: axis.force_max });
-            }
-        }
-    }
-    for plant in results.coupled.values() {
-        plant.driven.iter().for_each(|(&dof, &more)| add(dof, more));
-    }
-    driven
 }
 
 /// The disturbance of an axis that was identified by itself, N or N m.

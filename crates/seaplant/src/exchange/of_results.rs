@@ -4,15 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DMatrix;
 
-use super::driven::{
-    driven, of_axis as disturbance_of_axis, of_coupled as disturbances_of_coupled,
-};
+use super::driven::{of_axis as disturbance_of_axis, of_coupled as disturbances_of_coupled};
 use super::{Actuation, Judgement, Origin, PlantModel};
 use crate::plant::{Basis, Effect, Plant, Product, Structure, Symmetry};
 use crate::results::{
-    CoupledPlant, CurveResult, Parameter, PlantResult, Results, RigidBodyResult, plant_of_result,
+    CoupledPlant, CurveResult, Parameter, PlantResult, Results, RigidBodyResult, is_gain,
+    plant_of_result,
 };
-use crate::{Dof, Error, Method, Thruster};
+use crate::{Dof, Error, Method, ThrustCurve, Thruster};
 
 /// Terms with their numbers, and how those vary together.
 struct Part {
@@ -67,7 +66,18 @@ impl PlantModel {
             notes.push(ALONE.to_owned());
         }
         let rigid_body = results.rigid_body.as_ref().map(RigidBodyResult::body).transpose()?;
-        let thrusters = thrusters(results, &mut notes)?;
+        let mut thrusters = thrusters(results, &mut notes)?;
+        for plant in results.coupled.values() {
+            for (name, gain) in plant.thruster_gains() {
+                for own in thrusters.iter_mut().filter(|own| own.name == name) {
+                    own.curve = scaled(&name, &own.curve, [gain.forward, gain.reverse])?;
+                }
+                notes.push(format!(
+                    "thruster {name}: its curve is that of the vehicle file times {:.4} ahead and {:.4} in reverse, as the trials show",
+                    gain.forward, gain.reverse
+                ));
+            }
+        }
         Ok(Self {
             name: results.vehicle.clone(),
             plant,
@@ -80,7 +90,7 @@ impl PlantModel {
             thrusters,
             max_rpm: None,
             actuation,
-            driven: driven(results),
+            driven: results.driven(),
             disturbances,
             origin: Origin {
                 source: source.to_owned(),
@@ -166,8 +176,37 @@ fn of_axis(dof: Dof, plant: &PlantResult) -> Part {
     }
 }
 
+/// A curve with the gains that trials show; one that hardly pushes is none.
+///
+/// # Errors
+/// [`Error::Thruster`] of one that pushes the other way; [`Error::ThrustTable`] of a table that
+/// cannot be.
+fn scaled(name: &str, curve: &ThrustCurve, gains: [f64; 2]) -> Result<ThrustCurve, Error> {
+    let least = gains[0].min(gains[1]);
+    if least < LEAST_GAIN {
+        let reason = format!(
+            "gives {least:.2} of the thrust of its curve, so that it pushes the other way; reverse its direction in the vehicle file, or negate its channel, and identify again"
+        );
+        return Err(Error::Thruster { name: name.to_owned(), reason });
+    }
+    let [forward, reverse] = gains.map(|gain| gain.max(0.0));
+    curve.scaled(forward, reverse)
+}
+
+/// A gain below this is of a thruster that pushes the other way; above it, of one that stands still.
+const LEAST_GAIN: f64 = -0.2;
+
+/// The plant of results, without gains of thrusters: curves have those.
+fn without_gains(result: &CoupledPlant) -> Result<Plant, Error> {
+    let whole = plant_of_result(result)?;
+    let structure = whole.structure().without(|term| is_gain(whole.structure(), term));
+    let terms = structure.terms().iter();
+    let coefficients = terms.filter_map(|term| whole.coefficient(term)).collect();
+    Plant::new(structure, coefficients)?.pruned()
+}
+
 fn of_coupled(result: &CoupledPlant) -> Result<Part, Error> {
-    let plant = plant_of_result(result)?;
+    let plant = without_gains(result)?;
     let names = plant.structure().names();
     let place = |name: &String| result.correlation.names.iter().position(|known| known == name);
     let places: Vec<Option<usize>> = names.iter().map(place).collect();

@@ -8,6 +8,7 @@ mod prime;
 mod rivals;
 mod score;
 mod steady;
+mod thrusters;
 mod trials;
 mod under_way;
 mod verdict;
@@ -106,6 +107,16 @@ impl<'a> Records<'a> {
             (false, _) => Ok(records),
         }
     }
+
+    /// The same with others to fit, if there are any.
+    fn as_driven<'b>(self, acted: &'b [CoupledRecord]) -> Records<'b>
+    where
+        'a: 'b,
+    {
+        let fit = if acted.is_empty() { self.fit } else { acted.iter().collect() };
+        let Self { hold_out, of_logs, left_out, .. } = self;
+        Records { fit, hold_out, of_logs, left_out }
+    }
 }
 
 /// Plants by methods that work sample by sample, and those that could not.
@@ -128,6 +139,8 @@ fn plant(
     check_scale(&structure, &records.fit)?;
     let (Scored { fit, of_fit, of_hold_out }, disputed) =
         best(&structure, &records, vehicle, plan.search)?;
+    let acted = fit.as_driven(&records.fit)?;
+    let records = records.as_driven(&acted);
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = of_fit;
     plant.hold_out = of_hold_out;
@@ -158,7 +171,10 @@ impl Scored {
     fn new(fit: CoupledFit, records: &Records<'_>) -> Result<Self, Error> {
         let own = |record: &CoupledRecord| fit.current_of(&record.trial);
         let beside = score::Standing::beside(&fit);
-        let of_fit = score::score(&fit.plant, &beside, &records.fit, own)?;
+        let acted = fit.as_driven(&records.fit)?;
+        let acted: Vec<&CoupledRecord> = acted.iter().collect();
+        let fitted = if acted.is_empty() { records.fit.as_slice() } else { &acted };
+        let of_fit = score::score(&fit.plant, &beside, fitted, own)?;
         let mut of_hold_out = match records.hold_out.as_slice() {
             [] => None,
             // A trial that was not fitted has no current of its own.
@@ -293,7 +309,7 @@ fn check_signals(structure: &Structure, record: &CoupledRecord) -> Result<(), Er
     let Some(signal) = structure.signals().iter().find(lacks) else { return Ok(()) };
     let advice = match signal {
         Signal::Angle { .. } => "map it under [channels], or take it away from vehicle.toml",
-        Signal::Drive(_) | Signal::PropellerSpeed(_) => {
+        Signal::Drive(_) | Signal::PropellerSpeed(_) | Signal::Thrust(_) => {
             "map its speed, pulse width or command under [channels]"
         }
         Signal::AirForward | Signal::AirStarboard => {
@@ -387,6 +403,7 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
             not_told: not_told.map(|(name, _)| name.clone()).collect(),
         },
         structure: fit.tried.iter().map(decision).collect(),
+        thruster_faults: fit.faults.clone(),
         samples: fit.samples,
         log_likelihood: fit.log_likelihood,
         fit: crate::results::CoupledScore::default(),

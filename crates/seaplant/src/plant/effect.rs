@@ -28,6 +28,8 @@ pub enum Signal {
     /// How fast the propeller of a thruster turns whose curve is known: n of its thrust k n|n|, rad/s
     /// or in units of its command; the root of thrust if only that is known.
     PropellerSpeed(String),
+    /// The thrust of a thruster by its curve, N.
+    Thrust(String),
     /// Velocity of the air over ground along the body's x axis, m/s.
     AirForward,
     /// Velocity of the air over ground along the body's y axis, m/s.
@@ -37,7 +39,12 @@ pub enum Signal {
 impl Signal {
     /// Whether a sample holds until the next: of a drive or a propeller; angles and wind go straight.
     pub fn is_held(&self) -> bool {
-        matches!(self, Self::Drive(_) | Self::PropellerSpeed(_))
+        matches!(self, Self::Drive(_)) || self.is_of_known_thruster()
+    }
+
+    /// Whether it is of a thruster whose curve is known, so that its force is.
+    pub(crate) fn is_of_known_thruster(&self) -> bool {
+        matches!(self, Self::PropellerSpeed(_) | Self::Thrust(_))
     }
 
     /// Whether it pushes a vehicle on which no known force acts.
@@ -63,6 +70,7 @@ impl fmt::Display for Signal {
             Self::Angle { kind, name } => write!(f, "{}.{name}.angle", kind.name()),
             Self::Drive(name) => write!(f, "the drive of thruster `{name}`"),
             Self::PropellerSpeed(name) => write!(f, "the propeller speed of thruster `{name}`"),
+            Self::Thrust(name) => write!(f, "the thrust of thruster `{name}`"),
             Self::AirForward | Self::AirStarboard => write!(f, "the wind"),
         }
     }
@@ -161,6 +169,14 @@ pub enum EffectForce {
         /// The thrusters, at most 16.
         thrusters: Vec<Pusher>,
     },
+    /// Thrust of one thruster beyond its curve: `T w`, with T what the curve says and w force and
+    /// moment for a newton of thrust, so that the coefficient is the gain less 1.
+    Gain {
+        /// The thruster.
+        thruster: Pusher,
+        /// Whether only of thrust below zero.
+        reverse: bool,
+    },
     /// What a propeller does otherwise when it turns astern: `n|n|` of negative n along a unit
     /// force and moment, N and N m.
     Astern {
@@ -198,7 +214,7 @@ pub struct Pusher {
 
 impl Pusher {
     /// w, force and moment for a newton of thrust.
-    fn way(&self) -> Vector6<f64> {
+    pub(crate) fn way(&self) -> Vector6<f64> {
         at_place(&self.position_m.into(), &self.direction.into())
     }
 }
@@ -293,6 +309,7 @@ impl Effect {
             EffectForce::Inflow { thrusters } => {
                 thrusters.iter().map(|own| Signal::PropellerSpeed(own.name.clone())).collect()
             }
+            EffectForce::Gain { thruster, .. } => vec![Signal::Thrust(thruster.name.clone())],
             EffectForce::Wind { .. } | EffectForce::WindAcross { .. } => {
                 vec![Signal::AirForward, Signal::AirStarboard]
             }
@@ -352,6 +369,10 @@ impl Effect {
                 }
                 (slope * velocity, slope)
             }
+            EffectForce::Gain { thruster, reverse } => {
+                let thrust = if *reverse { first.min(0.0) } else { first };
+                along(&thruster.way(), thrust, Vector6::zeros())
+            }
             EffectForce::Astern { way, .. } => {
                 let astern = first.min(0.0);
                 along(&Vector6::from(*way), astern * astern.abs(), Vector6::zeros())
@@ -376,7 +397,7 @@ impl Effect {
     pub fn unit(&self) -> &'static str {
         match &self.force {
             EffectForce::Lift { .. } | EffectForce::Steering { .. } => "N/(m/s)²",
-            EffectForce::OpenWater { .. } => "1",
+            EffectForce::OpenWater { .. } | EffectForce::Gain { .. } => "1",
             EffectForce::Slipstream { squared: false, .. } => "1",
             EffectForce::Slipstream { .. } => "N/(rad/s)²",
             EffectForce::Race { squared: false, .. } => "√N/(m/s)",
@@ -411,6 +432,7 @@ impl Effect {
                 acts(&at_place(&(*position_m).into(), &(*direction).into()))
             }
             EffectForce::Astern { way, .. } => acts(&Vector6::from(*way)),
+            EffectForce::Gain { thruster, .. } => acts(&thruster.way()),
             EffectForce::Inflow { thrusters } => {
                 acts(&thrusters.iter().map(|own| own.way().abs()).sum())
             }
@@ -423,14 +445,27 @@ impl Effect {
     }
 
     /// Whether a coefficient below zero is impossible: of a fin, which takes power out of its
-    /// flow, and of a propeller, but for what it does otherwise astern.
+    /// flow, and of a propeller, but for what it does otherwise astern or beyond its curve.
     pub fn is_positive(&self) -> bool {
         !matches!(
             self.force,
-            EffectForce::Wind { .. } | EffectForce::WindAcross { .. } | EffectForce::Astern { .. }
+            EffectForce::Wind { .. }
+                | EffectForce::WindAcross { .. }
+                | EffectForce::Astern { .. }
+                | EffectForce::Gain { .. }
         )
     }
+
+    /// The standard deviation of its coefficient before anything is measured, where it is known to
+    /// be small: of the gain of a thruster, whose curve is measured or comes from its maker.
+    pub(crate) fn prior_std(&self) -> Option<f64> {
+        matches!(self.force, EffectForce::Gain { .. }).then_some(GAIN_STD)
+    }
 }
+
+/// Standard deviation of the gain of a thruster about 1: between two of one kind 5 to 10 % are usual,
+/// and one that is fouled or stands still is not ruled out.
+const GAIN_STD: f64 = 0.3;
 
 /// A lever below a micrometre is the rounding of a rotated position.
 const NO_LEVER: f64 = 1e-6;
@@ -542,6 +577,24 @@ mod tests {
     }
 
     #[test]
+    fn a_gain_scales_the_thrust_of_one_thruster() {
+        let starboard = || Pusher {
+            name: "starboard".into(),
+            position_m: [0.0, 0.3, 0.0],
+            direction: [1.0, 0.0, 0.0],
+        };
+        let of = |reverse, thrust: f64| {
+            let gain = effect(EffectForce::Gain { thruster: starboard(), reverse });
+            gain.wrench(&Vector6::repeat(1.0), &[thrust]).0
+        };
+        let expected = Vector6::new(-20.0, 0.0, 0.0, 0.0, 0.0, 6.0);
+        assert!((of(false, -20.0) - expected).amax() < 1e-12);
+        assert!((of(true, -20.0) - expected).amax() < 1e-12);
+        assert!((of(false, 20.0) + expected).amax() < 1e-12);
+        assert_eq!(of(true, 20.0), Vector6::zeros());
+    }
+
+    #[test]
     fn slopes_are_those_of_the_wrench() {
         let place = ([-0.7, 0.2, 0.1], [0.8, 0.6, 0.0]);
         let (position_m, direction) = place;
@@ -563,6 +616,7 @@ mod tests {
             EffectForce::Thrust { propeller: propeller(), position_m, direction },
             EffectForce::Advance { propeller: propeller(), position_m, direction },
             EffectForce::Inflow { thrusters: vec![pusher("a"), pusher("b")] },
+            EffectForce::Gain { thruster: pusher("a"), reverse: false },
             EffectForce::Astern { propeller: propeller(), way: [0.0, 1.0, 0.0, 0.0, 0.0, -0.7] },
             EffectForce::Wind { on: Dof::Surge, scale: 0.3 },
             EffectForce::Wind { on: Dof::Yaw, scale: 0.3 },

@@ -286,9 +286,15 @@ impl Structure {
         &self.signals
     }
 
-    /// Whether an effect reads more than the speeds of thrusters whose force is known.
+    /// Whether an effect reads more than speed and thrust of thrusters whose force is known.
     pub(crate) fn reads_beside_thrusters(&self) -> bool {
-        self.signals.iter().any(|signal| !matches!(signal, Signal::PropellerSpeed(_)))
+        self.signals.iter().any(|signal| !signal.is_of_known_thruster())
+    }
+
+    /// The standard deviation of a coefficient about zero before anything is measured, if any.
+    pub(crate) fn prior_std(&self, term: &Basis) -> Option<f64> {
+        let Basis::Effect(k) = term else { return None };
+        self.effects.get(*k)?.prior_std()
     }
 
     /// What an effect reads of the values of [`Self::signals`].

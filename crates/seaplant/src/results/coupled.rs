@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Driven, Parameter, Part, Verdict};
 use crate::judge::{NOT_WHITE, beyond, confirms};
-use crate::plant::{Effect, Plant, Structure, Symmetry};
-use crate::{Caveat, Dof, Error, Method};
+use crate::plant::{Basis, Effect, EffectForce, Plant, Structure, Symmetry};
+use crate::{Caveat, Dof, Error, Method, ThrusterFault};
 
 /// A plant of several axes:
 /// `M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ` with ν_r relative to the water.
@@ -50,6 +50,9 @@ pub struct CoupledPlant {
     /// The terms that were tried beside the usual ones.
     #[serde(default)]
     pub structure: Vec<TermDecision>,
+    /// Thrusters that stood still or pushed the other way in a trial; they were taken to do so.
+    #[serde(default)]
+    pub thruster_faults: Vec<ThrusterFault>,
     /// Numbers measured.
     pub samples: usize,
     /// ln-likelihood at the optimum.
@@ -277,6 +280,60 @@ impl AxisScore {
         let both = self.restarted_error.zip(self.kept_error);
         both.is_some_and(|(error, kept)| error < FOLLOWED * kept)
     }
+}
+
+/// What a thruster gives over what its curve says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThrusterGain {
+    /// Of thrust above zero.
+    pub forward: f64,
+    /// Of thrust below zero.
+    pub reverse: f64,
+    /// Their standard deviations; that of the common scale is in both.
+    pub std: [f64; 2],
+}
+
+impl CoupledPlant {
+    /// Gains of thrusters by name, where the plant has them.
+    ///
+    /// `1 + e` ahead and `1 + e + e_r` in reverse, with e the coefficient `NAME.excess-thrust` and e_r
+    /// `NAME.excess-reverse-thrust`.
+    pub fn thruster_gains(&self) -> BTreeMap<String, ThrusterGain> {
+        let mut found: BTreeMap<String, [Option<&str>; 2]> = BTreeMap::new();
+        for effect in &self.effects {
+            if let EffectForce::Gain { thruster, reverse } = &effect.force {
+                let places = found.entry(thruster.name.clone()).or_default();
+                places[usize::from(*reverse)] = Some(&effect.name);
+            }
+        }
+        let of = |names: [Option<&str>; 2]| {
+            let known = names.map(|name| self.parameters.get(name?));
+            let [value, std] = [
+                known.map(|x| x.map_or(0.0, |x| x.value)),
+                known.map(|x| x.map_or(0.0, |x| x.std)),
+            ];
+            let cross = self.correlation_of(names) * std[0] * std[1];
+            let in_reverse = std[0].powi(2) + std[1].powi(2) + 2.0 * cross;
+            let forward = 1.0 + value[0];
+            let std = [std[0], in_reverse.max(0.0).sqrt()];
+            ThrusterGain { forward, reverse: forward + value[1], std }
+        };
+        found.into_iter().map(|(name, names)| (name, of(names))).collect()
+    }
+
+    /// The correlation of two coefficients; zero of one that there is none of.
+    fn correlation_of(&self, names: [Option<&str>; 2]) -> f64 {
+        let Correlation { names: all, value } = &self.correlation;
+        let place = |name: Option<&str>| all.iter().position(|own| Some(own.as_str()) == name);
+        let [i, j] = names.map(place);
+        i.zip(j).and_then(|(i, j)| value.get(i)?.get(j).copied()).unwrap_or(0.0)
+    }
+}
+
+/// Whether a term is the gain of a thruster.
+pub(crate) fn is_gain(structure: &Structure, term: &Basis) -> bool {
+    let Basis::Effect(k) = term else { return false };
+    matches!(structure.effects()[*k].force, EffectForce::Gain { .. })
 }
 
 /// A plant with the coefficients that results hold.

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Vector3, Vector6};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::force::{CoupledThrust, ThrusterTrack, coupled_thrust};
 use super::gained::{between, gained};
@@ -24,6 +26,27 @@ pub struct CoupledThruster {
     pub track: ThrusterTrack,
     /// w, force and moment on each axis for each newton of thrust, 1 and m, in SNAME order.
     pub wrench: Vector6<f64>,
+}
+
+impl CoupledThruster {
+    /// What effects read of it: speed and thrust, as logged.
+    pub(crate) fn signals(&self) -> [(Signal, Timed); 2] {
+        let ThrusterTrack { speed, forward, reverse, .. } = &self.track;
+        let thrust = speed.map(|n| n * n.abs() * if n < 0.0 { *reverse } else { *forward });
+        let (name, speed) = (|| self.name.clone(), speed.clone());
+        [(Signal::PropellerSpeed(name()), speed), (Signal::Thrust(name()), thrust)]
+    }
+}
+
+/// A thruster that gave another part of its thrust in a trial than its log says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ThrusterFault {
+    /// Which trial.
+    pub trial: String,
+    /// Which thruster.
+    pub thruster: String,
+    /// The part: 0 of one that stood still, −1 of one that pushed the other way.
+    pub gain: f64,
 }
 
 /// Forces, velocities and attitude of one trial, for a plant of several axes.
@@ -199,9 +222,7 @@ impl CoupledRecord {
             .into_iter()
             .map(|(signal, x)| (signal.clone(), signal_means(&signal, &x, &changes)))
             .collect();
-        signals.extend(thrusters.iter().map(|thruster: &CoupledThruster| {
-            (Signal::PropellerSpeed(thruster.name.clone()), thruster.track.speed.clone())
-        }));
+        signals.extend(thrusters.iter().flat_map(CoupledThruster::signals));
         let is_pushed = signals.keys().any(Signal::pushes);
         let has_force = |dof: &Dof| force[dof.index()].is_some();
         if !is_pushed && !axes.iter().any(has_force) {
@@ -284,6 +305,27 @@ impl CoupledRecord {
     /// The values of some signals at an instant; zero of one that it lacks.
     pub(crate) fn signals_at(&self, wanted: &[Signal], t_s: f64) -> Vec<f64> {
         wanted.iter().map(|signal| self.signal_at(signal, t_s)).collect()
+    }
+
+    /// The record with a thruster that gives this part of the thrust that was logged.
+    ///
+    /// # Errors
+    /// Those of [`Timed::new`] if a force is not finite.
+    pub(crate) fn with_gain(&self, thruster: &str, gain: f64) -> Result<Self, Error> {
+        let mut record = self.clone();
+        for own in record.thrusters.iter_mut().filter(|own| own.name == thruster) {
+            let [_, (_, logged)] = own.signals();
+            for (force, way) in record.force.iter_mut().zip(own.wrench.iter()) {
+                let Some(series) = force.as_mut().filter(|_| *way != 0.0) else { continue };
+                let less = |(t, x): (&f64, &f64)| x - (1.0 - gain) * way * logged.held_at(*t);
+                let values = series.time_s().iter().zip(series.values()).map(less).collect();
+                *series = series.with_values("force", values)?;
+            }
+            own.track.forward *= gain;
+            own.track.reverse *= gain;
+            record.signals.extend(own.signals());
+        }
+        Ok(record)
     }
 
     /// The value of a signal at an instant; zero of one that it lacks.

@@ -1,7 +1,7 @@
 //! Rudders, fins, propellers of unknown strength and wind: what pushes a vehicle beside thrusters
 //! whose curve is known.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector6};
 
 use super::{Thruster, Vehicle};
 use crate::Surface;
@@ -253,6 +253,9 @@ impl Thruster {
     }
 }
 
+/// A thruster pushes along an axis if its lever there is above this part of the greatest.
+const SHARED_PART: f64 = 0.2;
+
 /// An effect of a vehicle on its plants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VehicleEffect {
@@ -332,9 +335,33 @@ impl Vehicle {
         if (1..=MOST_READ).contains(&thrusters.len()) {
             push("thrusters.inflow".to_owned(), EffectForce::Inflow { thrusters }, false, None);
         }
+        for thruster in self.thrusters_beside_others() {
+            for (what, reverse) in [("excess-thrust", false), ("excess-reverse-thrust", true)] {
+                let force = EffectForce::Gain { thruster: thruster.clone(), reverse };
+                push(format!("{}.{what}", thruster.name), force, false, None);
+            }
+        }
         let of_wind = self.windage.unwrap_or_default().effects().into_iter();
         all.extend(of_wind.map(|effect| VehicleEffect { effect, is_usual: false, known: None }));
         all
+    }
+
+    /// Thrusters with a known curve that share an axis with another: of one that pushes alone, motion
+    /// shows no gain beside mass and drag.
+    fn thrusters_beside_others(&self) -> Vec<Pusher> {
+        let fixed = self.thrusters.iter().filter(|own| own.azimuth_axis.is_none());
+        let all: Vec<Pusher> = fixed.map(Thruster::pusher).collect();
+        let ways: Vec<_> = all.iter().map(|own| own.way().abs()).collect();
+        let shares = |k: usize| {
+            (0..6).any(|axis| {
+                let greatest = ways.iter().map(|way| way[axis]).fold(0.0, f64::max);
+                let pushes = |way: &Vector6<f64>| way[axis] > SHARED_PART * greatest;
+                let others = ways.iter().enumerate().filter(|(j, _)| *j != k);
+                greatest > 0.0 && pushes(&ways[k]) && others.map(|(_, way)| way).any(pushes)
+            })
+        };
+        let found = all.iter().enumerate().filter(|(k, _)| shares(*k));
+        found.map(|(_, thruster)| thruster.clone()).collect()
     }
 
     fn open_water(&self, thruster: &Thruster) -> Option<OpenWater> {

@@ -289,13 +289,13 @@ impl Actuator {
     }
 
     /// The signals of a record, with the size of the speed that each propeller has in place of the
-    /// one that is logged, rad/s.
+    /// one that is logged, rad/s, and with its thrust, N.
     ///
     /// # Errors
     /// As [`Self::acting`].
     pub(crate) fn signals(&self, record: &CoupledRecord) -> Result<BTreeMap<Signal, Timed>, Error> {
         let mut signals = record.signals.clone();
-        if self.lag_s == 0.0 && self.delay_s == 0.0 {
+        if self.numbers()[..SHAPED_BY.len()] == [0.0; SHAPED_BY.len()] {
             return Ok(signals);
         }
         let speeds: [Option<Timed>; 6] = [const { None }; 6];
@@ -303,10 +303,15 @@ impl Actuator {
             let mut alone = speeds.clone();
             alone[0] = Some(track.speed.clone());
             let slices = self.slices(&alone);
-            let mut sizes = Vec::with_capacity(slices.len());
-            self.drive(track, &slices, |push| sizes.push(push.gamma.iter().sum()));
+            let (mut sizes, mut thrust) = (Vec::with_capacity(slices.len()), Vec::new());
+            self.drive(track, &slices, |push| {
+                sizes.push(push.gamma.iter().sum());
+                thrust.push(push.tau);
+            });
             let times = slices.iter().map(|slice| slice.from_s).collect::<Vec<f64>>();
-            signals.insert(Signal::PropellerSpeed(name.clone()), Timed::new(name, times, sizes)?);
+            let of = |values| Timed::new(name, times.clone(), values);
+            signals.insert(Signal::PropellerSpeed(name.clone()), of(sizes)?);
+            signals.insert(Signal::Thrust(name.clone()), of(thrust)?);
         }
         Ok(signals)
     }

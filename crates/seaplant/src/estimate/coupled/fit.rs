@@ -377,25 +377,46 @@ impl Problem {
     /// The slopes of all schedules, with a current for each trial; what comes after the current
     /// stands last.
     fn gathered(&self, slopes: &[Slope]) -> Option<Slope> {
-        let (terms, trials) = (self.structure.terms().len(), self.trials.len());
-        let (p, count) = (terms + Actuator::COUNT, slopes.first()?.gradient.len());
-        let mut sum = Slope::zeros(count + 2 * (trials - 1));
+        let of_all = 2 * (self.trials.len() - 1);
+        let mut sum = Slope::zeros(slopes.first()?.gradient.len() + of_all);
         for (schedule, slope) in self.schedules.iter().zip(slopes) {
-            let place = |k: usize| match k.checked_sub(p) {
-                None => k,
-                Some(0 | 1) => k + 2 * schedule.trial,
-                Some(_) => k + 2 * (trials - 1),
-            };
-            sum.cost += slope.cost;
-            sum.misfit += slope.misfit;
-            for i in 0..count {
-                sum.gradient[place(i)] += slope.gradient[i];
-                for j in 0..count {
-                    sum.information[(place(i), place(j))] += slope.information[(i, j)];
-                }
-            }
+            self.add(slope, schedule.trial, &mut sum);
         }
         Some(sum)
+    }
+
+    /// Adds the slope of a schedule of a trial to that of all.
+    fn add(&self, slope: &Slope, trial: usize, sum: &mut Slope) {
+        let p = self.structure.terms().len() + Actuator::COUNT;
+        let place = |k: usize| match k.checked_sub(p) {
+            None => k,
+            Some(0 | 1) => k + 2 * trial,
+            Some(_) => k + 2 * (self.trials.len() - 1),
+        };
+        sum.cost += slope.cost;
+        sum.misfit += slope.misfit;
+        let count = slope.gradient.len();
+        for i in 0..count {
+            sum.gradient[place(i)] += slope.gradient[i];
+            for j in 0..count {
+                sum.information[(place(i), place(j))] += slope.information[(i, j)];
+            }
+        }
+    }
+
+    /// The slope of what is fitted, and the part of it that each trial makes.
+    pub(super) fn by_trial<const N: usize, const M: usize>(
+        &self,
+        point: &Point<N, M>,
+    ) -> Option<(Slope, Vec<Slope>)> {
+        let plant = self.prepared(&point.free)?;
+        let slopes = self.each(point, &plant, |_, pass| pass.by_plant().0);
+        let all = self.summed(point, &slopes)?;
+        let mut parts = vec![Slope::zeros(all.gradient.len()); self.trials.len()];
+        for (schedule, slope) in self.schedules.iter().zip(&slopes) {
+            self.add(slope, schedule.trial, &mut parts[schedule.trial]);
+        }
+        Some((all, parts))
     }
 
     /// The same of what is fitted, with what was known of it before.
@@ -411,9 +432,11 @@ impl Problem {
             sum.information.row_mut(place).fill(0.0);
             sum.information.column_mut(place).fill(0.0);
         }
-        for (k, (x, std)) in prior_numbers(point).enumerate() {
-            sum.gradient[terms + k] += x / (std * std);
-            sum.information[(terms + k, terms + k)] += 1.0 / (std * std);
+        let of_terms = self.prior_coefficients(point).into_iter();
+        let of_others = prior_numbers(point).enumerate().map(|(k, x)| (terms + k, x));
+        for (k, (x, std)) in of_terms.chain(of_others) {
+            sum.gradient[k] += x / (std * std);
+            sum.information[(k, k)] += 1.0 / (std * std);
         }
         self.hold(&mut sum);
         sum.cost += self.prior(point);
@@ -432,7 +455,25 @@ impl Problem {
     }
 
     fn prior<const N: usize, const M: usize>(&self, point: &Point<N, M>) -> f64 {
-        prior_numbers(point).map(|(x, std)| 0.5 * (x / std).powi(2)).sum()
+        let of_terms = self.prior_coefficients(point).into_iter().map(|(_, number)| number);
+        let half_square = |(x, std): (f64, f64)| 0.5 * (x / std).powi(2);
+        of_terms.chain(prior_numbers(point)).map(half_square).sum()
+    }
+
+    /// Coefficients of which something is known before, by their places: each with its value and the
+    /// standard deviation about zero.
+    fn prior_coefficients<const N: usize, const M: usize>(
+        &self,
+        point: &Point<N, M>,
+    ) -> Vec<(usize, (f64, f64))> {
+        let terms = self.structure.terms();
+        let known = |(k, term)| Some((k, self.structure.prior_std(term)?));
+        let known: Vec<(usize, f64)> = terms.iter().enumerate().filter_map(known).collect();
+        if known.is_empty() {
+            return Vec::new();
+        }
+        let coefficients = self.physical.coefficients(&point.free);
+        known.into_iter().map(|(k, std)| (k, (coefficients[k], std))).collect()
     }
 
     fn at_gains<const N: usize, const M: usize>(

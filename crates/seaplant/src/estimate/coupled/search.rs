@@ -34,14 +34,21 @@ pub(super) const ADMITTED_OF_FREE: f64 = 9.0;
 
 /// Linear and quadratic damping of an axis by another that its mass may couple with, or the terms
 /// that the structure says; and effects.
-pub(super) fn candidates(structure: &Structure) -> Vec<Basis> {
-    let axes = structure.axes();
+///
+/// Of an axis that nothing pushes, motion does not tell damping by another from what masses couple.
+pub(super) fn candidates(structure: &Structure, records: &[&CoupledRecord]) -> Vec<Basis> {
+    let effects = structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
+    let by_effects: Vec<Dof> = effects.flat_map(|term| structure.axes_of(term)).collect();
+    let is_pushed = |dof: &&Dof| {
+        by_effects.contains(dof) || records.iter().any(|record| record.is_driven(**dof))
+    };
+    let axes: Vec<Dof> = structure.axes().iter().filter(is_pushed).copied().collect();
     let symmetry = match structure.symmetry() {
         Symmetry::Diagonal => Symmetry::PortStarboard,
         stated => stated,
     };
     let mut all = structure.tried().map(<[Basis]>::to_vec).unwrap_or_default();
-    let usual = if structure.tried().is_some() { &[] } else { axes };
+    let usual = if structure.tried().is_some() { &[] } else { axes.as_slice() };
     for &on in usual {
         for &of in axes.iter().filter(|of| **of != on && symmetry.couples(on, **of)) {
             all.push(Basis::Product(on, Product::linear(of)));
@@ -49,8 +56,38 @@ pub(super) fn candidates(structure: &Structure) -> Vec<Basis> {
         }
     }
     all.extend((0..structure.effects().len()).map(Basis::Effect));
-    all.retain(|term| structure.index_of(term).is_none());
+    // Those of which something is known before go together, and are asked for by themselves.
+    all.retain(|term| structure.index_of(term).is_none() && structure.prior_std(term).is_none());
     all
+}
+
+/// The slope of the likelihood by candidates beside a fitted plant.
+pub(super) struct Beside {
+    /// By each of them.
+    pub(super) gradient: DVector<f64>,
+    /// The information on them alone …
+    pub(super) information: DMatrix<f64>,
+    /// … and what of it is left beside all that is fitted.
+    pub(super) left: DMatrix<f64>,
+}
+
+/// The slope by candidates, from one pass of the filter.
+pub(super) fn beside<const N: usize, const M: usize>(
+    base: &Problem,
+    point: &Point<N, M>,
+    candidates: &[Basis],
+) -> Result<Beside, Error> {
+    let wide = base.with_terms(with_all(&base.structure, candidates)?);
+    let (p, n) = (base.structure.terms().len(), candidates.len());
+    let (slope, _) =
+        wide.by_plant(&widened(&wide, base, point)).ok_or_else(|| refused(&wide.structure))?;
+    let own: Vec<usize> = (p..p + n).collect();
+    let rest: Vec<usize> = (0..p).chain(p + n..slope.gradient.len()).collect();
+    let columns = slope.information.select_columns(&own);
+    let (information, cross) = (columns.select_rows(&own), columns.select_rows(&rest));
+    let of_rest = inverse(&slope.information.select_rows(&rest).select_columns(&rest));
+    let left = &information - cross.transpose() * of_rest * &cross;
+    Ok(Beside { gradient: slope.gradient.select_rows(&own), information, left })
 }
 
 /// What each candidate would gain in likelihood beside the fitted plant, to second order:
@@ -63,28 +100,14 @@ pub(super) fn scores<const N: usize, const M: usize>(
     point: &Point<N, M>,
     candidates: &[Basis],
 ) -> Result<Vec<f64>, Error> {
-    let wide = base.with_terms(with_all(&base.structure, candidates)?);
-    let p = base.structure.terms().len();
-    let (slope, _) =
-        wide.by_plant(&widened(&wide, base, point)).ok_or_else(|| refused(&wide.structure))?;
-    let is_candidate = |k: usize| (p..p + candidates.len()).contains(&k);
-    let n = slope.gradient.len();
-    let rest: Vec<usize> = (0..n).filter(|k| !is_candidate(*k)).collect();
-    let own =
-        DMatrix::from_fn(rest.len(), rest.len(), |i, j| slope.information[(rest[i], rest[j])]);
-    let own = inverse(&own);
-    let of = |c: usize| {
-        let cross = DVector::from_fn(rest.len(), |i, _| slope.information[(rest[i], c)]);
-        let left = slope.information[(c, c)] - cross.dot(&(&own * &cross));
-        let is_barred = slope.gradient[c] > 0.0
-            && matches!(candidates[c - p], Basis::Effect(k) if base.structure.effects()[k].is_positive());
-        if left > COLLINEAR_PART * slope.information[(c, c)] && !is_barred {
-            slope.gradient[c].powi(2) / left
-        } else {
-            0.0
-        }
+    let Beside { gradient, information, left } = beside(base, point, candidates)?;
+    let of = |(k, candidate): (usize, &Basis)| {
+        let is_barred = gradient[k] > 0.0
+            && matches!(candidate, Basis::Effect(k) if base.structure.effects()[*k].is_positive());
+        let is_told = left[(k, k)] > COLLINEAR_PART * information[(k, k)];
+        if is_told && !is_barred { gradient[k].powi(2) / left[(k, k)] } else { 0.0 }
     };
-    Ok((p..p + candidates.len()).map(of).collect())
+    Ok(candidates.iter().enumerate().map(of).collect())
 }
 
 /// A candidate of whose information less than this is left beside the others is not told.

@@ -1,3 +1,5 @@
+mod thrusters;
+
 use nalgebra::{Vector3, Vector6};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -104,34 +106,44 @@ fn record_behind(
     let time_s: Vec<f64> = (0..10 * seconds).map(|k| 0.1 * k as f64).collect();
     let mut series = |amplitude, dwell| Some(stepped(&time_s, &mut random, (amplitude, dwell)));
     let force = [series(20.0, 37), series(20.0, 53), None, None, None, series(1.0, 23)];
-    let heading = Timed::new("heading", vec![0.0], vec![0.3]).expect("valid");
-    let current = [0.1, -0.05];
     let speed = |(axis, force): (usize, &Option<Timed>)| {
         let speed = force.as_ref()?.map(|force| force.abs().sqrt().copysign(force));
         Some((Signal::PropellerSpeed(axis.to_string()), speed))
     };
     let signals: BTreeMap<Signal, Timed> = force.iter().enumerate().filter_map(speed).collect();
+    let acting = force.clone().map(|logged| Some(behind(&logged?, actuator, is_of_propeller)));
+    let empty = CoupledRecord::empty(trial, time_s[time_s.len() - 1]);
+    let logged = CoupledRecord { force, signals, ..empty };
+    driven(plant, logged, acting, (&time_s, noise, &mut random))
+}
+
+/// A logged trial with the motion that acting forces make of it, in a current.
+fn driven(
+    plant: &Plant,
+    logged: CoupledRecord,
+    acting: [Option<Timed>; 6],
+    (time_s, noise, random): (&[f64], f64, &mut impl FnMut() -> f64),
+) -> CoupledRecord {
+    let heading = Timed::new("heading", vec![0.0], vec![0.3]).expect("valid");
     let inputs = Inputs {
-        signals: signals.clone(),
-        force: force.clone().map(|logged| Some(behind(&logged?, actuator, is_of_propeller))),
+        signals: logged.signals.clone(),
+        force: acting,
         attitude: [None, None, Some(heading)],
-        current,
+        current: [0.1, -0.05],
         ..Inputs::default()
     };
-    let motion = simulate(plant, &inputs, &Vector6::zeros(), &time_s).expect("bounded");
+    let motion = simulate(plant, &inputs, &Vector6::zeros(), time_s).expect("bounded");
     let mut measured = |of: &dyn Fn(usize) -> f64, std: f64| {
         let values: Vec<f64> = (0..time_s.len()).map(|k| of(k) + std * random()).collect();
-        Some(Timed::new("motion", time_s.clone(), values).expect("valid"))
+        Some(Timed::new("motion", time_s.to_vec(), values).expect("valid"))
     };
     let velocity = [0, 1, 5].map(|axis| measured(&|k| motion.velocity[k][axis], noise));
     let [surge, sway, yaw] = velocity;
     let heading = measured(&|k| motion.attitude[k][2], 0.1 * noise);
     CoupledRecord {
-        force,
         velocity: [surge, sway, None, None, None, yaw],
         attitude: [None, None, crate::navigation::unwrap(&heading.expect("there")).into()],
-        signals,
-        ..CoupledRecord::empty(trial, time_s[time_s.len() - 1])
+        ..logged
     }
 }
 

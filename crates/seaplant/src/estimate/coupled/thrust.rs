@@ -52,8 +52,11 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let plant = problem.plant(&point.free)?;
         for Off { forward, reverse } in ways {
             let mut looks_like = DVector::zeros(all.nrows());
-            for (x, coefficient) in looks_like.iter_mut().zip(plant.coefficients()) {
-                *x = forward * coefficient;
+            let terms = problem.structure.terms().iter().zip(plant.coefficients());
+            for (x, (term, coefficient)) in looks_like.iter_mut().zip(terms) {
+                // A gain scales thrust whatever that is.
+                let is_gain = problem.structure.prior_std(term).is_some();
+                *x = if is_gain { 0.0 } else { forward * coefficient };
             }
             looks_like[ratio] = forward - reverse;
             let mut by = (&moves * looks_like).rows(0, p).into_owned();

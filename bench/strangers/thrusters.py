@@ -1,0 +1,116 @@
+"""Holds the gains of thrusters and the faults that results name against the truth of draw.py.
+
+    thrusters.py PROGRAM FOLDER...
+
+Each folder holds vehicles that draw.py wrote with one fault, such as `draw.py OUT/fouled 8 0 fouled`.
+A row for each folder: how far gains are off beside each other, how many masses and intervals are
+right, whether the thruster that has the fault is named, and how many others are.
+"""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+AXES = ["surge", "sway", "heave", "roll", "pitch", "yaw"]
+# A thruster is at fault that is so far from the others, as in the program's book.
+LOSS = 0.12
+TRIALS = ["first", "second"]
+
+
+def median(values):
+    ordered = sorted(values)
+    n = len(ordered)
+    return 0.5 * (ordered[(n - 1) // 2] + ordered[n // 2]) if ordered else float("nan")
+
+
+def truly_at_fault(gain):
+    """The thrusters that are at fault: (name, trial), without a trial where they are in all."""
+    faults = set()
+    for k in range(8):
+        both = [min(gain[trial][k]) for trial in range(2)]
+        usual = median([min(gain[0][j]) for j in range(8)])
+        if max(both) < usual - LOSS:
+            faults.add((f"T{k + 1}", None))
+        elif min(both) < usual - LOSS:
+            faults.add((f"T{k + 1}", TRIALS[both.index(min(both))]))
+    return faults
+
+
+def named(plant):
+    """The thrusters that the results name."""
+    found = {(fault["thruster"], fault["trial"]) for fault in plant["thruster_faults"]}
+    for caveat in plant["caveats"]:
+        if caveat["code"] == "thruster-fault" and " in trial `" not in caveat["message"]:
+            found.add((caveat["message"].split("`")[1], None))
+    return found
+
+
+def gain_errors(plant, gain):
+    """How far each gain is off, both sets over their medians."""
+    keys = [f"T{k + 1}.excess-thrust" for k in range(8)]
+    if any(key not in plant["parameters"] for key in keys):
+        found = [1.0] * 8
+    else:
+        found = [1.0 + plant["parameters"][key]["value"] for key in keys]
+    true = [gain[0][k][0] for k in range(8)]
+    if [trial[0] for trial in gain[0]] != [trial[0] for trial in gain[1]]:
+        return []
+    return [a / median(found) - b / median(true) for a, b in zip(found, true)]
+
+
+def judge(program, folder):
+    truth = json.loads((folder / "truth.json").read_text())
+    out = folder / "results"
+    command = [program, "identify", folder / "campaign.toml", "--out", out, "--force", "--quiet"]
+    subprocess.run(command, capture_output=True)
+    try:
+        plants = json.loads((out / "results.json").read_text())["coupled"]
+    except OSError:
+        plants = {}
+    if not plants:
+        return None
+    (plant,) = plants.values()
+    masses, held = [], []
+    for k, axis in enumerate(AXES):
+        true, found = truth["M"][k][k], plant["parameters"][f"mass.{axis}"]
+        masses.append(abs(found["value"] / true - 1.0))
+        held.append(found["low95"] <= true <= found["high95"])
+    wanted, said = truly_at_fault(truth["gain"]), named(plant)
+    return {
+        "gains": [abs(x) for x in gain_errors(plant, truth["gain"])],
+        "masses": masses,
+        "held": held,
+        "named": len(wanted & said),
+        "wanted": len(wanted),
+        "false": len(said - wanted),
+        "trust": plant["verdict"]["trust"],
+    }
+
+
+def main():
+    program, folders = sys.argv[1], [Path(name) for name in sys.argv[2:]]
+    for folder in folders:
+        vehicles = sorted(path.parent for path in folder.glob("*/truth.json"))
+        rows = [(vehicle, judge(program, vehicle)) for vehicle in vehicles]
+        for vehicle, row in rows:
+            print(" ", vehicle, "refused" if row is None else row["trust"], flush=True)
+        found = [row for _, row in rows if row is not None]
+        gains = [x for row in found for x in row["gains"]]
+        masses = [x for row in found for x in row["masses"]]
+        held = [x for row in found for x in row["held"]]
+        print(
+            f"{folder.name}: {len(found)} of {len(rows)} vehicles,",
+            f"gains median {100 * median(gains):.1f} % worst {100 * max(gains, default=0):.1f} %,"
+            if gains
+            else "gains differ by trial,",
+            f"masses median {100 * median(masses):.1f} % worst {100 * max(masses, default=0):.1f} %,",
+            f"intervals {sum(held)} of {len(held)},",
+            f"faults named {sum(row['named'] for row in found)} of {sum(row['wanted'] for row in found)},",
+            f"falsely {sum(row['false'] for row in found)}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

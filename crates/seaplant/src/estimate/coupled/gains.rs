@@ -1,0 +1,329 @@
+//! Thrusters that do not push as their curves say: a gain for each, all of them together, and those
+//! that stand still or push the other way in one of several trials.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::Fitted;
+use super::fit::Tolerance;
+use super::search;
+use super::uncertainty::inverse;
+use crate::plant::{Basis, EffectForce, Plant, Structure};
+use crate::{CoupledRecord, Dof, Error, ThrusterFault};
+
+/// Gains are admitted whose gain in likelihood chance makes as rarely: once in 100 000.
+const CHANCE: f64 = 1e-5;
+
+/// Gains that differ by less are those of thrusters that are alike.
+const LEAST_MINDED: f64 = 0.01;
+
+/// The least standard deviation between thrusters of one kind: no two are more alike.
+const LEAST_SPREAD: f64 = 0.01;
+
+/// A gain so many spreads from the median, and by so much, is not like the others.
+const OUTLYING: f64 = 4.0;
+const LEAST_OUTLYING: f64 = 0.1;
+
+/// Spread of normal numbers over their median distance from the median.
+const NORMAL: f64 = 1.4826;
+
+/// A thruster may stand still in a trial whose gain there, to first order from a plant that was fitted
+/// as if it did not, is so much less …
+const STILL: f64 = -0.35;
+
+/// … and push the other way if it is as much less as this.
+const TURNED_ROUND: f64 = -1.2;
+
+/// A gain is known well enough for that if its standard deviation is less.
+const KNOWN: f64 = 0.2;
+
+/// So many thrusters at most stand still in trials.
+const MOST_FAULTS: usize = 3;
+
+/// A gain of one thruster in one trial beside that in all.
+struct OfTrial {
+    trial: usize,
+    thruster: String,
+    /// Twice what the likelihood gains by it.
+    worth: f64,
+    gain: f64,
+}
+
+impl<const N: usize, const M: usize> Fitted<N, M> {
+    /// The same without the thrust of thrusters that stand still in one of several trials, or push the
+    /// other way there, and the records with these; none where all act as logged.
+    pub(super) fn with_thrusters_that_act(
+        mut self,
+        records: &[&CoupledRecord],
+    ) -> Result<(Self, Vec<CoupledRecord>), Error> {
+        let mut found: Vec<CoupledRecord> = Vec::new();
+        let group = gains(&self.problem.structure, false);
+        if group.len() < 2 || records.len() < 2 {
+            return Ok((self, found));
+        }
+        self = self.with_speeds_as_they_are(records)?;
+        while self.faults.len() < MOST_FAULTS {
+            let Some(worst) = self.worst_of_trials(&group)? else { break };
+            let gain = if worst.gain < 1.0 + TURNED_ROUND { -1.0 } else { 0.0 };
+            let now = || records.iter().map(|record| (*record).clone()).collect();
+            let mut tried = if found.is_empty() { now() } else { found.clone() };
+            tried[worst.trial] = tried[worst.trial].with_gain(&worst.thruster, gain)?;
+            let seen: Vec<&CoupledRecord> = tried.iter().collect();
+            let seen = self.speeds_as_they_are(&seen)?;
+            let problem = self.problem.of(&seen.iter().collect::<Vec<_>>());
+            let point = self.optimum.point.clone();
+            let Ok(optimum) = problem.descent(point, Tolerance::COARSE) else { break };
+            let iterations = self.optimum.iterations + optimum.iterations;
+            let optimum = super::Optimum { iterations, ..optimum };
+            let acting = Self {
+                problem,
+                optimum,
+                tried: Vec::new(),
+                reported: self.reported,
+                faults: self.faults.clone(),
+            };
+            // The fault itself colours innovations; what counts is what is left of that.
+            let gained = 2.0 * (self.optimum.cost - acting.optimum.cost);
+            if gained < search::ADMITTED * acting.colour_of(&group)? {
+                break;
+            }
+            self = acting;
+            let trial = tried[worst.trial].trial.clone();
+            self.faults.push(ThrusterFault { trial, thruster: worst.thruster, gain });
+            found = tried;
+        }
+        Ok((self, found))
+    }
+
+    /// The thruster that most clearly stands still or pushes the other way in a trial.
+    fn worst_of_trials(&self, group: &[Basis]) -> Result<Option<OfTrial>, Error> {
+        let structure = search::with_all(&self.problem.structure, group)?;
+        let wide = self.problem.with_terms(structure);
+        let point = search::widened(&wide, &self.problem, &self.optimum.point);
+        let Some((all, parts)) = wide.by_trial(&point) else { return Ok(None) };
+        let (p, n) = (self.problem.structure.terms().len(), group.len());
+        let is_fitted = |k: &usize| wide.fits.get(k - p - n).is_none_or(|fits| *fits);
+        let others = (p + n..all.gradient.len()).filter(is_fitted);
+        let rest: Vec<usize> = (0..p).chain(others).collect();
+        let of_rest = inverse(&all.information.select_rows(&rest).select_columns(&rest));
+        let mut worst: Option<OfTrial> = None;
+        for (trial, part) in parts.iter().enumerate() {
+            for (k, term) in group.iter().enumerate() {
+                let cross = part.information.column(p + k).select_rows(&rest);
+                let left = part.information[(p + k, p + k)] - cross.dot(&(&of_rest * &cross));
+                let by = -part.gradient[p + k] / left;
+                let is_known = left > KNOWN.powi(-2);
+                let worth = by * by * left;
+                let leads = worst.as_ref().is_none_or(|worst| worth > worst.worth);
+                if is_known && by < STILL && worth > search::ADMITTED && leads {
+                    let Some(thruster) = thruster_of(&wide.structure, term) else { continue };
+                    worst = Some(OfTrial { trial, thruster, worth, gain: 1.0 + by });
+                }
+            }
+        }
+        Ok(worst)
+    }
+
+    /// The same with gains of thrusters, if the trials ask for them: first both ways together, then in
+    /// reverse.
+    ///
+    /// Thrust as many times larger on all of them looks like mass and drag as many times larger: unless
+    /// a coefficient is held, one that is like most others keeps the gain of its curve, and
+    /// [`Scaled::of`] then has the mean of all be that of the curves.
+    pub(super) fn with_gains_that_show(
+        mut self,
+        records: &[&CoupledRecord],
+    ) -> Result<Self, Error> {
+        if gains(&self.problem.structure, false).len() < 2 {
+            return Ok(self);
+        }
+        self = self.with_speeds_as_they_are(records)?;
+        for in_reverse in [false, true] {
+            let mut group = gains(&self.problem.structure, in_reverse);
+            let needed = needed(group.len());
+            let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
+            let step = -(inverse(&beside.left) * &beside.gradient);
+            if -step.dot(&beside.gradient) < needed {
+                continue;
+            }
+            if !in_reverse && !has_scale(&self.problem.structure) {
+                let middle = median(step.iter().copied().collect());
+                let off = |k: &usize| (step[*k] - middle).abs();
+                let usual = (0..group.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+                usual.map(|k| group.remove(k));
+            }
+            // A plant that does not settle with them says that they are not told. Far from the
+            // optimum one stands for another.
+            let base = self.problem.structure.clone();
+            let near = self.with_terms(&base, &group);
+            let Ok(wider) = near.and_then(Self::refined) else { continue };
+            // Other faults colour innovations, which exaggerates the score; what counts is what is
+            // left of them.
+            let is_shown = wider.worth_of(&group)? > needed * wider.colour_of(&group)?;
+            if is_shown && wider.greatest_of(&group)? > LEAST_MINDED {
+                self = wider;
+            }
+        }
+        Ok(self)
+    }
+
+    /// The greatest size of a coefficient of some.
+    fn greatest_of(&self, terms: &[Basis]) -> Result<f64, Error> {
+        let plant = self.problem.plant(&self.optimum.point.free)?;
+        let all = terms.iter().filter_map(|term| plant.coefficient(term));
+        Ok(all.fold(0.0, |most: f64, x| most.max(x.abs())))
+    }
+
+    /// What terms are worth together, θᵀ C⁻¹ θ.
+    fn worth_of(&self, terms: &[Basis]) -> Result<f64, Error> {
+        let plant = self.problem.plant(&self.optimum.point.free)?;
+        let places: Vec<usize> =
+            terms.iter().filter_map(|term| plant.structure().index_of(term)).collect();
+        let theta = DVector::from_row_slice(plant.coefficients()).select_rows(&places);
+        let covariance = self.covariance().select_rows(&places).select_columns(&places);
+        Ok(theta.dot(&(inverse(&covariance) * &theta)))
+    }
+
+    /// The greatest colour of the innovations of the axes that terms act on, at least 1.
+    fn colour_of(&self, terms: &[Basis]) -> Result<f64, Error> {
+        let white = self.whiteness()?;
+        let axes = terms.iter().flat_map(|term| self.problem.structure.axes_of(term));
+        Ok(axes.map(|dof: Dof| white(dof)).fold(1.0, f64::max))
+    }
+}
+
+/// A plant with thrusters whose gains are those of their curves in the mean.
+pub(super) struct Scaled {
+    pub(super) plant: Plant,
+    /// Covariance of its coefficients, and the part of it that is of the scale of thrust.
+    pub(super) covariance: DMatrix<f64>,
+    pub(super) thrust_covariance: DMatrix<f64>,
+    /// What forces are as many times as great as before.
+    pub(super) scale: f64,
+}
+
+impl Scaled {
+    /// Scales all forces of a plant such that the gains of its thrusters are 1 in the mean, but for
+    /// those far off; none of a plant without such gains, or with a coefficient that is held.
+    ///
+    /// Motion stays the same. How far that mean is from the true one is the spread of n gains over √n.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if the scaled coefficients are not finite.
+    pub(super) fn of(
+        plant: &Plant,
+        (covariance, of_thrust): (&DMatrix<f64>, &DMatrix<f64>),
+    ) -> Result<Option<Self>, Error> {
+        let structure = plant.structure();
+        let fitted: Vec<Basis> =
+            structure.terms().iter().copied().filter(|term| is_gain(structure, term)).collect();
+        if fitted.is_empty() || has_scale(structure) {
+            return Ok(None);
+        }
+        let usual = gains(structure, false);
+        let wide = search::with_all(structure, &usual)?;
+        let p = structure.terms().len();
+        let all: Vec<f64> = fitted
+            .iter()
+            .chain(&usual)
+            .map(|term| plant.coefficient(term).unwrap_or(0.0))
+            .collect();
+        let (mean, std) = mean_of_alike(&all);
+        let scale = 1.0 / (1.0 + mean);
+        let n = wide.terms().len();
+        let mut coefficients = DVector::zeros(n);
+        // How each moves with the scale.
+        let mut by_scale = DVector::zeros(n);
+        for (k, term) in wide.terms().iter().enumerate() {
+            let before = plant.coefficients().get(k).copied().unwrap_or(0.0);
+            let beyond = if is_gain(&wide, term) { 1.0 } else { 0.0 };
+            by_scale[k] = scale * (before + beyond);
+            coefficients[k] = by_scale[k] - beyond;
+        }
+        let widened = |own: &DMatrix<f64>| {
+            let mut wider = DMatrix::zeros(n, n);
+            wider.view_mut((0, 0), (p, p)).copy_from(&(own * (scale * scale)));
+            wider
+        };
+        let of_scale = &by_scale * by_scale.transpose() * (std * std);
+        Ok(Some(Self {
+            plant: Plant::new(wide, coefficients.iter().copied().collect())?,
+            covariance: widened(covariance) + &of_scale,
+            thrust_covariance: widened(of_thrust) + of_scale,
+            scale,
+        }))
+    }
+}
+
+/// Whether a coefficient is held, which tells the scale of all.
+fn has_scale(structure: &Structure) -> bool {
+    structure.terms().iter().any(|term| structure.held(term).is_some())
+}
+
+/// Whether a term is the gain of a thruster both ways.
+fn is_gain(structure: &Structure, term: &Basis) -> bool {
+    let Basis::Effect(k) = term else { return false };
+    matches!(structure.effects()[*k].force, EffectForce::Gain { reverse: false, .. })
+}
+
+/// What gains have to be worth together.
+fn needed(count: usize) -> f64 {
+    ChiSquared::new(count as f64).map_or(f64::INFINITY, |chi| chi.inverse_cdf(1.0 - CHANCE))
+}
+
+/// The gains that a plant may have of its thrusters, both ways or in reverse only.
+fn gains(structure: &Structure, in_reverse: bool) -> Vec<Basis> {
+    let is_one = |k: &usize| match &structure.effects()[*k].force {
+        EffectForce::Gain { reverse, .. } => *reverse == in_reverse,
+        _ => false,
+    };
+    let all = (0..structure.effects().len()).filter(is_one).map(Basis::Effect);
+    all.filter(|term| structure.index_of(term).is_none()).collect()
+}
+
+/// The thruster of a gain.
+fn thruster_of(structure: &Structure, term: &Basis) -> Option<String> {
+    let Basis::Effect(k) = term else { return None };
+    match &structure.effects()[*k].force {
+        EffectForce::Gain { thruster, .. } => Some(thruster.name.clone()),
+        _ => None,
+    }
+}
+
+/// The mean of numbers that are alike, but for those far off, and its standard deviation.
+fn mean_of_alike(values: &[f64]) -> (f64, f64) {
+    let middle = median(values.to_vec());
+    let distances: Vec<f64> = values.iter().map(|x| (x - middle).abs()).collect();
+    let spread = (NORMAL * median(distances)).max(LEAST_SPREAD);
+    let far = (OUTLYING * spread).max(LEAST_OUTLYING);
+    let alike: Vec<f64> = values.iter().copied().filter(|x| (x - middle).abs() <= far).collect();
+    let n = alike.len().max(1) as f64;
+    (alike.iter().sum::<f64>() / n, spread / n.sqrt())
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    match n {
+        0 => 0.0,
+        _ => 0.5 * (values[(n - 1) / 2] + values[n / 2]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dead_thruster_does_not_move_the_mean_of_the_others() {
+        let alike = [0.03, -0.02, 0.05, -0.04, 0.0, 0.01, -0.03];
+        let (mean, std) = mean_of_alike(&[&alike[..], &[-1.0]].concat());
+        assert!(mean.abs() < 1e-15, "{mean}");
+        assert!((0.005..0.03).contains(&std), "{std}");
+    }
+
+    #[test]
+    fn thrusters_that_are_exactly_alike_are_not_known_to_be() {
+        assert_eq!(mean_of_alike(&[0.0; 4]), (0.0, 0.5 * LEAST_SPREAD));
+    }
+}
