@@ -399,6 +399,61 @@ mod tests {
         assert_eq!(model.reasons_against(), ["sway-yaw: it drives itself"]);
     }
 
+    /// The same with a thruster of such a gain both ways, and less in reverse.
+    fn with_gains(gain: f64, reverse: f64) -> Results {
+        let mut results = results();
+        let law =
+            json!({ "kind": "quadratic", "input": "speed", "forward": 0.04, "reverse": 0.03 });
+        let thruster = json!({ "name": "port", "position_m": [0.0, -0.5, 0.0],
+            "direction": [0.0, 1.0, 0.0], "input": "speed", "curve": "a law", "law": law });
+        results.thrusters.push(serde_json::from_value(thruster).expect("a thruster"));
+        let plant = results.coupled.get_mut("sway-yaw").expect("the boat");
+        for (what, in_reverse, value) in
+            [("excess-thrust", false, gain - 1.0), ("excess-reverse-thrust", true, reverse - gain)]
+        {
+            let name = format!("port.{what}");
+            let pusher = json!({ "name": "port", "position_m": [0.0, -0.5, 0.0],
+                "direction": [0.0, 1.0, 0.0] });
+            let force = json!({ "kind": "gain", "thruster": pusher, "reverse": in_reverse });
+            let effect = json!({ "name": name, "force": force });
+            plant.effects.push(serde_json::from_value(effect).expect("an effect"));
+            let found = serde_json::from_value(x(value, 0.02)).expect("a coefficient");
+            plant.parameters.insert(name.clone(), found);
+            plant.correlation.names.push(name);
+        }
+        let n = plant.correlation.names.len();
+        let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
+        plant.correlation.value = (0..n).map(|i| (0..n).map(|j| unit(i, j)).collect()).collect();
+        plant.correlation.value[3][4] = -0.5;
+        plant.correlation.value[4][3] = -0.5;
+        results
+    }
+
+    #[test]
+    fn curves_of_a_plant_that_leaves_have_the_gains_of_its_thrusters() {
+        let results = with_gains(0.9, 0.7);
+        let gain = results.coupled["sway-yaw"].thruster_gains()["port"];
+        assert!((gain.forward - 0.9).abs() < 1e-12 && (gain.reverse - 0.7).abs() < 1e-12);
+        // σ² of a sum of two of 0.02 with a correlation of −½ is that of either.
+        assert!((gain.std[0] - 0.02).abs() < 1e-12 && (gain.std[1] - 0.02).abs() < 1e-12);
+        let model = PlantModel::of_results(&results, "results.json", None).expect("a plant");
+        assert!(model.plant.structure().effects().is_empty());
+        let force = |input: f64| model.thrusters[0].curve.force(input, None);
+        assert!((force(10.0) - 0.9 * 4.0).abs() < 1e-12, "{}", force(10.0));
+        assert!((force(-10.0) + 0.7 * 3.0).abs() < 1e-12, "{}", force(-10.0));
+        assert!(model.notes.iter().any(|note| note.contains("times 0.9000 ahead")));
+        assert_eq!(model.covariance.expect("known").nrows(), model.plant.coefficients().len());
+    }
+
+    #[test]
+    fn a_thruster_that_pushes_the_other_way_is_no_curve() {
+        let refused = PlantModel::of_results(&with_gains(-1.0, -1.0), "results.json", None);
+        let message = refused.expect_err("turned round").to_string();
+        assert!(message.contains("port") && message.contains("identify again"), "{message}");
+        let still = PlantModel::of_results(&with_gains(-0.01, 0.02), "results.json", None);
+        assert_eq!(still.expect("a plant").thrusters[0].curve.force(10.0, None), 0.0);
+    }
+
     #[test]
     fn covariance_follows_the_names_and_the_signs() {
         let model = PlantModel::of_results(&results(), "results.json", None).expect("a plant");

@@ -90,3 +90,29 @@ fn differing(plant: &CoupledPlant) -> Option<Caveat> {
 
 /// Gains that differ by less are said as one.
 const LEAST_SAID: f64 = 0.005;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(forward: f64, reverse: f64, std: f64) -> Option<String> {
+        let gain = ThrusterGain { forward, reverse, std: [std; 2] };
+        fault("T1", &gain).map(|caveat| caveat.message)
+    }
+
+    #[test]
+    fn a_fault_is_named_by_what_the_thruster_does() {
+        assert!(said(0.02, 0.02, 0.01).expect("still").contains("stands still"));
+        assert!(said(-0.98, -1.02, 0.05).expect("turned").contains("the other way"));
+        let fouled = said(0.8, 0.81, 0.02).expect("weak");
+        assert!(fouled.contains("0.80 ± 0.04") && fouled.contains("fouled"), "{fouled}");
+        assert!(said(1.0, 0.6, 0.02).expect("weak").contains("in reverse"));
+    }
+
+    #[test]
+    fn a_loss_that_is_small_or_uncertain_is_no_fault() {
+        assert_eq!(said(0.9, 0.9, 0.01), None);
+        assert_eq!(said(0.8, 0.8, 0.08), None);
+        assert_eq!(said(1.3, 1.3, 0.01), None);
+    }
+}
