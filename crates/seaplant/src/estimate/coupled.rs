@@ -6,6 +6,7 @@ mod equation_error;
 mod filter;
 mod fit;
 mod free;
+mod information;
 mod plan;
 mod report;
 mod schedule;
@@ -26,6 +27,9 @@ pub use actuator::Actuator;
 use equation_error::Solved;
 use filter::{Drift, InstrumentNoise};
 use fit::{Optimum, Problem, Tolerance};
+pub use information::{
+    ExpectedNoise, ExpectedNoises, Information, information, information_before,
+};
 pub use plan::CoupledPlan;
 use report::Reported;
 use schedule::Attitude;
