@@ -141,6 +141,10 @@ fn wave(wave: &Wave) -> String {
             let rows: Vec<String> = sines.iter().map(|row| list(row)).collect();
             format!("{{ sines = {{ {} }} }}", rows.join(", "))
         }
+        Wave::Sum { waves } => {
+            let all: Vec<String> = waves.iter().map(self::wave).collect();
+            format!("{{ sum = {{ {} }} }}", all.join(", "))
+        }
         Wave::Steps { steps, period_s } => {
             let rows: Vec<String> = steps.iter().map(|row| list(row)).collect();
             format!("{{ period_s = {}, steps = {{ {} }} }}", number(*period_s), rows.join(", "))

@@ -39,6 +39,10 @@ pub enum Kind {
     Release,
     /// Thrusters that push against each other while the vehicle surges.
     OpposingThrusters,
+    /// One sinusoid and joystick steps together, as of the paper: to compare with.
+    SinusoidAndJoystick,
+    /// Harmonics with Schroeder's phases, which sweep through their frequencies: to compare with.
+    Sweep,
 }
 
 impl Kind {
@@ -56,6 +60,8 @@ impl Kind {
             Self::AscentAndDescent => "ascent and descent",
             Self::Release => "tilt and release",
             Self::OpposingThrusters => "opposing thrusters",
+            Self::SinusoidAndJoystick => "sinusoid and joystick",
+            Self::Sweep => "sweep",
         }
     }
 }
@@ -284,11 +290,7 @@ fn release(force: f64, period_s: f64) -> Wave {
 pub(crate) fn library(plant: &Plant, rig: &Rig, limits: &Limits, seed: u64) -> Vec<Manoeuvre> {
     let scales: Vec<AxisScale> =
         rig.pushed().filter_map(|dof| AxisScale::of(plant, rig, limits, dof)).collect();
-    let mut held = [0.0; 6];
-    for scale in &scales {
-        held[scale.dof.index()] = HELD;
-    }
-    let mut library = Library { held, seed, made: Vec::new() };
+    let mut library = Library { held: held(rig), seed, made: Vec::new() };
     scales.iter().for_each(|scale| library.of_axis(scale));
     let of = |dof: Dof| scales.iter().find(|scale| scale.dof == dof);
     if let (Some(surge), Some(yaw)) = (of(Dof::Surge), of(Dof::Yaw)) {
@@ -304,6 +306,47 @@ pub(crate) fn library(plant: &Plant, rig: &Rig, limits: &Limits, seed: u64) -> V
     library.made
 }
 
+/// The force that drives an axis within the limits, N or N m; none of one that thrusters do not push.
+pub(crate) fn driving_force(plant: &Plant, rig: &Rig, limits: &Limits, dof: Dof) -> Option<f64> {
+    AxisScale::of(plant, rig, limits, dof).map(|scale| scale.force)
+}
+
+/// What is driven without a plan: each axis by itself, by the paper's sinusoid and joystick, or by a
+/// sweep.
+pub(crate) fn unplanned(
+    kind: Kind,
+    plant: &Plant,
+    rig: &Rig,
+    limits: &Limits,
+    seed: u64,
+) -> Vec<Manoeuvre> {
+    let mut library = Library { held: held(rig), seed, made: Vec::new() };
+    for dof in rig.pushed() {
+        let Some(scale) = AxisScale::of(plant, rig, limits, dof) else { continue };
+        let seed = seed_of(seed, &format!("{} {dof}", kind.name()));
+        let period_s = scale.period_s(TURNS[1]);
+        let wave = match kind {
+            Kind::Sweep => Wave::sweep(scale.force, scale.period_s(TURNS[2]), SWEPT),
+            _ => {
+                // The paper's joystick is 500 N beside a sinusoid of 1800 N.
+                let rate = std::f64::consts::TAU / period_s;
+                let sine = Wave::Sines { sines: vec![[0.78 * scale.force, rate, 0.0]] };
+                let joystick = Wave::joystick(0.22 * scale.force, [5.0, 20.0], seed);
+                Wave::Sum { waves: vec![sine, joystick] }
+            }
+        };
+        library.add(kind, period_s, vec![(dof, wave)], &[]);
+    }
+    library.made
+}
+
+/// Harmonics of a sweep.
+const SWEPT: u32 = 12;
+
+fn held(rig: &Rig) -> [f64; 6] {
+    std::array::from_fn(|k| if rig.most[k] > 0.0 { HELD } else { 0.0 })
+}
+
 /// Manoeuvres like one that is worth minutes: of other periods and, of multisines, other phases.
 pub(crate) fn refinements(manoeuvre: &Manoeuvre) -> Vec<Manoeuvre> {
     REFINED.iter().map(|factor| stretched(manoeuvre, *factor)).collect()
@@ -313,21 +356,12 @@ pub(crate) fn refinements(manoeuvre: &Manoeuvre) -> Vec<Manoeuvre> {
 const REFINED: [f64; 2] = [0.7, 1.4];
 
 fn stretched(manoeuvre: &Manoeuvre, factor: f64) -> Manoeuvre {
-    let wave = |wave: &Wave| match wave {
-        Wave::Sines { sines } => Wave::Sines {
-            sines: sines.iter().map(|[a, rate, phase]| [*a, rate / factor, *phase]).collect(),
-        },
-        Wave::Steps { steps, period_s } => Wave::Steps {
-            steps: steps.iter().map(|[t, x]| [t * factor, *x]).collect(),
-            period_s: period_s * factor,
-        },
-    };
     let period_s = manoeuvre.period_s * factor;
     Manoeuvre {
         name: name_of(manoeuvre.kind, &manoeuvre.axes, period_s),
         period_s,
-        waves: manoeuvre.waves.iter().map(|(dof, own)| (*dof, wave(own))).collect(),
-        opposing: manoeuvre.opposing.as_ref().map(|(of, own)| (of.clone(), wave(own))),
+        waves: manoeuvre.waves.iter().map(|(dof, own)| (*dof, own.stretched(factor))).collect(),
+        opposing: manoeuvre.opposing.as_ref().map(|(of, own)| (of.clone(), own.stretched(factor))),
         ..manoeuvre.clone()
     }
 }

@@ -15,7 +15,7 @@ use crate::drive::{Pilot, Sea, drive};
 use crate::goal::{Goal, HALF_95, Scale};
 use crate::limits::Limits;
 use crate::logging::Logging;
-use crate::manoeuvre::{Manoeuvre, library, refinements};
+use crate::manoeuvre::{Kind, Manoeuvre, driving_force, library, refinements, unplanned};
 use crate::prior::Prior;
 use crate::rig::Rig;
 use crate::wave::seed_of;
@@ -39,8 +39,8 @@ pub struct Request {
     pub limits: Limits,
     /// What is logged.
     pub logging: Logging,
-    /// Standard deviation of the disturbance on each axis, as a part of its greatest force; that of
-    /// the trials where results state one.
+    /// Standard deviation of the disturbance on each axis, as a part of the force that drives it within
+    /// the limits; that of the trials where results state one.
     pub disturbance_part: f64,
     /// Its correlation time, s.
     pub disturbance_correlation_s: f64,
@@ -52,6 +52,8 @@ pub struct Request {
     pub draws: usize,
     /// Runs in disturbances that check the limits.
     pub checks: usize,
+    /// Whether the minutes are compared with those of what is driven without a plan.
+    pub compare: bool,
     /// Where all random numbers start.
     pub seed: u64,
 }
@@ -70,6 +72,7 @@ impl Default for Request {
             full_input: None,
             draws: 4,
             checks: 100,
+            compare: false,
             seed: 1,
         }
     }
@@ -100,6 +103,10 @@ pub struct Plan {
     pub coefficients: Vec<Forecast>,
     /// How near the minutes are to the best ones.
     pub certificate: Certificate,
+    /// Minutes that each kind of unplanned driving needs for the same goals, axis by axis in equal
+    /// parts, where that was asked for; none of one for which no time is enough.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub unplanned: BTreeMap<Kind, Option<f64>>,
     /// Half 95 % intervals of the goals against minutes.
     pub chart: Chart,
     /// Runs in disturbances.
@@ -189,7 +196,7 @@ pub struct LimitCheck {
 
 /// Time comes in these, minutes.
 const STEP_MIN: f64 = 0.5;
-/// Less than this share is not worth a manoeuvre of its own.
+/// A manoeuvre of a share below this is left out if intervals widen by less than this part without it.
 const WORTH: f64 = 0.02;
 /// A manoeuvre of more than this share is refined.
 const REFINED: f64 = 0.08;
@@ -263,7 +270,7 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
         .collect();
     used.extend(bench.candidates(&more)?.into_iter().filter(|candidate| candidate.factor > 0.0));
     allocation = work.program(&used, seconds).solve()?;
-    let needed = work.seconds_needed(&used, &allocation);
+    let needed = work.seconds_needed(&used, &allocation.shares);
     if request.minutes.is_none() {
         let most = 60.0 * TIMES_MIN[1];
         seconds = needed.unwrap_or(most);
@@ -318,10 +325,8 @@ fn noises(prior: &Prior, rig: &Rig, request: &Request) -> ExpectedNoises {
     let plant = &prior.model.plant;
     let of = |dof: &Dof| {
         let known = prior.model.disturbances.get(dof).map(|own| (own.std, own.correlation_s));
-        let force = match rig.most[dof.index()] {
-            most if most > 0.0 => most,
-            _ => resistance(plant, *dof, &request.limits),
-        };
+        let driving = driving_force(plant, rig, &request.limits, *dof);
+        let force = driving.unwrap_or_else(|| resistance(plant, *dof, &request.limits));
         let part = request.disturbance_part * force;
         (*dof, known.unwrap_or((part, request.disturbance_correlation_s)))
     };
@@ -453,9 +458,9 @@ impl<'a> Work<'a> {
     }
 
     /// The time at which all goals are met, shares being as they are.
-    fn seconds_needed(&self, used: &[Candidate], allocation: &Allocation) -> Option<f64> {
+    fn seconds_needed(&self, used: &[Candidate], shares: &[f64]) -> Option<f64> {
         let meets = |minutes: f64| {
-            let ratios = self.program(used, 60.0 * minutes).ratios(&allocation.shares);
+            let ratios = self.program(used, 60.0 * minutes).ratios(shares);
             ratios.is_some_and(|ratios| ratios.iter().all(|ratio| *ratio <= 1.0))
         };
         let [mut low, mut high] = TIMES_MIN;
@@ -479,7 +484,8 @@ impl<'a> Work<'a> {
         seconds: f64,
         needed: Option<f64>,
     ) -> Result<Plan, Error> {
-        let minutes = rounded(&allocation.shares, seconds / 60.0);
+        let shares = self.worth_driving(used, &allocation.shares, seconds);
+        let minutes = rounded(&shares, seconds / 60.0);
         let total: f64 = minutes.iter().sum();
         let shares: Vec<f64> = minutes.iter().map(|x| x / total).collect();
         let program = self.program(used, 60.0 * total);
@@ -495,6 +501,10 @@ impl<'a> Work<'a> {
         // The long and slow first: what fails then is seen early.
         manoeuvres.sort_by(|a, b| b.minutes.total_cmp(&a.minutes));
         let check = self.limit_check(&manoeuvres)?;
+        let unplanned = match self.request.compare {
+            true => self.unplanned()?,
+            false => BTreeMap::new(),
+        };
         let of_plan: Vec<&Manoeuvre> = manoeuvres.iter().map(|one| &one.manoeuvre).collect();
         let axes = self.bench.plants[0].axes().to_vec();
         let lag_s = self.bench.rig.lag_s;
@@ -516,11 +526,38 @@ impl<'a> Work<'a> {
                 gap: allocation.gap,
                 candidates: used.len(),
             },
+            unplanned,
             chart,
             check,
             doubts,
             notes,
         })
+    }
+
+    /// Shares without those that hardly narrow an interval, the least first.
+    fn worth_driving(&self, used: &[Candidate], shares: &[f64], seconds: f64) -> Vec<f64> {
+        let program = self.program(used, seconds);
+        let widest = |shares: &[f64]| {
+            let ratios = program.ratios(shares)?;
+            Some(ratios.into_iter().fold(0.0, f64::max))
+        };
+        let mut kept = shares.to_vec();
+        let mut order: Vec<usize> = (0..shares.len()).filter(|k| shares[*k] < WORTH).collect();
+        order.sort_by(|a, b| shares[*a].total_cmp(&shares[*b]));
+        for k in order {
+            let (share, before) = (kept[k], widest(&kept));
+            kept[k] = 0.0;
+            let after = widest(&kept);
+            let is_needed = match (before, after) {
+                (Some(before), Some(after)) => after > before * (1.0 + WORTH),
+                _ => true,
+            };
+            if is_needed {
+                kept[k] = share;
+            }
+        }
+        let sum: f64 = kept.iter().sum();
+        kept.iter().map(|share| share / sum).collect()
     }
 
     fn forecasts(&self, program: &Program, shares: &[f64]) -> Option<Vec<Forecast>> {
@@ -602,6 +639,21 @@ impl<'a> Work<'a> {
         Chart { minutes, parts }
     }
 
+    /// Minutes that driving without a plan needs.
+    fn unplanned(&self) -> Result<BTreeMap<Kind, Option<f64>>, Error> {
+        let bench = self.bench;
+        let of = |kind: Kind| {
+            let all = unplanned(kind, &bench.plants[0], bench.rig, bench.limits, self.request.seed);
+            let mut driven = bench.candidates(&all)?;
+            driven.retain(|candidate| candidate.factor > 0.0);
+            let count = driven.len().max(1);
+            let shares = vec![1.0 / count as f64; driven.len()];
+            let seconds = self.seconds_needed(&driven, &shares);
+            Ok((kind, seconds.map(|seconds| seconds / 60.0)))
+        };
+        [Kind::SinusoidAndJoystick, Kind::Sweep].into_iter().map(of).collect()
+    }
+
     fn planned(&self, candidate: &Candidate, minutes: f64, share: f64) -> Planned {
         let manoeuvre = candidate.manoeuvre.clone();
         let velocity: BTreeMap<Dof, [f64; 2]> =
@@ -663,6 +715,13 @@ impl<'a> Work<'a> {
                 100.0 * self.prior.thrust_part
             ));
         }
+        if let Some(minutes) = self.request.minutes
+            && total > minutes + STEP_MIN
+        {
+            notes.push(format!(
+                "no manoeuvre is driven for less than a minute, so that {minutes} min become {total}; ask for fewer goals to have fewer manoeuvres"
+            ));
+        }
         notes.push(
             "intervals are those that the filter error method states for the usual terms; couplings in damping that a search adds widen them".to_owned(),
         );
@@ -692,14 +751,10 @@ fn today(prior: &Prior, names: &[String]) -> Option<DMatrix<f64>> {
 
 /// Whole steps of time for shares of it, at least two of one that is driven.
 fn rounded(shares: &[f64], minutes: f64) -> Vec<f64> {
-    let steps = (minutes / STEP_MIN).round().max(2.0);
-    let kept: f64 = shares.iter().filter(|share| **share >= WORTH).sum();
-    let exact: Vec<f64> = shares
-        .iter()
-        .map(|share| if *share >= WORTH { share / kept * steps } else { 0.0 })
-        .collect();
-    let mut whole: Vec<f64> =
-        exact.iter().map(|x| if *x > 0.0 { x.floor().max(LEAST_STEPS) } else { 0.0 }).collect();
+    let steps = (minutes / STEP_MIN).round().max(LEAST_STEPS);
+    let exact: Vec<f64> = shares.iter().map(|share| share * steps).collect();
+    let least = |x: &f64| if *x > 0.0 { x.floor().max(LEAST_STEPS) } else { 0.0 };
+    let mut whole: Vec<f64> = exact.iter().map(least).collect();
     let mut order: Vec<usize> = (0..exact.len()).filter(|k| exact[*k] > 0.0).collect();
     order.sort_by(|a, b| (exact[*b] - whole[*b]).total_cmp(&(exact[*a] - whole[*a])));
     let left = (steps - whole.iter().sum::<f64>()).max(0.0) as usize;
@@ -718,7 +773,7 @@ mod tests {
 
     #[test]
     fn minutes_are_whole_halves_and_nothing_is_driven_for_seconds() {
-        let minutes = rounded(&[0.505, 0.3, 0.185, 0.01], 10.0);
+        let minutes = rounded(&[0.505, 0.31, 0.185, 0.0], 10.0);
         assert_eq!(minutes.iter().sum::<f64>(), 10.0);
         assert_eq!(minutes[3], 0.0);
         assert!(minutes[..3].iter().all(|x| *x >= 1.0 && (x / STEP_MIN).fract() == 0.0));

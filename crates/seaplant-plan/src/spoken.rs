@@ -44,6 +44,8 @@ pub(crate) fn of_manoeuvre(
         Kind::StopAndGo => "ahead until steady, stop, astern until steady, stop".to_owned(),
         Kind::AscentAndDescent => "down until steady, stop, up until steady, stop".to_owned(),
         Kind::Release => "tilt, let go and let it swing out".to_owned(),
+        Kind::SinusoidAndJoystick => "a sinusoid and joystick steps".to_owned(),
+        Kind::Sweep => format!("sweep of {} s", spoken(manoeuvre.period_s)),
         Kind::OpposingThrusters => "thrusters against each other while surging".to_owned(),
     };
     format!("{axes}, {} min: {how}; {}", spoken(minutes), ranges.join(", "))

@@ -21,6 +21,11 @@ pub enum Wave {
         /// How long a period is, s.
         period_s: f64,
     },
+    /// The sum of others.
+    Sum {
+        /// These.
+        waves: Vec<Wave>,
+    },
 }
 
 impl Wave {
@@ -41,6 +46,7 @@ impl Wave {
                 let after = steps.partition_point(|[from, _]| *from <= t);
                 steps[after.saturating_sub(1)][1]
             }
+            Self::Sum { waves } => waves.iter().map(|wave| wave.at(t_s)).sum(),
         }
     }
 
@@ -54,6 +60,25 @@ impl Wave {
                 steps: steps.iter().map(|[t, value]| [*t, factor * value]).collect(),
                 period_s: *period_s,
             },
+            Self::Sum { waves } => {
+                Self::Sum { waves: waves.iter().map(|wave| wave.scaled(factor)).collect() }
+            }
+        }
+    }
+
+    /// The same, as many times slower.
+    pub(crate) fn stretched(&self, factor: f64) -> Self {
+        match self {
+            Self::Sines { sines } => Self::Sines {
+                sines: sines.iter().map(|[a, rate, phase]| [*a, rate / factor, *phase]).collect(),
+            },
+            Self::Steps { steps, period_s } => Self::Steps {
+                steps: steps.iter().map(|[t, x]| [t * factor, *x]).collect(),
+                period_s: period_s * factor,
+            },
+            Self::Sum { waves } => {
+                Self::Sum { waves: waves.iter().map(|wave| wave.stretched(factor)).collect() }
+            }
         }
     }
 
@@ -80,6 +105,18 @@ impl Wave {
         }
         let rate = std::f64::consts::TAU / period_s;
         let row = |(h, phase): (&u32, &f64)| [most / peak, rate * f64::from(*h), *phase];
+        Self::Sines { sines: harmonics.iter().zip(&phases).map(row).collect() }
+    }
+
+    /// Harmonics of equal amplitude with Schroeder's phases, which sweep through their frequencies.
+    pub(crate) fn sweep(most: f64, period_s: f64, count: u32) -> Self {
+        let n = f64::from(count);
+        let rate = std::f64::consts::TAU / period_s;
+        let harmonics: Vec<u32> = (1..=count).collect();
+        let phase = |k: u32| -std::f64::consts::PI * f64::from(k * k) / n;
+        let phases: Vec<f64> = (0..count).map(phase).collect();
+        let amplitude = most / peak(&harmonics, &phases);
+        let row = |(h, phase): (&u32, &f64)| [amplitude, rate * f64::from(*h), *phase];
         Self::Sines { sines: harmonics.iter().zip(&phases).map(row).collect() }
     }
 

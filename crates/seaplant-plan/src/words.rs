@@ -65,6 +65,17 @@ pub fn words(plan: &Plan) -> String {
         plan.certificate.candidates,
         100.0 * plan.certificate.gap
     );
+    for (kind, minutes) in &plan.unplanned {
+        let _ = match minutes {
+            Some(minutes) => writeln!(
+                text,
+                "without a plan, a {} of each axis in turn needs {} min",
+                kind.name(),
+                spoken(*minutes)
+            ),
+            None => writeln!(text, "without a plan, a {} never reaches the goals", kind.name()),
+        };
+    }
     let check = &plan.check;
     if check.runs > 0 {
         let _ = writeln!(

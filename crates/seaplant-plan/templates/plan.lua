@@ -26,6 +26,13 @@ local function wave_at(wave, t)
     end
     return sum
   end
+  if wave.sum then
+    local sum = 0
+    for _, own in ipairs(wave.sum) do
+      sum = sum + wave_at(own, t)
+    end
+    return sum
+  end
   local within, value = t % wave.period_s, wave.steps[1][2]
   for _, row in ipairs(wave.steps) do
     if row[1] <= within then

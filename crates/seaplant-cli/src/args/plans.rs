@@ -79,8 +79,8 @@ pub struct Plan {
     /// How far a tether lets the vehicle go from where it begins, m.
     #[arg(long, value_name = "M")]
     pub tether: Option<f64>,
-    /// Standard deviation of the disturbance that is expected on each axis, per cent of its greatest
-    /// force; results state their own.
+    /// Standard deviation of the disturbance that is expected on each axis, per cent of the force that
+    /// drives it within the limits; results state their own.
     #[arg(long, value_name = "PER CENT")]
     pub disturbance: Option<f64>,
     /// The current that is expected, north and east, m/s, as 0.2,-0.1.
@@ -101,6 +101,10 @@ pub struct Plan {
     /// Simulated runs in disturbances that check the limits.
     #[arg(long, value_name = "N")]
     pub checks: Option<usize>,
+    /// Also tell the minutes that driving without a plan would need: the paper's sinusoid and
+    /// joystick, and a sweep, of each axis in turn.
+    #[arg(long)]
+    pub compare: bool,
     /// Seed of all random numbers.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,

@@ -109,6 +109,7 @@ fn request(arguments: &args::Plan) -> Result<Request> {
     request.minutes = arguments.minutes.or(request.minutes);
     request.draws = arguments.draws.unwrap_or(request.draws);
     request.checks = arguments.checks.unwrap_or(request.checks);
+    request.compare |= arguments.compare;
     request.seed = arguments.seed.unwrap_or(request.seed);
     Ok(request)
 }

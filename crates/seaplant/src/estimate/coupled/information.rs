@@ -257,7 +257,7 @@ mod tests {
         let plant = Plant::new(structure, vec![120.0, 30.0, 12.0, 40.0, 6.0, 15.0]).expect("a plant");
         let times: Vec<f64> = (0..1200).map(|k| 0.1 * f64::from(k)).collect();
         let series = |of: &dyn Fn(f64) -> f64| {
-            let values = times.iter().map(|t| of(*t)).collect();
+            let values: Vec<f64> = times.iter().map(|t| of(*t)).collect();
             Timed::new("series", times.clone(), values).expect("increasing")
         };
         let ahead = series(&|t| 60.0 * (0.3 * t).sin() + 30.0 * (0.9 * t).cos());
@@ -267,7 +267,7 @@ mod tests {
         let still = nalgebra::Vector6::zeros();
         let moved = crate::motion::simulate(&plant, &inputs, &still, &times).expect("stable");
         let velocity = |k: usize| {
-            let values = moved.velocity.iter().map(|v| v[k]).collect();
+            let values: Vec<f64> = moved.velocity.iter().map(|v| v[k]).collect();
             Timed::new("velocity", times.clone(), values).expect("increasing")
         };
         let recording = BTreeMap::from([
