@@ -135,13 +135,14 @@ impl Logging {
         }
     }
 
-    /// What the log of a run holds; with noise by a seed, or without.
+    /// What the log of a run holds; with noise by a seed, or without. Velocities are those of the
+    /// plant's axes: noise of others would enter by the Coriolis forces of what the plant lacks.
     pub(crate) fn recording(
         &self,
         rig: &Rig,
         driven: &Driven,
-        start_depth_m: f64,
-        noise: Option<u64>,
+        axes: &[Dof],
+        (start_depth_m, noise): (f64, Option<u64>),
     ) -> Result<Recording, Error> {
         let mut random = noise.map(ChaCha8Rng::seed_from_u64);
         let mut recording = Recording::new();
@@ -165,6 +166,9 @@ impl Logging {
         };
         for (k, dof) in [Dof::Surge, Dof::Sway, Dof::Heave].into_iter().enumerate() {
             let quantity = Quantity::Velocity(dof);
+            if !axes.contains(&dof) {
+                continue;
+            }
             put(quantity, self.velocity_hz, self.velocity_std_m_s, &|state| state[6 + k])?;
         }
         for (k, axis) in [Axis::X, Axis::Y, Axis::Z].into_iter().enumerate() {

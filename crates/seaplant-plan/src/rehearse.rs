@@ -60,7 +60,7 @@ pub fn rehearse(
         let driven = drive(truth, &pilot, 60.0 * planned.minutes, Some(sea))?;
         let depth_m = request.limits.start_depth_m;
         let mut recording =
-            request.logging.recording(&rig, &driven, depth_m, Some(seed ^ 0x5ea))?;
+            request.logging.recording(&rig, &driven, &plan.axes, (depth_m, Some(seed ^ 0x5ea)))?;
         let axes = [(Dof::Surge, Axis::X), (Dof::Sway, Axis::Y), (Dof::Heave, Axis::Z)];
         for (dof, axis) in axes {
             if let Some(velocity) = recording.remove(&Quantity::Velocity(dof)) {

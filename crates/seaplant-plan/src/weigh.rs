@@ -133,7 +133,8 @@ impl Bench<'_> {
     /// The record of a run without noise.
     pub(crate) fn record(&self, name: &str, driven: &Driven) -> Result<CoupledRecord, Error> {
         let depth_m = self.limits.start_depth_m;
-        let recording = self.logging.recording(self.rig, driven, depth_m, None)?;
+        let recording =
+            self.logging.recording(self.rig, driven, self.plants[0].axes(), (depth_m, None))?;
         let setup = TrialSetup { name: name.to_owned(), role: Role::Fit, ..TrialSetup::default() };
         Ok(CoupledRecord::new(&setup, &recording, self.vehicle, self.plants[0].axes())?)
     }
