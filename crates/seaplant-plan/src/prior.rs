@@ -108,7 +108,7 @@ impl Prior {
         let coefficients = structure.terms().iter().map(value).collect();
         let plant = Plant::new(structure, coefficients)?;
         let words = format!(
-            "hull formulas for {:.4} kg and {:.3} × {:.3} × {:.3} m: masses are believed to {:.0} %, drag to {:.0} %",
+            "hull formulas for {} kg and {} × {} × {} m: masses are believed to {:.0} %, drag to {:.0} %",
             hull.mass,
             hull.size[0],
             hull.size[1],

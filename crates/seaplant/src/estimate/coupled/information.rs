@@ -144,9 +144,8 @@ pub fn information_before(plant: &Plant, actuator: &Actuator) -> Information {
     let places = places(plant, actuator);
     let names = names(plant, &places);
     let terms = plant.structure().terms().len();
-    let of = |place: &usize| {
-        place.checked_sub(terms).map_or(0.0, |k| Actuator::PRIOR_STD[k].powi(-2))
-    };
+    let of =
+        |place: &usize| place.checked_sub(terms).map_or(0.0, |k| Actuator::PRIOR_STD[k].powi(-2));
     let diagonal = DVector::from_iterator(places.len(), places.iter().map(of));
     Information { names, matrix: DMatrix::from_diagonal(&diagonal) }
 }
@@ -204,7 +203,8 @@ fn of_attitude<const N: usize, const M: usize>(
     };
     let all = problem.information_of_all(&point).ok_or_else(|| Error::Plant {
         axes: plant.structure().name(),
-        reason: "its motion diverges from that of the record; use that of the same plant".to_owned(),
+        reason: "its motion diverges from that of the record; use that of the same plant"
+            .to_owned(),
     })?;
     let places = places(plant, actuator);
     let first = plant.structure().terms().len() + Actuator::COUNT;
@@ -254,7 +254,8 @@ mod tests {
     /// A boat on two axes that is driven by known forces, and what is measured of it.
     fn boat() -> (Plant, ExpectedNoises, CoupledRecord) {
         let structure = Structure::of(&[Dof::Surge, Dof::Yaw], Symmetry::Diagonal).expect("axes");
-        let plant = Plant::new(structure, vec![120.0, 30.0, 12.0, 40.0, 6.0, 15.0]).expect("a plant");
+        let plant =
+            Plant::new(structure, vec![120.0, 30.0, 12.0, 40.0, 6.0, 15.0]).expect("a plant");
         let times: Vec<f64> = (0..1200).map(|k| 0.1 * f64::from(k)).collect();
         let series = |of: &dyn Fn(f64) -> f64| {
             let values: Vec<f64> = times.iter().map(|t| of(*t)).collect();
