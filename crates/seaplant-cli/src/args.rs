@@ -3,6 +3,7 @@
 mod completer;
 mod fits;
 mod logs;
+mod plans;
 mod plants;
 mod tools;
 mod twins;
@@ -14,6 +15,7 @@ use seaplant::Method;
 use fits::methods;
 pub use fits::{Compare, Identify, MethodChoice, Validate, Watch};
 pub use logs::{Init, Inspect, MessageStamp, Plot, Reading};
+pub use plans::Plan;
 pub use plants::{Control, Export, Simulate};
 pub use tools::{Completions, Man, Schema, SchemaKind, Thruster};
 pub use twins::{Demo, MonteCarlo, Twin};
@@ -91,6 +93,8 @@ pub enum Command {
     Export(Export),
     /// Make a controller for a plant: gains, stability margins and tracking errors.
     Control(Control),
+    /// Plan the next trial: manoeuvres, minutes for each, and the intervals they lead to.
+    Plan(Plan),
     /// Identify a campaign again whenever one of its files changes.
     Watch(Watch),
     /// Fit a thrust curve to a bollard-pull table.

@@ -15,6 +15,7 @@ pub mod inspect;
 pub mod man;
 mod manoeuvre;
 pub mod monte_carlo;
+pub mod plan;
 pub mod plant;
 pub mod plot;
 pub mod predict;

@@ -64,6 +64,7 @@ fn run(command: Command, output: Output) -> anyhow::Result<ExitCode> {
         Command::Compare(arguments) => commands::compare::run(&arguments, output),
         Command::Export(arguments) => commands::export::run(&arguments, output),
         Command::Control(arguments) => commands::control::run(&arguments, output),
+        Command::Plan(arguments) => commands::plan::run(&arguments, output),
         Command::Watch(arguments) => commands::watch::run(&arguments, output),
         Command::Thruster(arguments) => commands::thruster::run(&arguments, output),
         Command::Twin(arguments) => commands::twin::run(&arguments, output),

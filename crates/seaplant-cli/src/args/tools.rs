@@ -52,6 +52,10 @@ pub enum SchemaKind {
     Plant,
     /// A profile of inputs for `seaplant simulate`.
     Profile,
+    /// A request for `seaplant plan`.
+    Request,
+    /// plan.json, as `seaplant plan` writes it.
+    Plan,
 }
 
 /// Print the JSON Schema of a file, for editors and programs.

@@ -318,7 +318,7 @@ fn every_setting_in_the_pages_of_methods_is_known() {
 
 #[test]
 fn the_published_schemas_are_the_programs() {
-    for kind in ["results", "vehicle", "campaign", "twin", "plant", "profile"] {
+    for kind in ["results", "vehicle", "campaign", "twin", "plant", "profile", "request", "plan"] {
         let path = source().join(format!("schemas/{kind}.schema.json"));
         let output = seaplant().args(["schema", kind]).output().expect("the program runs");
         let current = String::from_utf8(output.stdout).expect("UTF-8");

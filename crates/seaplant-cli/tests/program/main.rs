@@ -17,6 +17,7 @@ mod look;
 mod memory;
 mod methods;
 mod overwriting;
+mod plan;
 mod predict;
 mod proposed;
 mod real_data;

@@ -7,6 +7,7 @@ mod filter;
 mod fit;
 mod free;
 mod gains;
+mod information;
 mod plan;
 mod report;
 mod schedule;
@@ -28,6 +29,9 @@ use equation_error::Solved;
 use filter::{Drift, InstrumentNoise};
 use fit::{Optimum, Problem, Tolerance};
 use gains::Scaled;
+pub use information::{
+    ExpectedNoise, ExpectedNoises, Information, information, information_before,
+};
 pub use plan::CoupledPlan;
 use report::Reported;
 use schedule::Attitude;

@@ -145,7 +145,7 @@ enum WithNoise {
 }
 
 /// Standard deviation of a current's component before anything is measured, m/s.
-const CURRENT_STD: f64 = 1.0;
+pub(super) const CURRENT_STD: f64 = 1.0;
 
 /// Information of a coefficient that is known, by its square: 1e-9 of it is its error.
 const KNOWN: f64 = 1e18;

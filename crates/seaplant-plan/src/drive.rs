@@ -1,0 +1,245 @@
+//! A manoeuvre as a vehicle drives it: excitation, hold, limits, thrusters, motion.
+
+use nalgebra::{DVector, Rotation3, Vector3, Vector6};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use seaplant::estimate::ExpectedNoises;
+use seaplant::motion::{State, StateSpace};
+use seaplant::plant::Plant;
+
+use crate::Error;
+use crate::limits::Limits;
+use crate::manoeuvre::Manoeuvre;
+use crate::rig::Rig;
+use crate::wave::normal;
+
+/// From one command to the next, s.
+pub(crate) const TICK_S: f64 = 0.1;
+/// Steps of the simulation in a tick.
+const STEPS: usize = 2;
+/// Damping ratio of the hold.
+pub(crate) const DAMPING: f64 = 0.8;
+/// From this use of a limit on, excitation is taken back …
+pub(crate) const TAKEN_BACK: f64 = 0.75;
+/// … until nothing of it is left at this one.
+pub(crate) const TAKEN: f64 = 0.9;
+/// The hold that brings a vehicle back, rad/s.
+pub(crate) const BACK: f64 = 0.5;
+
+/// What a controller on board does with a manoeuvre: the same in simulations and in scripts.
+#[derive(Clone, Debug)]
+pub(crate) struct Pilot<'a> {
+    pub(crate) rig: &'a Rig,
+    pub(crate) limits: &'a Limits,
+    pub(crate) manoeuvre: &'a Manoeuvre,
+    /// Diagonal of M of the believed plant, by which holds are scaled.
+    pub(crate) mass: [f64; 6],
+    /// What stopping takes, s²/m: m/F of the weakest translation.
+    pub(crate) stop_s2: f64,
+    /// What holds depth at rest: the weight that is believed in excess, N.
+    pub(crate) trim_n: f64,
+}
+
+impl<'a> Pilot<'a> {
+    pub(crate) fn new(
+        plant: &Plant,
+        rig: &'a Rig,
+        limits: &'a Limits,
+        manoeuvre: &'a Manoeuvre,
+    ) -> Self {
+        let m = plant.mass_matrix_of_six();
+        let mass = std::array::from_fn(|k| m[(k, k)]);
+        let stop = |k: usize| if rig.most[k] > 0.0 { 0.5 * mass[k] / rig.most[k] } else { 0.0 };
+        let stop_s2 = (0..3).map(stop).fold(0.0, f64::max);
+        let excess = plant.coefficient(&seaplant::plant::Basis::WeightExcess);
+        let trim_n = if rig.most[2] > 0.0 { -excess.unwrap_or(0.0) } else { 0.0 };
+        Self { rig, limits, manoeuvre, mass, stop_s2, trim_n }
+    }
+
+    /// The part of the excitation that limits leave.
+    pub(crate) fn part(&self, state: &State) -> f64 {
+        let most = self.limits.most_used(state, self.stop_s2);
+        ((TAKEN - most.part) / (TAKEN - TAKEN_BACK)).clamp(0.0, 1.0)
+    }
+
+    /// The wrench that holds a state to that of the beginning, with natural frequencies by axis.
+    fn hold(&self, state: &State, rad_s: &[f64; 6]) -> Vector6<f64> {
+        let turn = Rotation3::from_euler_angles(state[3], state[4], state[5]);
+        let away = turn.inverse() * Vector3::new(state[0], state[1], state[2]);
+        let heading = state[5].sin().atan2(state[5].cos());
+        let error = [away.x, away.y, away.z, state[3], state[4], heading];
+        Vector6::from_fn(|k, _| {
+            if self.rig.most[k] == 0.0 || rad_s[k] == 0.0 {
+                return 0.0;
+            }
+            let stiffness = self.mass[k] * rad_s[k] * rad_s[k];
+            let damping = 2.0 * DAMPING * self.mass[k] * rad_s[k];
+            let wanted = -stiffness * error[k] - damping * state[6 + k];
+            wanted.clamp(-self.rig.most[k], self.rig.most[k])
+        })
+    }
+
+    /// The thrust of each thruster at a time since the manoeuvre began, N.
+    pub(crate) fn thrusts(&self, t_s: f64, state: &State) -> DVector<f64> {
+        let part = self.part(state);
+        let own = self.hold(state, &self.manoeuvre.hold_rad_s);
+        let back = self.hold(state, &[BACK; 6]);
+        let mut hold = own * part + back * (1.0 - part);
+        hold[2] += self.trim_n;
+        let mut wrench = Vector6::zeros();
+        for (dof, wave) in &self.manoeuvre.waves {
+            wrench[dof.index()] = part * wave.at(t_s);
+        }
+        let mut excited = &self.rig.share * wrench;
+        if let Some((thrusters, wave)) = &self.manoeuvre.opposing {
+            let against = part * wave.at(t_s);
+            for (thrust, x) in excited.iter_mut().zip(thrusters) {
+                *thrust += against * x;
+            }
+        }
+        self.rig.thrusts(&hold, &excited)
+    }
+
+    /// The thrusts that follow `before` within the slew that is allowed, N.
+    pub(crate) fn slewed(&self, before: &DVector<f64>, wanted: &DVector<f64>) -> DVector<f64> {
+        DVector::from_fn(wanted.len(), |k, _| {
+            let [reverse, ahead] = self.rig.allowed[k];
+            let full = ahead.abs().max(reverse.abs()) / self.limits.thrust_part;
+            let most = self.limits.slew_per_s * full * TICK_S;
+            before[k] + (wanted[k] - before[k]).clamp(-most, most)
+        })
+    }
+}
+
+/// What was driven.
+#[derive(Clone, Debug)]
+pub(crate) struct Driven {
+    /// Instants, every [`TICK_S`], s.
+    pub(crate) time_s: Vec<f64>,
+    /// The input of each thruster from each instant on.
+    pub(crate) inputs: Vec<Vec<f64>>,
+    /// Pose from the beginning and velocity over ground at each.
+    pub(crate) states: Vec<State>,
+    /// The greatest use of a limit.
+    pub(crate) worst: crate::limits::Use,
+    /// The mean part of the excitation that limits left.
+    pub(crate) part: f64,
+}
+
+/// What disturbs a run.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sea<'a> {
+    pub(crate) noises: &'a ExpectedNoises,
+    /// Velocity of the water north and east, m/s.
+    pub(crate) current: [f64; 2],
+    pub(crate) seed: u64,
+}
+
+/// Drives a manoeuvre for some seconds from rest.
+///
+/// The vehicle moves by the classical Runge–Kutta method in steps of 0.05 s; propellers lag in speed.
+///
+/// # Errors
+/// As [`StateSpace::new`], and where the motion runs away.
+pub(crate) fn drive(
+    plant: &Plant,
+    pilot: &Pilot<'_>,
+    seconds: f64,
+    sea: Option<Sea<'_>>,
+) -> Result<Driven, Error> {
+    let space = StateSpace::new(plant)?;
+    let rig = pilot.rig;
+    let n = rig.thrusters.len();
+    let ticks = (seconds / TICK_S).round() as usize;
+    let delay = (rig.delay_s / TICK_S).round() as usize;
+    let mut state = State::zeros();
+    let mut thrusts = DVector::zeros(n);
+    let still: Vec<f64> = rig.thrusters.iter().map(|thruster| thruster.curve.neutral()).collect();
+    let mut turning = still.clone();
+    let mut weather = sea.map(|sea| Weather::new(plant, sea));
+    let current = sea.map_or([0.0; 2], |sea| sea.current);
+    let current = Vector3::new(current[0], current[1], 0.0);
+    let mut driven = Driven {
+        time_s: Vec::with_capacity(ticks),
+        inputs: vec![Vec::with_capacity(ticks); n],
+        states: Vec::with_capacity(ticks),
+        worst: crate::limits::Use { part: 0.0, of: "none" },
+        part: 0.0,
+    };
+    let h = TICK_S / STEPS as f64;
+    let fade = if rig.lag_s > 0.0 { (-h / rig.lag_s).exp() } else { 0.0 };
+    let half = if rig.lag_s > 0.0 { (-0.5 * h / rig.lag_s).exp() } else { 0.0 };
+    for tick in 0..ticks {
+        let t = tick as f64 * TICK_S;
+        let most = pilot.limits.most_used(&state, 0.0);
+        if most.part > driven.worst.part {
+            driven.worst = most;
+        }
+        driven.part += pilot.part(&state) / ticks as f64;
+        driven.time_s.push(t);
+        driven.states.push(state);
+        thrusts = pilot.slewed(&thrusts, &pilot.thrusts(t, &state));
+        for (k, inputs) in driven.inputs.iter_mut().enumerate() {
+            inputs.push(rig.input(k, thrusts[k]));
+        }
+        let force = weather.as_mut().map_or_else(Vector6::zeros, Weather::next);
+        let acting = tick.checked_sub(delay);
+        let wanted = |k: usize| acting.map_or(still[k], |tick| driven.inputs[k][tick]);
+        for _ in 0..STEPS {
+            let after = |x: f64, goal: f64, fade: f64| goal + (x - goal) * fade;
+            let middle: Vec<f64> = (0..n).map(|k| after(turning[k], wanted(k), half)).collect();
+            for k in 0..n {
+                turning[k] = after(turning[k], wanted(k), fade);
+            }
+            let tau = rig.wrench(&middle) + force;
+            state = stepped(&space, &state, &tau, &current, h)?;
+        }
+    }
+    Ok(driven)
+}
+
+fn stepped(
+    space: &StateSpace,
+    x: &State,
+    tau: &Vector6<f64>,
+    current: &Vector3<f64>,
+    h: f64,
+) -> Result<State, Error> {
+    let a = space.rate(x, tau, current)?;
+    let b = space.rate(&(x + a * (0.5 * h)), tau, current)?;
+    let c = space.rate(&(x + b * (0.5 * h)), tau, current)?;
+    let d = space.rate(&(x + c * h), tau, current)?;
+    Ok(x + (a + (b + c) * 2.0 + d) * (h / 6.0))
+}
+
+/// Forces that nobody asked for: a first-order Gauss–Markov process on each axis.
+struct Weather {
+    random: ChaCha8Rng,
+    std: Vector6<f64>,
+    fade: Vector6<f64>,
+    force: Vector6<f64>,
+}
+
+impl Weather {
+    fn new(plant: &Plant, sea: Sea<'_>) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(sea.seed);
+        let (mut std, mut fade) = (Vector6::zeros(), Vector6::zeros());
+        for dof in plant.axes() {
+            if let Some(own) = sea.noises.axes.get(dof) {
+                std[dof.index()] = own.disturbance;
+                fade[dof.index()] = (-TICK_S / own.correlation_s).exp();
+            }
+        }
+        let force = Vector6::from_fn(|k, _| std[k] * normal(&mut random));
+        Self { random, std, fade, force }
+    }
+
+    fn next(&mut self) -> Vector6<f64> {
+        let now = self.force;
+        self.force = Vector6::from_fn(|k, _| {
+            let new = self.std[k] * (1.0 - self.fade[k].powi(2)).sqrt();
+            self.fade[k] * self.force[k] + new * normal(&mut self.random)
+        });
+        now
+    }
+}

@@ -1,0 +1,51 @@
+//! Files that a vehicle plays: tables of commands.
+
+use std::fmt::Write as _;
+
+use seaplant::ThrusterInput;
+
+use crate::Error;
+use crate::drive::{Pilot, drive};
+use crate::plan::{Plan, Planned};
+use crate::prior::Prior;
+use crate::rig::Rig;
+
+/// One revolution a minute, rad/s.
+const RPM: f64 = std::f64::consts::PI / 30.0;
+
+/// The commands of a manoeuvre in CSV: time and the input of every thruster, every 0.1 s.
+///
+/// They are those of the believed plant in still water, holds included: open loop, a vehicle drifts
+/// from them, and whoever plays them watches the limits. Inputs are in rpm, µs, or from −1 to 1.
+///
+/// # Errors
+/// As [`plan`](crate::plan()), for a prior that is not that of the plan.
+pub fn commands_csv(prior: &Prior, plan: &Plan, planned: &Planned) -> Result<String, Error> {
+    let request = &plan.request;
+    let rig = Rig::new(&prior.model, request.limits.thrust_part, request.full_input)?;
+    let plant = &prior.model.plant;
+    let pilot = Pilot::new(plant, &rig, &request.limits, &planned.manoeuvre);
+    let driven = drive(plant, &pilot, 60.0 * planned.minutes, None)?;
+    let mut text = "time [s]".to_owned();
+    let mut factors = Vec::new();
+    for thruster in &rig.thrusters {
+        let (unit, factor) = match thruster.curve.input() {
+            ThrusterInput::Speed => ("rpm", 1.0 / RPM),
+            ThrusterInput::Pwm => ("us", 1.0),
+            ThrusterInput::Command => ("1", 1.0),
+            ThrusterInput::Force => ("N", 1.0),
+        };
+        factors.push(factor);
+        let input = thruster.curve.input().name();
+        let _ = write!(text, ",{} {input} [{unit}]", thruster.name.replace(',', " "));
+    }
+    text.push('\n');
+    for (row, t) in driven.time_s.iter().enumerate() {
+        let _ = write!(text, "{t:.1}");
+        for (inputs, factor) in driven.inputs.iter().zip(&factors) {
+            let _ = write!(text, ",{:.4}", inputs[row] * factor);
+        }
+        text.push('\n');
+    }
+    Ok(text)
+}

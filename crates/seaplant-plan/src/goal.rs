@@ -1,0 +1,206 @@
+//! What the trial is for: intervals of coefficients, drag, steady speed.
+
+use nalgebra::DVector;
+use schemars::JsonSchema;
+use seaplant::Dof;
+use seaplant::plant::{Basis, Plant, Product};
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::allocate::Target;
+use crate::rig::Rig;
+
+/// A half-width of a 95 % interval in standard deviations.
+pub(crate) const HALF_95: f64 = 1.959_964;
+
+/// What an interval is to be narrower than.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Width {
+    /// Half of it, as a part of the value.
+    Part(f64),
+    /// Half of it, in SI units.
+    Amount(f64),
+}
+
+/// What is to be known: a coefficient by its name (`mass.surge`, `yaw: |r|r`), the drag of an axis
+/// (`drag.surge`), or the speed that half of its greatest force leads to (`speed.surge`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Goal {
+    /// Which.
+    pub name: String,
+    /// How well.
+    pub width: Width,
+}
+
+impl std::str::FromStr for Goal {
+    type Err = Error;
+
+    /// Reads `mass.surge=5%` or, in SI units, `mass.surge=2.5`.
+    fn from_str(text: &str) -> Result<Self, Error> {
+        let refuse =
+            |reason: &str| Error::Goal { text: text.to_owned(), reason: reason.to_owned() };
+        let usage = "write a name, = and half the width of its 95 % interval, as mass.surge=5% or \"surge: |u|u=12\"";
+        let Some((name, width)) = text.rsplit_once('=') else { return Err(refuse(usage)) };
+        let (name, width) = (name.trim(), width.trim());
+        let (number, is_part) = match width.strip_suffix('%') {
+            Some(part) => (part.trim(), true),
+            None => (width, false),
+        };
+        let number: f64 = number.parse().map_err(|_| refuse(usage))?;
+        if name.is_empty() || !(number > 0.0 && number.is_finite()) {
+            return Err(refuse("half the width of an interval is above zero; as mass.surge=5%"));
+        }
+        let width = if is_part { Width::Part(number / 100.0) } else { Width::Amount(number) };
+        Ok(Self { name: name.to_owned(), width })
+    }
+}
+
+/// What goals are measured by.
+pub(crate) struct Scale<'a> {
+    pub(crate) plants: &'a [Plant],
+    pub(crate) rig: &'a Rig,
+    /// Speed and rate at which drag is wanted, m/s and rad/s.
+    pub(crate) speed: (f64, f64),
+    /// What thrust is uncertain by, as a part: no motion makes mass and drag more certain.
+    pub(crate) thrust_part: f64,
+    /// How many numbers are fitted beside coefficients.
+    pub(crate) more: usize,
+}
+
+/// A combination of the coefficients of a plant.
+pub(crate) struct Combination {
+    /// Its weights, shape (p,).
+    pub(crate) weights: DVector<f64>,
+    pub(crate) value: f64,
+    pub(crate) unit: String,
+    /// Whether it is as many times greater as thrust is.
+    pub(crate) scales: bool,
+}
+
+impl Scale<'_> {
+    /// Goals of a user who states none: mass and drag of every axis that thrusters push.
+    pub(crate) fn usual(&self) -> Vec<Goal> {
+        let of = |dof: Dof| {
+            [("mass", MASS_PART), ("drag", DRAG_PART)].map(|(what, part)| Goal {
+                name: format!("{what}.{dof}"),
+                width: Width::Part(part),
+            })
+        };
+        self.rig.pushed().flat_map(of).collect()
+    }
+
+    /// What the minutes are to make narrow.
+    pub(crate) fn target(&self, goal: &Goal) -> Result<Target, Error> {
+        let refuse = |reason: String| Error::Goal { text: goal.name.clone(), reason };
+        let believed = self.combination(&self.plants[0], &goal.name)?;
+        let half = match goal.width {
+            Width::Amount(half) => half,
+            Width::Part(part) => part * believed.value.abs(),
+        };
+        if half <= 0.0 {
+            return Err(refuse(format!(
+                "is believed to be zero, so that a part of it is no width; give one in {}",
+                believed.unit
+            )));
+        }
+        let off = if believed.scales { self.thrust_part * believed.value } else { 0.0 };
+        let std = half / HALF_95;
+        let left = std * std - off * off;
+        if left <= 0.0 {
+            return Err(refuse(format!(
+                "thrust is known to {:.1} % (a standard deviation), so that no motion narrows the interval below ±{:.1} %; measure thrust, or ask for less",
+                100.0 * self.thrust_part,
+                100.0 * HALF_95 * self.thrust_part
+            )));
+        }
+        let weights = |plant: &Plant| {
+            let own = self.combination(plant, &goal.name)?;
+            // Of a part, each plant's own value counts.
+            let by = match goal.width {
+                Width::Part(_) if own.value != 0.0 => (believed.value / own.value).abs(),
+                _ => 1.0,
+            };
+            Ok(own.weights * by)
+        };
+        let weights = self.plants.iter().map(weights).collect::<Result<_, Error>>()?;
+        Ok(Target { weights, std: left.sqrt() })
+    }
+
+    pub(crate) fn combination(&self, plant: &Plant, name: &str) -> Result<Combination, Error> {
+        let structure = plant.structure();
+        let size = structure.terms().len() + self.more;
+        let refuse = |reason: String| Error::Goal { text: name.to_owned(), reason };
+        let of_axis = name.split_once('.').filter(|(what, _)| ["drag", "speed"].contains(what));
+        let Some((what, axis)) = of_axis else {
+            let known = || structure.names().join(", ");
+            let term = structure.term_named(name).ok_or_else(|| {
+                refuse(format!(
+                    "the plant has no such coefficient; it has {}, and drag.AXIS and speed.AXIS",
+                    known()
+                ))
+            })?;
+            let k = structure.index_of(&term).unwrap_or(0);
+            return Ok(Combination {
+                weights: DVector::from_fn(size, |i, _| f64::from(u8::from(i == k))),
+                value: plant.coefficients()[k],
+                unit: structure.unit_of(&term),
+                scales: true,
+            });
+        };
+        let dof: Dof = axis.parse()?;
+        let place = |product| structure.index_of(&Basis::Product(dof, product));
+        let (linear, quadratic) = (place(Product::linear(dof)), place(Product::quadratic(dof)));
+        let (Some(linear), Some(quadratic)) = (linear, quadratic) else {
+            return Err(refuse(format!("the plant has no drag of its own in {dof}")));
+        };
+        let [d_l, d_q] = [linear, quadratic].map(|k| plant.coefficients()[k]);
+        let along = |v: f64| {
+            DVector::from_fn(size, |k, _| match k {
+                _ if k == linear => v,
+                _ if k == quadratic => v * v,
+                _ => 0.0,
+            })
+        };
+        if what == "drag" {
+            let v = if dof.is_rotation() { self.speed.1 } else { self.speed.0 };
+            let value = d_l * v + d_q * v * v;
+            let unit = dof.units().force.to_owned();
+            return Ok(Combination { weights: along(v), value, unit, scales: true });
+        }
+        let force = 0.5 * self.rig.most[dof.index()];
+        if force <= 0.0 || d_l + d_q <= 0.0 {
+            return Err(refuse(format!("thrusters do not push {dof}, or nothing slows it")));
+        }
+        let root = (d_l * d_l + 4.0 * d_q * force).sqrt();
+        let v = 2.0 * force / (d_l + root);
+        let unit = dof.units().velocity.to_owned();
+        Ok(Combination {
+            weights: -along(v) / (d_l + 2.0 * d_q * v),
+            value: v,
+            unit,
+            scales: false,
+        })
+    }
+}
+
+/// Usual goals: half of a 95 % interval, as a part of mass and of drag.
+const MASS_PART: f64 = 0.05;
+const DRAG_PART: f64 = 0.10;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goals_are_read_with_names_that_hold_signs() {
+        let goal: Goal = "surge: |u|u = 12".parse().expect("a goal");
+        assert_eq!(goal, Goal { name: "surge: |u|u".to_owned(), width: Width::Amount(12.0) });
+        let goal: Goal = "mass.surge=5 %".parse().expect("a goal");
+        assert_eq!(goal.width, Width::Part(0.05));
+        for wrong in ["mass.surge", "mass.surge=-1%", "=5%", "mass.surge=five"] {
+            let error = wrong.parse::<Goal>().expect_err(wrong).to_string();
+            assert!(error.contains("mass.surge=5%"), "{error}");
+        }
+    }
+}

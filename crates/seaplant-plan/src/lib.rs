@@ -1,0 +1,49 @@
+//! Plans of trials: what to drive, for how long, and what will be known then.
+//!
+//! ```text
+//! prior      hull formulas, a published table, or results with their covariance
+//! library    multisines, joystick steps, doublets, zigzag, circles, spirals, stop and go, release …
+//! limits     each manoeuvre as strong as thrust, speed, depth, a box and attitude allow
+//! weighing   Fisher information of each by the filter of the fit, for plants that may be
+//! minutes    a convex program with a certified gap
+//! ```
+//!
+//! [`plan()`] does all of it; [`rehearse`] drives the plan with a simulated vehicle and gives its
+//! logs; [`commands_csv`], [`lua_script`] and [`deck_page`] make files to play and to print.
+
+mod allocate;
+mod drive;
+mod error;
+mod files;
+mod goal;
+mod limits;
+mod logging;
+mod lua;
+mod manoeuvre;
+mod page;
+mod parallel;
+mod plan;
+mod prior;
+mod rehearse;
+mod rig;
+mod spoken;
+mod wave;
+mod weigh;
+mod words;
+
+pub use allocate::{Allocation, Criterion, Program, Target};
+pub use error::Error;
+pub use files::commands_csv;
+pub use goal::{Goal, Width};
+pub use limits::Limits;
+pub use logging::Logging;
+pub use lua::lua_script;
+pub use manoeuvre::{Kind, Manoeuvre};
+pub use page::{chart_svg, deck_page};
+pub use plan::{
+    Certificate, Chart, Forecast, LimitCheck, PLAN_SCHEMA, Plan, Planned, Request, plan,
+};
+pub use prior::Prior;
+pub use rehearse::{Rehearsal, rehearse};
+pub use wave::Wave;
+pub use words::words;

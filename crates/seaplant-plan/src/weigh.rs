@@ -1,0 +1,141 @@
+//! What each manoeuvre tells of the plants that a vehicle may have.
+
+use nalgebra::DMatrix;
+use seaplant::estimate::{Actuator, ExpectedNoises, Information, information, information_before};
+use seaplant::plant::Plant;
+use seaplant::{CoupledRecord, Role, TrialSetup, Vehicle};
+
+use crate::drive::{Driven, Pilot, Sea, drive};
+use crate::limits::Limits;
+use crate::logging::Logging;
+use crate::manoeuvre::Manoeuvre;
+use crate::rig::Rig;
+use crate::wave::seed_of;
+use crate::{Error, parallel};
+
+/// How long a manoeuvre is driven when its information is weighed, s.
+pub(crate) const WEIGHED_S: f64 = 120.0;
+
+/// A manoeuvre within its limits, and what a second of it tells.
+#[derive(Clone, Debug)]
+pub(crate) struct Candidate {
+    pub(crate) manoeuvre: Manoeuvre,
+    /// Information a second of each plant that the vehicle may have.
+    pub(crate) rates: Vec<DMatrix<f64>>,
+    /// Least and greatest velocity of each axis of the believed plant, m/s and rad/s.
+    pub(crate) velocity: [[f64; 2]; 6],
+    /// The factor by which limits made forces smaller, and the limit that did.
+    pub(crate) factor: f64,
+    pub(crate) limit: &'static str,
+}
+
+/// Everything that candidates share.
+pub(crate) struct Bench<'a> {
+    pub(crate) plants: &'a [Plant],
+    pub(crate) vehicle: &'a Vehicle,
+    pub(crate) rig: &'a Rig,
+    pub(crate) limits: &'a Limits,
+    pub(crate) logging: &'a Logging,
+    pub(crate) noises: &'a ExpectedNoises,
+    pub(crate) current: [f64; 2],
+    pub(crate) seed: u64,
+}
+
+/// Factors on the forces of a manoeuvre, the first that keeps the limits being taken.
+const FACTORS: [f64; 10] = [1.0, 0.85, 0.7, 0.55, 0.42, 0.3, 0.2, 0.12, 0.06, 0.03];
+
+/// Manoeuvres use no more of a limit than this while they are weighed: other disturbances and plants
+/// use more.
+const LEFT: f64 = 0.85;
+
+/// The part of an excitation that limits may take back while a manoeuvre is weighed.
+const KEPT: f64 = 0.97;
+
+impl Bench<'_> {
+    /// The thrusters' numbers as a fit has them.
+    pub(crate) fn actuator(&self) -> Actuator {
+        Actuator {
+            lag_s: self.rig.lag_s,
+            delay_s: self.rig.delay_s,
+            log_reverse_ratio: self.rig.reverse_ratio.ln(),
+            ..Actuator::default()
+        }
+    }
+
+    /// What a fit knows before it measures anything.
+    pub(crate) fn before(&self) -> Information {
+        information_before(&self.plants[0], &self.actuator())
+    }
+
+    /// Weighs manoeuvres, each at the greatest forces that limits allow; those that limits leave
+    /// nothing of come with a factor of zero.
+    pub(crate) fn candidates(&self, manoeuvres: &[Manoeuvre]) -> Result<Vec<Candidate>, Error> {
+        let made = parallel::of_each(manoeuvres.len(), |k| self.candidate(&manoeuvres[k]));
+        made.into_iter().collect()
+    }
+
+    fn candidate(&self, manoeuvre: &Manoeuvre) -> Result<Candidate, Error> {
+        let mut limit = "thrust_part";
+        for factor in FACTORS {
+            let scaled = manoeuvre.scaled(factor);
+            match self.within_limits(&scaled)? {
+                None => {
+                    let (rates, velocity) = self.weighed(&scaled)?;
+                    let limit = if factor < 1.0 { limit } else { "thrust_part" };
+                    return Ok(Candidate { manoeuvre: scaled, rates, velocity, factor, limit });
+                }
+                Some(broken) => limit = broken,
+            }
+        }
+        let rates = Vec::new();
+        let velocity = [[0.0; 2]; 6];
+        Ok(Candidate { manoeuvre: manoeuvre.clone(), rates, velocity, factor: 0.0, limit })
+    }
+
+    /// The limit that takes a manoeuvre back, if one does: with every plant and in disturbances.
+    fn within_limits(&self, manoeuvre: &Manoeuvre) -> Result<Option<&'static str>, Error> {
+        let pilot = Pilot::new(&self.plants[0], self.rig, self.limits, manoeuvre);
+        for (k, plant) in self.plants.iter().enumerate() {
+            let seed = seed_of(self.seed ^ k as u64, &manoeuvre.name);
+            let sea = Sea { noises: self.noises, current: self.current, seed };
+            // A motion that runs away breaks the limit of speed before anything else.
+            let Ok(driven) = drive(plant, &pilot, WEIGHED_S, Some(sea)) else {
+                return Ok(Some("speed_m_s"));
+            };
+            if driven.part < KEPT || driven.worst.part > LEFT {
+                return Ok(Some(driven.worst.of));
+            }
+        }
+        Ok(None)
+    }
+
+    fn weighed(&self, manoeuvre: &Manoeuvre) -> Result<(Vec<DMatrix<f64>>, [[f64; 2]; 6]), Error> {
+        let pilot = Pilot::new(&self.plants[0], self.rig, self.limits, manoeuvre);
+        let mut rates = Vec::with_capacity(self.plants.len());
+        let mut velocity = [[0.0_f64; 2]; 6];
+        for (k, plant) in self.plants.iter().enumerate() {
+            let driven = drive(plant, &pilot, WEIGHED_S, None)?;
+            if k == 0 {
+                for state in &driven.states {
+                    for (axis, [low, high]) in velocity.iter_mut().enumerate() {
+                        *low = low.min(state[6 + axis]);
+                        *high = high.max(state[6 + axis]);
+                    }
+                }
+            }
+            let record = self.record(&manoeuvre.name, &driven)?;
+            let found = information(plant, &self.actuator(), self.noises, &record)?;
+            rates.push(found.matrix / WEIGHED_S);
+        }
+        Ok((rates, velocity))
+    }
+
+    /// The record of a run without noise.
+    pub(crate) fn record(&self, name: &str, driven: &Driven) -> Result<CoupledRecord, Error> {
+        let depth_m = self.limits.start_depth_m;
+        let recording =
+            self.logging.recording(self.rig, driven, self.plants[0].axes(), (depth_m, None))?;
+        let setup = TrialSetup { name: name.to_owned(), role: Role::Fit, ..TrialSetup::default() };
+        Ok(CoupledRecord::new(&setup, &recording, self.vehicle, self.plants[0].axes())?)
+    }
+}

@@ -1,0 +1,97 @@
+//! A plan in words.
+
+use std::fmt::Write as _;
+
+use crate::plan::{Forecast, Plan};
+use crate::spoken::spoken;
+
+/// A name, a value with half of its interval before and after, and the goal.
+fn of_forecast(forecast: &Forecast) -> [String; 5] {
+    let Forecast { name, unit, value, before, after, goal } = forecast;
+    let width = |half: f64| match *value {
+        v if v != 0.0 => format!("±{} %", spoken(100.0 * half / v.abs())),
+        _ => format!("±{} {unit}", spoken(half)),
+    };
+    [
+        name.clone(),
+        format!("{} {unit}", spoken(*value)),
+        before.map_or("not known".to_owned(), width),
+        width(*after),
+        goal.map_or(String::new(), width),
+    ]
+}
+
+/// Rows of columns that are as wide as their widest word.
+pub(crate) fn table<const N: usize>(head: [&str; N], rows: &[[String; N]]) -> String {
+    let width = |k: usize| {
+        let of = |row: &[String; N]| row[k].chars().count();
+        rows.iter().map(of).max().unwrap_or(0).max(head[k].chars().count())
+    };
+    let widths: Vec<usize> = (0..N).map(width).collect();
+    let line = |cells: Vec<&str>| {
+        let mut text = String::new();
+        for (cell, width) in cells.iter().zip(&widths) {
+            let _ = write!(text, "  {cell:<width$}");
+        }
+        text.trim_end().to_owned()
+    };
+    let mut lines = vec![line(head.to_vec())];
+    lines.extend(rows.iter().map(|row| line(row.iter().map(String::as_str).collect())));
+    lines.join("\n")
+}
+
+/// Heads and rows of the goals.
+pub(crate) fn goal_rows(plan: &Plan) -> ([&'static str; 5], Vec<[String; 5]>) {
+    let head = ["goal", "believed", "today", "after", "wanted"];
+    (head, plan.goals.iter().map(of_forecast).collect())
+}
+
+/// The whole plan, as a terminal shows it.
+pub fn words(plan: &Plan) -> String {
+    let mut text = String::new();
+    let _ = writeln!(text, "{}: {} min of driving", plan.vehicle, spoken(plan.minutes));
+    let _ = writeln!(text, "prior: {}\n", plan.prior);
+    for (k, planned) in plan.manoeuvres.iter().enumerate() {
+        let _ = writeln!(text, "{:>3}. {}", k + 1, planned.words);
+    }
+    let (head, rows) = goal_rows(plan);
+    let _ = writeln!(text, "\n{}\n", table(head, &rows));
+    if let Some(needed) = plan.minutes_needed {
+        let _ = writeln!(text, "all goals need {} min", spoken(needed));
+    }
+    let _ = writeln!(
+        text,
+        "shares of the time: no others of the {} manoeuvres weighed make intervals narrower by more than {:.1} %",
+        plan.certificate.candidates,
+        100.0 * plan.certificate.gap
+    );
+    for (kind, minutes) in &plan.unplanned {
+        let _ = match minutes {
+            Some(minutes) => writeln!(
+                text,
+                "without a plan, a {} of each axis in turn needs {} min",
+                kind.name(),
+                spoken(*minutes)
+            ),
+            None => writeln!(text, "without a plan, a {} never reaches the goals", kind.name()),
+        };
+    }
+    let check = &plan.check;
+    if check.runs > 0 {
+        let _ = writeln!(
+            text,
+            "limits: {} of {} simulated runs in disturbances broke one; at most {:.0} % of {} was used",
+            check.broken,
+            check.runs,
+            100.0 * check.greatest,
+            check.of
+        );
+    }
+    for doubt in &plan.doubts {
+        let _ = writeln!(text, "before the dive: {doubt}");
+    }
+    for note in &plan.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
+    text.trim_end().to_owned()
+}

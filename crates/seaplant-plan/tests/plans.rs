@@ -1,0 +1,255 @@
+//! Plans of whole vehicles: promised intervals are those that fits of the logs state, limits hold, and
+//! what cannot be planned is refused by name.
+
+use std::collections::BTreeMap;
+
+use seaplant::estimate::{ExpectedNoise, ExpectedNoises, fit_coupled, information};
+use seaplant::exchange::{PlantFile, PlantModel};
+use seaplant::twin::TwinCampaign;
+use seaplant::{CoupledFit, CoupledRecord, Dof, Role, TrialSetup, Vehicle};
+use seaplant_plan::{
+    Criterion, Error, Goal, Limits, Plan, Prior, Rehearsal, Request, Width, chart_svg,
+    commands_csv, deck_page, plan, rehearse, words,
+};
+
+/// A boat on surge and yaw with two propellers.
+fn boat() -> (Prior, Vehicle) {
+    let file: PlantFile = serde_json::from_value(serde_json::json!({
+        "schema": "seaplant/plant/1", "name": "boat", "source": "worked by hand",
+        "axes": ["surge", "yaw"], "mass_matrix": [120.0, 30.0], "linear_damping": [20.0, 8.0],
+        "quadratic_damping": [45.0, 20.0],
+        "thruster": [
+            { "name": "port", "position_m": [0.0, -0.5, 0.0], "direction": [1.0, 0.0, 0.0],
+              "curve": { "kind": "quadratic", "input": "command", "forward": 60.0, "reverse": 45.0 } },
+            { "name": "starboard", "position_m": [0.0, 0.5, 0.0], "direction": [1.0, 0.0, 0.0],
+              "curve": { "kind": "quadratic", "input": "command", "forward": 60.0, "reverse": 45.0 } }
+        ]
+    }))
+    .expect("a table");
+    let model: PlantModel = file.model().expect("a plant");
+    let vehicle = Vehicle {
+        name: model.name.clone(),
+        thrusters: model.thrusters.clone(),
+        ..Vehicle::default()
+    };
+    (Prior::of_model(&model, &[]).expect("thrusters"), vehicle)
+}
+
+fn quick() -> Request {
+    Request { draws: 2, checks: 0, ..Request::default() }
+}
+
+fn planned(request: &Request) -> Result<Plan, Error> {
+    let (prior, vehicle) = boat();
+    plan(&prior, &vehicle, request)
+}
+
+fn records(campaign: &TwinCampaign, axes: &[Dof]) -> Vec<CoupledRecord> {
+    let fitted = campaign.trials.iter().filter(|trial| trial.role == Role::Fit);
+    let record = |trial: &seaplant::twin::TwinTrial| {
+        let setup = TrialSetup { name: trial.name.clone(), ..TrialSetup::default() };
+        CoupledRecord::new(&setup, &trial.recording, &campaign.vehicle, axes).expect("a record")
+    };
+    fitted.map(record).collect()
+}
+
+fn fit_of(campaign: &TwinCampaign, axes: &[Dof]) -> CoupledFit {
+    let records = records(campaign, axes);
+    let all: Vec<&CoupledRecord> = records.iter().collect();
+    let structure = campaign.coupled[0].structure(&campaign.vehicle, |_| false).expect("terms");
+    fit_coupled(&structure, &all, None, false).expect("settles")
+}
+
+/// The promise of a plan, as standard deviations by coefficient.
+fn promised(plan: &Plan) -> BTreeMap<String, f64> {
+    plan.coefficients.iter().map(|one| (one.name.clone(), one.after / 1.959_964)).collect()
+}
+
+/// Of ten vehicles that differ from the believed one, errors of the masses scatter as promised. The
+/// root of a mean of 20 squares has a standard deviation of 16 %; vehicles with other drag move as much.
+#[test]
+fn estimates_of_rehearsals_scatter_as_the_plan_promises() {
+    let (prior, vehicle) = boat();
+    let request = Request { minutes: Some(6.0), ..quick() };
+    let made = plan(&prior, &vehicle, &request).expect("a plan");
+    let promise = promised(&made);
+    let (mut squares, mut stated, mut count) = (0.0, Vec::new(), 0.0);
+    for seed in 0..10 {
+        let rehearsal = Rehearsal { seed, hold_out_s: 0.0 };
+        let campaign = rehearse(&prior, &vehicle, &made, rehearsal).expect("driven");
+        let truth = campaign.truth.vehicle.clone().expect("a whole vehicle").coefficients;
+        let fit = fit_of(&campaign, &made.axes);
+        for (k, name) in fit.plant.structure().names().iter().enumerate() {
+            let std = fit.covariance[(k, k)].sqrt();
+            stated.push(std / promise[name] / (truth[name] / value(&made, name)).max(1e-3));
+            if name.starts_with("mass.") {
+                let error = fit.plant.coefficients()[k] / truth[name] - 1.0;
+                let expected = promise[name] / value(&made, name);
+                squares += (error / expected).powi(2);
+                count += 1.0;
+            }
+        }
+    }
+    let scatter: f64 = (squares / count as f64).sqrt();
+    assert!((0.55..1.6).contains(&scatter), "errors are {scatter} times what was promised");
+    stated.sort_by(f64::total_cmp);
+    let middle = stated[stated.len() / 2];
+    assert!((0.7..1.4).contains(&middle), "fits state {middle} times what was promised");
+}
+
+fn value(plan: &Plan, name: &str) -> f64 {
+    plan.coefficients.iter().find(|one| one.name == name).expect("a coefficient").value
+}
+
+#[test]
+fn minutes_meet_the_goals_and_the_certificate_holds() {
+    let goals = vec![
+        Goal { name: "mass.surge".to_owned(), width: Width::Part(0.03) },
+        Goal { name: "drag.yaw".to_owned(), width: Width::Part(0.08) },
+        Goal { name: "speed.surge".to_owned(), width: Width::Part(0.05) },
+    ];
+    for criterion in Criterion::ALL {
+        let made =
+            planned(&Request { goals: goals.clone(), criterion, ..quick() }).expect("a plan");
+        assert!(made.certificate.gap < 0.01, "{criterion:?}: {}", made.certificate.gap);
+        assert!(made.goals.iter().all(|goal| goal.after <= 1.1 * goal.goal.expect("a goal")));
+        assert!(made.manoeuvres.iter().all(|one| one.minutes >= 1.0));
+    }
+    // Half the width takes four times the minutes.
+    let needed = |part: f64| {
+        let goals = vec![Goal { name: "mass.surge".to_owned(), width: Width::Part(part) }];
+        planned(&Request { goals, ..quick() }).expect("a plan").minutes_needed.expect("enough")
+    };
+    let ratio = needed(0.005) / needed(0.01);
+    assert!((ratio - 4.0).abs() < 0.1, "{ratio}");
+}
+
+#[test]
+fn no_limit_is_broken_in_disturbances_and_a_current() {
+    let limits = Limits { box_m: [4.0, 4.0], speed_m_s: 0.7, ..Limits::default() };
+    let request = Request {
+        limits,
+        checks: 60,
+        minutes: Some(10.0),
+        disturbance_part: 0.05,
+        current_m_s: [0.05, 0.0],
+        ..quick()
+    };
+    let made = planned(&request).expect("a plan");
+    assert_eq!(made.check.runs, 60);
+    assert_eq!(made.check.broken, 0, "{:?}", made.check);
+    assert!(made.check.greatest > 0.3 && made.check.greatest <= 1.0, "{:?}", made.check);
+}
+
+#[test]
+fn the_same_seed_makes_the_same_plan() {
+    let request = Request { minutes: Some(5.0), checks: 4, ..quick() };
+    let (one, other) = (planned(&request).expect("a plan"), planned(&request).expect("a plan"));
+    assert_eq!(one, other);
+    let json = serde_json::to_string(&one).expect("finite");
+    let read: Plan = serde_json::from_str(&json).expect("its own schema");
+    assert_eq!(read.manoeuvres.len(), one.manoeuvres.len());
+}
+
+#[test]
+fn what_cannot_be_planned_is_refused_with_the_limit_in_the_way() {
+    let refused = |request: Request| planned(&request).expect_err("refused").to_string();
+    let goal = |name: &str| vec![Goal { name: name.to_owned(), width: Width::Part(0.05) }];
+    let message = refused(Request { goals: goal("mass.sway"), ..quick() });
+    assert!(message.contains("no such coefficient; it has mass.surge"), "{message}");
+    let limits = Limits { box_m: [0.001, 0.001], ..Limits::default() };
+    let message = refused(Request { limits, ..quick() });
+    assert!(message.contains("box_m = [0.001, 0.001]"), "{message}");
+    let limits = Limits { speed_m_s: -1.0, ..Limits::default() };
+    let message = refused(Request { limits, ..quick() });
+    assert!(message.contains("speed_m_s is -1"), "{message}");
+    let message = refused(Request { minutes: Some(0.0), ..quick() });
+    assert!(message.contains("minutes is 0; expected from 1 to 1440"), "{message}");
+}
+
+#[test]
+fn a_goal_on_an_axis_that_nothing_pushes_names_it() {
+    let file: PlantFile = serde_json::from_value(serde_json::json!({
+        "schema": "seaplant/plant/1", "name": "sled", "source": "worked by hand",
+        "axes": ["surge", "heave"], "mass_matrix": [120.0, 150.0],
+        "linear_damping": [20.0, 30.0], "quadratic_damping": [45.0, 90.0],
+        "thruster": [{ "name": "main", "position_m": [0.0, 0.0, 0.0], "direction": [1.0, 0.0, 0.0],
+            "curve": { "kind": "quadratic", "input": "command", "forward": 60.0, "reverse": 45.0 } }]
+    }))
+    .expect("a table");
+    let model = file.model().expect("a plant");
+    let prior = Prior::of_model(&model, &[]).expect("thrusters");
+    let vehicle = Vehicle { thrusters: model.thrusters.clone(), ..Vehicle::default() };
+    let goals = vec![Goal { name: "mass.heave".to_owned(), width: Width::Part(0.05) }];
+    let request = Request { goals, ..quick() };
+    let message = plan(&prior, &vehicle, &request).expect_err("nothing lifts it").to_string();
+    assert!(message.contains("`mass.heave`") && message.contains("do not push heave"), "{message}");
+}
+
+#[test]
+fn missing_channels_and_slow_logs_are_told_before_the_dive() {
+    let mut request = Request { minutes: Some(5.0), ..quick() };
+    request.logging.thrusters_hz = 2.0;
+    let made = planned(&request).expect("a plan");
+    assert!(made.doubts.iter().any(|doubt| doubt.contains("lag and delay")), "{:?}", made.doubts);
+    assert!(words(&made).contains("before the dive: thrusters are logged every 0.50 s"));
+    let whole = planned(&Request { minutes: Some(5.0), ..quick() }).expect("a plan");
+    assert!(whole.doubts.is_empty(), "{:?}", whole.doubts);
+}
+
+#[test]
+fn commands_stay_within_the_thrust_that_is_allowed() {
+    let (prior, vehicle) = boat();
+    let request = Request { minutes: Some(5.0), ..quick() };
+    let made = plan(&prior, &vehicle, &request).expect("a plan");
+    for planned in &made.manoeuvres {
+        let table = commands_csv(&prior, &made, planned).expect("driven");
+        let mut lines = table.lines();
+        let head = lines.next().expect("a head");
+        assert_eq!(head, "time [s],port command [1],starboard command [1]");
+        // 60 % of thrust is √0.6 of the command.
+        let commands = lines.flat_map(|line| line.split(',').skip(1));
+        let most = commands.map(|x| x.parse::<f64>().expect("a number").abs()).fold(0.0, f64::max);
+        assert!(most > 0.1 && most <= 0.6_f64.sqrt() + 1e-4, "{most}");
+        assert_eq!(table.lines().count(), 1 + (600.0 * planned.minutes).round() as usize);
+    }
+}
+
+#[test]
+fn the_page_holds_the_plan_and_escapes_names() {
+    let (mut prior, vehicle) = boat();
+    prior.model.name = "<b>boat</b>".to_owned();
+    let request = Request { minutes: Some(5.0), ..quick() };
+    let made = plan(&prior, &vehicle, &request).expect("a plan");
+    let page = deck_page(&made);
+    assert!(page.contains("&lt;b&gt;boat") && !page.contains("<b>boat"));
+    assert!(page.contains("mass.surge") && page.contains("<polyline") && !page.contains("<script"));
+    assert_eq!(chart_svg(&made).matches("<polyline").count(), made.goals.len());
+}
+
+/// The information of a record that is twice as noisy is less, of every coefficient.
+#[test]
+fn noise_takes_information() {
+    let (prior, vehicle) = boat();
+    let made = plan(&prior, &vehicle, &Request { minutes: Some(2.0), ..quick() }).expect("a plan");
+    let campaign = rehearse(&prior, &vehicle, &made, Rehearsal::default()).expect("driven");
+    let record = &records(&campaign, &made.axes)[0];
+    let plant = &prior.model.plant;
+    let of = |factor: f64| {
+        let own = |dof: &Dof| {
+            let noise = ExpectedNoise {
+                disturbance: 2.0 * factor,
+                correlation_s: 10.0,
+                velocity: 0.005 * factor,
+            };
+            (*dof, noise)
+        };
+        let axes = plant.axes().iter().map(own).collect();
+        let noises = ExpectedNoises { axes, ..ExpectedNoises::default() };
+        information(plant, &Default::default(), &noises, record).expect("moves").matrix
+    };
+    let (quiet, loud) = (of(1.0), of(2.0));
+    for k in 0..quiet.nrows() {
+        assert!(loud[(k, k)] < 0.5 * quiet[(k, k)], "{k}: {} {}", loud[(k, k)], quiet[(k, k)]);
+    }
+}
