@@ -103,7 +103,10 @@ let busy = false;
 
 // Does a job under the eyes of the user, who may stop it; `null` if it was stopped or failed.
 async function watched(what, job) {
-  if (busy) return null;
+  if (busy) {
+    complain("One thing at a time: wait for what is running, or stop it.");
+    return null;
+  }
   busy = true;
   complain("");
   say(`${what} …`);

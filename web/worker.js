@@ -1,7 +1,7 @@
 // Runs the program on a folder in memory, away from the page, which stays quick meanwhile.
 "use strict";
 
-let program;
+let loaded;
 
 // The program from its text within the page: base64 of gzip.
 async function compiled(text) {
@@ -21,7 +21,7 @@ function laid(files) {
 }
 
 // Runs commands one after the other on the same files, and gives what they print and leave.
-function work({ files, commands, collect, onlyIf }, tell) {
+function work(program, { files, commands, collect }, tell) {
   const root = laid(files);
   const total = files.reduce((sum, { file }) => sum + (file?.size ?? 0), 0);
   let read = 0;
@@ -46,7 +46,6 @@ function work({ files, commands, collect, onlyIf }, tell) {
       result = { code: 134, printed: "", said: `${error.said ?? ""}\n${error.message}`, broken: true };
     }
     results.push(result);
-    if (result.code !== 0 && k === 0 && onlyIf) break;
   }
   const left = [];
   for (const path of collect) {
@@ -60,11 +59,13 @@ function work({ files, commands, collect, onlyIf }, tell) {
 self.onmessage = async ({ data }) => {
   try {
     if (data.program) {
-      program = await compiled(data.program);
+      loaded = compiled(data.program);
+      await loaded;
       self.postMessage({ ready: true });
       return;
     }
-    const done = work(data, (progress) => self.postMessage({ id: data.id, progress }));
+    // What is asked for meanwhile waits for the program.
+    const done = work(await loaded, data, (progress) => self.postMessage({ id: data.id, progress }));
     self.postMessage({ id: data.id, done }, done.left.map(({ bytes }) => bytes.buffer));
   } catch (error) {
     self.postMessage({ id: data.id, failed: String(error.message ?? error) });

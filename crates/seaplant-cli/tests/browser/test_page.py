@@ -105,9 +105,10 @@ def differences(one: object, other: object, place: str, scale: float = 0.0) -> I
     """Where two JSON values differ by more than the tolerance."""
     if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
         for key in one:
-            # When, where and from which paths is not a number of the fit.
-            if key not in {"provenance", "inputs", "path", "command", "files"}:
-                yield from differences(one[key], other[key], f"{place}.{key}")
+            # Likelihood ratios are small differences of large sums: theirs are compared with 1.
+            size = 1.0 if key == "likelihood_ratio" else 0.0
+            if key != "provenance":
+                yield from differences(one[key], other[key], f"{place}.{key}", size)
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         sizes = [abs(x) for x in one if isinstance(x, (int, float))]
         for k, pair in enumerate(zip(one, other)):
@@ -146,31 +147,33 @@ def only_trials(campaign: Path, wanted: str) -> None:
 
 
 def as_csv(demo: Path, folder: Path) -> None:
-    shutil.copytree(
-        demo,
-        folder,
-        ignore=shutil.ignore_patterns("figures", "tables", "series", "*.html", "*.json"),
-    )
+    made = shutil.ignore_patterns("figures", "tables", "series", "*.html", "*.json")
+    shutil.copytree(demo, folder, ignore=made)
 
 
-def as_dataflash(demo: Path, folder: Path) -> None:
-    script = CRATES / "seaplant-cli/tests/reference/twin_to_dataflash.py"
-    subprocess.run([sys.executable, script, demo, folder], check=True)
+def by(script: str, *more: str) -> Callable[[Path, Path], None]:
+    """Writes the demo's logs in another format."""
+
+    def write(demo: Path, folder: Path) -> None:
+        folder.mkdir()
+        path = CRATES / "seaplant-cli/tests" / script
+        subprocess.run([sys.executable, path, demo, folder, *more], check=True)
+
+    return write
 
 
-def as_mcap(demo: Path, folder: Path) -> None:
-    script = CRATES / "seaplant-cli/tests/program/twin_as_mcap.py"
-    subprocess.run([sys.executable, script, demo, folder], check=True)
+CONVERSIONS = {
+    "csv": as_csv,
+    "dataflash": by("reference/twin_to_dataflash.py"),
+    "ulog": by("reference/twin_to_ulog.py"),
+    "mcap": by("program/twin_as_mcap.py", "1000000000000"),
+}
 
 
-@pytest.mark.parametrize("scheme", ["http", "file"])
-def test_the_demo_gives_the_programs_numbers(
-    browser: Browser, served: str, demo: Path, scheme: str
-) -> None:
-    address = served if scheme == "http" else PAGE.as_uri()
-    with User(browser, address, viewport={"width": 1366, "height": 768}) as page:
+def test_the_demo_gives_the_programs_numbers(browser: Browser, served: str, demo: Path) -> None:
+    with User(browser, served, viewport={"width": 1366, "height": 768}) as page:
         SHOTS.mkdir(parents=True, exist_ok=True)
-        page.screenshot(path=SHOTS / f"page-{scheme}-start.png")
+        page.screenshot(path=SHOTS / "page-start.png")
         page.get_by_role("button", name="Run the demo").click()
         settled(page, "Demo")
         assert_same(page, demo / "results.json")
@@ -179,28 +182,25 @@ def test_the_demo_gives_the_programs_numbers(
         charts = page.frame_locator("#report iframe").locator("figure.chart")
         charts.first.scroll_into_view_if_needed()
         expect(charts.first).to_have_class(re.compile("live"))
-        page.screenshot(path=SHOTS / f"page-{scheme}-report.png")
-        if scheme == "http":
-            exports = zipfile.ZipFile(io.BytesIO(downloaded(page, "Download the exports")))
-            assert exports.testzip() is None
-            formats = {name.split("/")[1] for name in exports.namelist()}
-            assert {"c", "python", "fmu", "json"} <= formats
-            for name in [
-                "exports/json/" + n.split("/")[-1] for n in exports.namelist() if "/json/" in n
-            ]:
-                json.loads(exports.read(name))
-            everything = zipfile.ZipFile(io.BytesIO(downloaded(page, "Download everything")))
-            assert (
-                everything.testzip() is None and "results/report.html" in everything.namelist()
-            )
+        page.screenshot(path=SHOTS / "page-report.png")
+        exports = zipfile.ZipFile(io.BytesIO(downloaded(page, "Download the exports")))
+        assert exports.testzip() is None
+        formats = {name.split("/")[1] for name in exports.namelist()}
+        assert {"c", "python", "fmu", "json"} <= formats
+        for name in [
+            "exports/json/" + n.split("/")[-1] for n in exports.namelist() if "/json/" in n
+        ]:
+            json.loads(exports.read(name))
+        everything = zipfile.ZipFile(io.BytesIO(downloaded(page, "Download everything")))
+        assert everything.testzip() is None and "results/report.html" in everything.namelist()
 
 
-@pytest.mark.parametrize("convert", [as_csv, as_dataflash, as_mcap])
+@pytest.mark.parametrize("format_name", CONVERSIONS)
 def test_a_campaign_gives_the_programs_numbers(
-    browser: Browser, demo: Path, tmp_path: Path, convert: Callable[[Path, Path], None]
+    browser: Browser, demo: Path, tmp_path: Path, format_name: str
 ) -> None:
     folder = tmp_path / "campaign"
-    convert(demo, folder)
+    CONVERSIONS[format_name](demo, folder)
     only_trials(folder / "campaign.toml", "yaw.*")
     assert run("identify", "campaign.toml", cwd=folder).returncode == 0
     shutil.move(folder / "results", tmp_path / "results")
@@ -273,7 +273,7 @@ def test_names_with_markup_are_text(browser: Browser, tmp_path: Path) -> None:
         expect(
             page.frame_locator("#chart iframe").locator("figure.chart").first
         ).to_be_visible()
-        page.get_by_role("button", name="Propose both files").click()
+        page.get_by_role("button", name="Propose both files").press("Enter")
         settled(page, "Proposing")
         assert page.locator("img").count() == 0
         assert page.title() == "Seaplant: from log to verdict"
@@ -291,25 +291,26 @@ def test_a_log_becomes_trials_and_a_vehicle(browser: Browser, demo: Path) -> Non
         chart.get_by_role("button", name="Mark").first.click()
         page.get_by_label("Axis of trial 1").select_option("yaw")
         page.get_by_label("Vehicle", exact=True).select_option("preset:bluerov2")
-        page.get_by_role("button", name="Propose both files").click()
+        # By the keyboard: the chart above is in a process of its own and takes clicks beside it
+        # while the page scrolls.
+        page.get_by_role("button", name="Propose both files").press("Enter")
         settled(page, "Proposing")
-        page.get_by_role("button", name="Write them into").click()
+        page.get_by_role("button", name="Write them into").press("Enter")
         campaign = page.get_by_label("campaign.toml").input_value()
         assert campaign.count("[[trial]]") == 1 and 'dof = ["yaw"]' in campaign
         # The picture shows each thruster's way; a reversed one turns about.
         above = page.locator("#drawing svg").first
         expect(above.locator("g")).to_have_count(6)
-        before = above.locator("g").first.inner_text()
-        page.get_by_label("Reversed").first.check()
+        before = above.locator("g").first.text_content()
+        page.get_by_label("Reversed").first.press("Space")
         expect(page.get_by_label("vehicle.toml")).to_have_value(
-            re.compile(r"(?s)motor 1.*reversed = true")
+            re.compile(r"motor 1[\s\S]*reversed = true")
         )
         expect(above.locator("g").first).not_to_have_text(before)
         # What was written stays when the tab is closed.
         written = page.get_by_label("vehicle.toml").input_value()
-        page.evaluate("localStorage.length") and page.screenshot(
-            path=SHOTS / "page-390.png", full_page=True
-        )
+        SHOTS.mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=SHOTS / "page-390.png", full_page=True)
         assert page.evaluate("JSON.parse(localStorage.getItem('seaplant')).vehicle") == written
         overflow = page.evaluate("document.documentElement.scrollWidth - innerWidth")
         assert overflow <= 0, "the page is wider than the window"
