@@ -11,9 +11,9 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand, ValueEnum};
 use seaplant::Method;
 
-use fits::methods;
 #[cfg(not(target_family = "wasm"))]
 pub use fits::Watch;
+use fits::methods;
 pub use fits::{Compare, Identify, MethodChoice, Validate};
 pub use logs::{Init, Inspect, MessageStamp, Plot, Reading};
 pub use plants::{Control, Export, Simulate};

@@ -130,9 +130,9 @@ def assert_same(page: Page, expected: Path) -> None:
 
 @pytest.fixture(scope="session")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("demo") / "demo"
-    assert run("demo", "--out", folder).returncode == 0
-    return folder
+    folder = tmp_path_factory.mktemp("demo")
+    assert run("demo", "--out", "demo", cwd=folder).returncode == 0
+    return folder / "demo"
 
 
 def only_trials(campaign: Path, wanted: str) -> None:
