@@ -58,7 +58,8 @@ function view(vehicle, { title, right, down, towards, toScreen }) {
       if (force[towards[0]] * towards[1] > 0) group.append(shape("circle", { class: "head", cx: x, cy: y, r: 2 }));
       else group.append(shape("path", { class: "arrow", d: `M${x - 4},${y - 4} l8,8 M${x + 4},${y - 4} l-8,8` }));
     }
-    group.append(shape("text", { x: x + 7, y: y + (k % 2 ? 12 : -7) }, name));
+    // By its number: names would cover each other.
+    group.append(shape("text", { x: x + 7, y: y + (k % 2 ? 12 : -7) }, String(vehicle.thruster.findIndex((t) => t.name === name) + 1)));
     picture.append(group);
   });
   return element("figure", {}, picture, element("figcaption", {}, title));

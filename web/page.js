@@ -292,9 +292,9 @@ function wanted() {
 
 // --- The chart, and trials that are marked on it.
 
-// A page of the program's own, with no right but to run the scripts that the policy names.
+// A page of the program's own: it runs the scripts that the policy names, offers its tables and prints.
 function framed(title, bytes) {
-  const frame = element("iframe", { title, sandbox: "allow-scripts" });
+  const frame = element("iframe", { title, sandbox: "allow-scripts allow-downloads allow-modals" });
   frame.srcdoc = new TextDecoder().decode(bytes);
   return frame;
 }
@@ -447,14 +447,14 @@ function fields(vehicle) {
     element("div", { class: "row" }, ...labelled("Name", name)),
     numbers({}, "dry_mass_kg", "Mass in air, kg", ["kg"], [vehicle.dry_mass_kg], one),
     numbers({}, "size_m", "Hull: length, width, height, m", size, vehicle.size_m));
-  const thrusters = vehicle.thruster.map((thruster) => {
+  const thrusters = vehicle.thruster.map((thruster, k) => {
     const place = { header: "[[thruster]]", name: thruster.name };
     const reversed = element("input", { type: "checkbox", checked: thruster.reversed === true, onchange: ({ target }) => setKey(place, "reversed", String(target.checked)) });
     const curve = element("input", {
       class: "text", list: "curves", placeholder: thruster.curve || vehicle.thruster_curve ? "as the file has it" : "not given",
       onchange: ({ target }) => target.value && setKey(place, "curve", target.value),
     });
-    return element("fieldset", {}, element("legend", {}, thruster.name),
+    return element("fieldset", {}, element("legend", {}, `${k + 1}: ${thruster.name}`),
       element("p", { class: "moves" }, thruster.moves ? `1 N at positive input: ${thruster.moves}` : "Position or direction is missing."),
       numbers(place, "position_m", "Position x, y, z, m", AXES_M, thruster.position_m),
       numbers(place, "direction", "Direction forward, starboard, down", ["forward", "starboard", "down"], thruster.direction),

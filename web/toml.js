@@ -22,7 +22,8 @@ function block(lines, header, name) {
     if (lines[k].replace(/#.*/, "").trim() !== header) continue;
     const last = end(k + 1);
     const names = lines.slice(k + 1, last).map((line) => /^\s*name\s*=\s*(.*)/.exec(line)?.[1]);
-    if (name === undefined || names.some((text) => text?.startsWith(quoted(name)))) return [k + 1, last];
+    const isIt = (text) => text?.startsWith(quoted(name)) || text?.startsWith(`'${name}'`);
+    if (name === undefined || names.some(isIt)) return [k + 1, last];
   }
   return null;
 }

@@ -332,3 +332,36 @@ def test_a_fit_can_be_stopped_and_the_page_goes_on(browser: Browser) -> None:
         # The page offers every format that there is.
         formats = re.search(r"possible values: (.+?)\]", refused["results"][0]["said"]).group(1)
         assert page.evaluate("FORMATS") == formats.split(", ")
+
+
+VEHICLE = """name = 'sub' # mine
+size_m = [
+  1, 2, 3]
+
+[[thruster]]
+name = "motor 1"
+# position_m = [x, y, z]  # measure
+[thruster.curve]
+kind = "estimate"
+[[thruster]]
+name = 'motor 10'
+reversed = true
+"""
+
+
+def test_the_form_changes_one_line_and_leaves_the_rest(browser: Browser) -> None:
+    def with_key(place: dict[str, str], key: str, value: str) -> str | None:
+        with_key = "([text, place, key, value]) => withKey(text, place, key, value)"
+        return page.evaluate(with_key, [VEHICLE, place, key, value])
+
+    with User(browser, PAGE.as_uri()) as page:
+        first = {"header": "[[thruster]]", "name": "motor 1"}
+        hint, given = "# position_m = [x, y, z]  # measure", "position_m = [1, 2, 3]"
+        assert with_key(first, "position_m", "[1, 2, 3]") == VEHICLE.replace(hint, given)
+        tenth = {"header": "[[thruster]]", "name": "motor 10"}
+        turned = VEHICLE.replace("reversed = true", "reversed = false")
+        assert with_key(tenth, "reversed", "false") == turned
+        # A value over several lines is for the user to change.
+        assert with_key({}, "size_m", "[1, 1, 1]") is None
+        added = with_key({"header": "[sensor.dvl]"}, "position_m", "[0, 0, 1]")
+        assert added == f"{VEHICLE}\n[sensor.dvl]\nposition_m = [0, 0, 1]\n"
