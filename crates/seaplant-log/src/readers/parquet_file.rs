@@ -29,15 +29,15 @@ impl Length for SharedFile {
 }
 
 impl ChunkReader for SharedFile {
-    type T = BufReader<From>;
+    type T = BufReader<Tail>;
 
     fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
-        Ok(BufReader::new(From { file: self.clone(), at: start }))
+        Ok(BufReader::new(Tail { file: self.clone(), at: start }))
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
         let mut bytes = Vec::new();
-        From { file: self.clone(), at: start }.take(length as u64).read_to_end(&mut bytes)?;
+        Tail { file: self.clone(), at: start }.take(length as u64).read_to_end(&mut bytes)?;
         if bytes.len() < length {
             let found = bytes.len();
             return Err(ParquetError::EOF(format!("{length} bytes expected, {found} found")));
@@ -47,12 +47,12 @@ impl ChunkReader for SharedFile {
 }
 
 /// The bytes from a place on, wherever others read meanwhile.
-pub(crate) struct From {
+pub(crate) struct Tail {
     file: SharedFile,
     at: u64,
 }
 
-impl Read for From {
+impl Read for Tail {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let mut file = self.file.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.seek(SeekFrom::Start(self.at))?;
