@@ -138,7 +138,7 @@ impl VehicleFile {
             .clone()
             .or_else(of_preset)
             .ok_or_else(|| Error::value(path, "vehicle", toml_file::missing(path, "name")))?;
-        let entries = self.entries();
+        let entries = self.thrusters();
         let (mut thrusters, mut propellers) = (Vec::new(), Vec::new());
         for entry in &entries {
             let mut thruster = self.thruster(entry, path, inputs)?;
@@ -209,9 +209,16 @@ impl VehicleFile {
         self.sensor.check(path)
     }
 
-    /// The thrusters of a known vehicle, as far as the file does not say otherwise, and then
-    /// those that it adds.
-    fn entries(&self) -> Vec<ThrusterEntry> {
+    /// The thrusters of the preset, as far as the file does not override them, and then those that
+    /// the file adds.
+    ///
+    /// ```
+    /// # use seaplant_campaign::VehicleFile;
+    /// let file: VehicleFile = toml::from_str("preset = \"bluerov2\"")?;
+    /// assert_eq!(file.thrusters()[4].direction, Some([0.0, 0.0, 1.0]));
+    /// # Ok::<(), toml::de::Error>(())
+    /// ```
+    pub fn thrusters(&self) -> Vec<ThrusterEntry> {
         let known = self.preset.map(VehiclePreset::thrusters).unwrap_or_default();
         let stated = |name: &str| self.thruster.iter().find(|entry| entry.name == name).cloned();
         let completed = known.iter().map(|known| {
@@ -280,7 +287,7 @@ impl VehicleFile {
 
     /// Whether the curve of a thruster is that of open water.
     fn is_open_water(&self, name: Option<&String>) -> bool {
-        let entries = self.entries();
+        let entries = self.thrusters();
         let thruster = name.and_then(|name| entries.iter().find(|known| known.name == *name));
         let curve = thruster.map(|entry| entry.curve.as_ref().or(self.thruster_curve.as_ref()));
         matches!(curve, Some(Some(CurveEntry::OpenWater(_))))
@@ -307,7 +314,7 @@ impl VehicleFile {
                 return Err(Error::value(path, format!("{key}, flow"), reason));
             }
             if let Some(ahead) = &entry.slipstream
-                && !self.entries().iter().any(|known| known.name == *ahead)
+                && !self.thrusters().iter().any(|known| known.name == *ahead)
             {
                 let reason = format!("the vehicle has no thruster `{ahead}` ahead of it");
                 return Err(Error::value(path, format!("{key}, slipstream"), reason));

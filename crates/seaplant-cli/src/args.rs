@@ -12,12 +12,14 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand, ValueEnum};
 use seaplant::Method;
 
+#[cfg(not(target_family = "wasm"))]
+pub use fits::Watch;
 use fits::methods;
-pub use fits::{Compare, Identify, MethodChoice, Validate, Watch};
+pub use fits::{Compare, Identify, MethodChoice, Validate};
 pub use logs::{Init, Inspect, MessageStamp, Plot, Reading};
 pub use plans::Plan;
 pub use plants::{Control, Export, Simulate};
-pub use tools::{Completions, Man, Schema, SchemaKind, Thruster};
+pub use tools::{Completions, Man, Schema, SchemaKind, Thruster, Vehicle};
 pub use twins::{Demo, MonteCarlo, Twin};
 
 /// Identifies the dynamic model of a marine vehicle from its logs: effective mass (rigid body
@@ -42,6 +44,9 @@ pub struct Arguments {
     /// Print nothing but errors and what was asked for.
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// Print the progress of fits on standard error, a line of JSON each, for other programs.
+    #[arg(long = "progress-json", global = true, hide = true)]
+    pub progress: bool,
     /// When to use colour.
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
     pub color: Color,
@@ -95,10 +100,13 @@ pub enum Command {
     Control(Control),
     /// Plan the next trial: manoeuvres, minutes for each, and the intervals they lead to.
     Plan(Plan),
+    #[cfg(not(target_family = "wasm"))]
     /// Identify a campaign again whenever one of its files changes.
     Watch(Watch),
     /// Fit a thrust curve to a bollard-pull table.
     Thruster(Thruster),
+    /// Show a vehicle file: its thrusters, and how each one moves the vehicle.
+    Vehicle(Vehicle),
     /// Make the logs of a simulated vehicle whose true plant is known.
     Twin(Twin),
     /// Measure errors and coverage of the methods on a twin, over many seeds.

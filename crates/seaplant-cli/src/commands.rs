@@ -24,6 +24,8 @@ pub mod simulate;
 pub mod thruster;
 pub mod twin;
 pub mod validate;
+pub mod vehicle;
+#[cfg(not(target_family = "wasm"))]
 pub mod watch;
 
 /// Whether a channel's column contains one of some words, whatever their case; any, without words.

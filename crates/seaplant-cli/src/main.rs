@@ -22,7 +22,8 @@ fn main() -> ExitCode {
     writing::leave_nothing_behind();
     let arguments = Arguments::try_parse().unwrap_or_else(|error| misused(&error));
     arguments.color.write_global();
-    let output = Output { json: arguments.json, quiet: arguments.quiet };
+    let Arguments { json, quiet, progress, .. } = arguments;
+    let output = Output { json, quiet, progress };
     match run(arguments.command, output) {
         Ok(code) => code,
         Err(error) => {
@@ -42,11 +43,12 @@ fn misused(error: &clap::Error) -> ! {
     }
 }
 
-/// Panics of other crates' readers on damaged logs are told as errors, and need not be printed.
+/// Panics of other crates' readers on damaged logs are told as errors, and need not be printed where
+/// they are caught.
 fn keep_readers_quiet() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        if !seaplant_log::is_guarded() {
+        if !seaplant_log::is_guarded() || cfg!(panic = "abort") {
             print(panic);
         }
     }));
@@ -65,12 +67,14 @@ fn run(command: Command, output: Output) -> anyhow::Result<ExitCode> {
         Command::Export(arguments) => commands::export::run(&arguments, output),
         Command::Control(arguments) => commands::control::run(&arguments, output),
         Command::Plan(arguments) => commands::plan::run(&arguments, output),
+        #[cfg(not(target_family = "wasm"))]
         Command::Watch(arguments) => commands::watch::run(&arguments, output),
         Command::Thruster(arguments) => commands::thruster::run(&arguments, output),
         Command::Twin(arguments) => commands::twin::run(&arguments, output),
         Command::MonteCarlo(arguments) => commands::monte_carlo::run(&arguments, output),
         Command::Schema(arguments) => commands::schema::run(&arguments),
         Command::Completions(arguments) => commands::completions::run(&arguments),
+        Command::Vehicle(arguments) => commands::vehicle::run(&arguments, output),
         Command::Man(arguments) => commands::man::run(&arguments, output),
     }
 }

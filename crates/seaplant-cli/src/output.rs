@@ -20,6 +20,8 @@ pub struct Output {
     pub json: bool,
     /// Nothing but errors and what was asked for.
     pub quiet: bool,
+    /// Progress of fits as lines of JSON on standard error.
+    pub progress: bool,
 }
 
 /// Bold red.

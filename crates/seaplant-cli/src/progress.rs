@@ -14,6 +14,7 @@ use seaplant::Stage;
 use seaplant::results::Identification;
 use seaplant_campaign::Campaign;
 use seaplant_log::{Progress, progress};
+use serde_json::json;
 
 use crate::output::Output;
 
@@ -35,6 +36,9 @@ const WORTH_SAYING_S: f64 = 10.0;
 /// Makes the fits of a campaign under the eye of the user: says before what they may take, where
 /// that is long, and then how long they will.
 pub fn fitted(output: Output, campaign: &Campaign, command: &str) -> Identification {
+    if output.progress {
+        return fitted_in_lines(campaign, command);
+    }
     if is_silent(output) {
         return campaign.identify(command);
     }
@@ -56,6 +60,23 @@ pub fn fitted(output: Output, campaign: &Campaign, command: &str) -> Identificat
         || campaign.identify_watched(command, &mut watch),
         |wait| show_fits(&stages, || pace().clone(), wait),
     )
+}
+
+/// Makes the fits of a campaign, and prints a line of JSON on standard error before each: its number,
+/// the number of all, its axes and method, and the least and most time left, s.
+fn fitted_in_lines(campaign: &Campaign, command: &str) -> Identification {
+    let stages = campaign.stages();
+    let start = Instant::now();
+    campaign.identify_watched(command, &mut |stage: &Stage| {
+        let left_s = left::left(&stages, stage.done, start.elapsed().as_secs_f64(), 0.0);
+        let (done, of) = (stage.done, stages.len());
+        let (axes, method) = (&stage.axes, stage.method.name());
+        let line = json!({
+            "done": done, "of": of, "axes": axes, "method": method, "left_s": [left_s.0, left_s.1],
+        });
+        // Standard error that is gone cannot be helped.
+        let _ = writeln!(anstream::stderr(), "{line}");
+    })
 }
 
 /// `8 fits of up to 9602 samples each; expected to take 2 s to 1 min`.

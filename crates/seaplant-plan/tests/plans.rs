@@ -3,10 +3,11 @@
 
 use std::collections::BTreeMap;
 
+use seaplant::estimate::CoupledFit;
 use seaplant::estimate::{ExpectedNoise, ExpectedNoises, fit_coupled, information};
 use seaplant::exchange::{PlantFile, PlantModel};
 use seaplant::twin::TwinCampaign;
-use seaplant::{CoupledFit, CoupledRecord, Dof, Role, TrialSetup, Vehicle};
+use seaplant::{CoupledRecord, Dof, Role, TrialSetup, Vehicle};
 use seaplant_plan::{
     Criterion, Error, Goal, Limits, Plan, Prior, Rehearsal, Request, Width, chart_svg,
     commands_csv, deck_page, plan, rehearse, words,

@@ -20,6 +20,8 @@
     chart.draw();
     output.textContent = marks.map(entry).join("\n\n");
     output.hidden = marks.length === 0;
+    // The page that this one is a part of, if it is one, offers them for a form.
+    if (window.parent !== window) window.parent.postMessage({ marks }, "*");
   }
 
   document.addEventListener("chart", ({ detail: chart }) => {

@@ -113,6 +113,7 @@ pub struct Compare {
 }
 
 /// Identify a campaign again whenever one of its files changes.
+#[cfg(not(target_family = "wasm"))]
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example, between dives:\n  seaplant watch campaign.toml\n\nIt ends with Ctrl-C. Each round shows which parameters changed by more than chance."
@@ -130,6 +131,7 @@ pub struct Watch {
 }
 
 /// Seconds that are some and not too many.
+#[cfg(not(target_family = "wasm"))]
 fn settle(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| "is not a number of seconds".to_owned())?;
     let sound = (0.01..=3600.0).contains(&seconds);

@@ -37,6 +37,15 @@ pub struct Thruster {
     pub overwrite: bool,
 }
 
+/// Show a vehicle file: its thrusters, and how each one moves the vehicle.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  seaplant vehicle vehicle.toml")]
+pub struct Vehicle {
+    /// The vehicle file; it may still be incomplete.
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub vehicle: PathBuf,
+}
+
 /// A kind of file.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum SchemaKind {

@@ -150,7 +150,11 @@ pub fn leave_nothing_behind() {
         }
         std::process::exit(INTERRUPTED);
     };
+    // A browser drops the whole folder with the page.
+    #[cfg(target_family = "wasm")]
+    let _ = end;
     // Without the handler the system ends the program, as it would any other.
+    #[cfg(not(target_family = "wasm"))]
     let _ = ctrlc::set_handler(end);
 }
 

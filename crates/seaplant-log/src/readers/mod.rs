@@ -11,6 +11,7 @@ pub(crate) mod mcap;
 pub(crate) mod nmea;
 mod number;
 pub(crate) mod parquet;
+pub(crate) mod parquet_file;
 pub(crate) mod parquet_pages;
 pub(crate) mod pd0;
 pub(crate) mod ros;

@@ -20,6 +20,7 @@ use crate::grid::{ChooseTime, Grid};
 use crate::guard::guarded;
 use crate::note::Note;
 use crate::readers::columnar::Columnar;
+use crate::readers::parquet_file::SharedFile;
 use crate::readers::parquet_pages::sound_groups;
 use crate::{Error, Log, ReadOptions, tabular};
 
@@ -56,6 +57,7 @@ pub(crate) fn glance(
     let (mut origin, file) = content.seekable()?;
     let Seekable::File(file) = file else { return Ok(None) };
     let size = file.metadata().map_err(|error| origin.failed(error))?.len();
+    let file = SharedFile::new(file, size);
     let metadata = guarded(&path, FORMAT, || ArrowReaderMetadata::load(&file, Default::default()))?;
     let rows = usize::try_from(metadata.metadata().file_metadata().num_rows()).unwrap_or(0);
     let Some(stretches) = stretches(rows, size, how) else { return Ok(None) };
@@ -102,7 +104,9 @@ pub(crate) fn grid(content: Content, choose_time: ChooseTime<'_>) -> Result<Grid
         return Err(Error::Damaged { path: origin.path().to_owned(), format: FORMAT, found });
     }
     match file {
-        Seekable::File(file) => chunks(file, size, origin, choose_time, None),
+        Seekable::File(file) => {
+            chunks(SharedFile::new(file, size), size, origin, choose_time, None)
+        }
         Seekable::Memory(bytes) => {
             chunks(Bytes::from(bytes.into_inner()), size, origin, choose_time, None)
         }

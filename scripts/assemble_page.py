@@ -1,0 +1,75 @@
+"""Puts the page together: one file that holds its style, its scripts and the program.
+
+python3 scripts/assemble_page.py PROGRAM OUT
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+WEB = ROOT / "web"
+REPORT = ROOT / "crates" / "seaplant-report"
+# What the page runs, and what runs in its worker.
+SCRIPTS = ["toml.js", "zip.js", "drawing.js", "page.js"]
+WORKER = ["system.js", "worker.js"]
+# What reports and charts run, which the policy of the page holds for, too.
+SHOWN = ["vendor/uplot/uPlot.iife.min.js", "templates/report.js", "templates/marks.js"]
+
+
+def joined(names: list[str]) -> str:
+    text = "\n".join((WEB / name).read_text(encoding="utf-8") for name in names)
+    if "</script" in text.lower():
+        raise SystemExit("assemble_page: a script holds the end of its element")
+    return text
+
+
+def source(script: str) -> str:
+    digest = hashlib.sha256(script.encode()).digest()
+    return f"'sha256-{base64.b64encode(digest).decode()}'"
+
+
+def policy(script: str) -> str:
+    shown = [(REPORT / name).read_text(encoding="utf-8") for name in SHOWN]
+    scripts = " ".join(source(text) for text in [script, *shown])
+    return (
+        f"default-src 'none'; script-src {scripts} 'wasm-unsafe-eval'; worker-src blob:; "
+        "style-src 'unsafe-inline'; img-src data:; connect-src 'none'; base-uri 'none'; "
+        "form-action 'none'"
+    )
+
+
+def version() -> str:
+    manifest = (ROOT / "Cargo.toml").read_text(encoding="utf-8")
+    return re.search(r'^version = "(.+)"', manifest, re.MULTILINE).group(1)
+
+
+def main(program: Path, out: Path) -> None:
+    script = joined(SCRIPTS)
+    style = (REPORT / "templates" / "report.css").read_text(encoding="utf-8")
+    packed = gzip.compress(program.read_bytes(), compresslevel=9, mtime=0)
+    values = {
+        "policy": policy(script),
+        "style": style + (WEB / "page.css").read_text(encoding="utf-8"),
+        "script": script,
+        "worker": joined(WORKER),
+        "program": base64.b64encode(packed).decode(),
+        "version": version(),
+    }
+    page = (WEB / "index.html").read_text(encoding="utf-8")
+    page = re.sub(r"\{\{(\w+)\}\}", lambda match: values[match.group(1)], page)
+    out.mkdir(parents=True, exist_ok=True)
+    target = out / "index.html"
+    target.write_text(page, encoding="utf-8")
+    print(f"{target}: {target.stat().st_size / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        raise SystemExit(__doc__)
+    main(Path(sys.argv[1]), Path(sys.argv[2]))
