@@ -186,12 +186,14 @@ impl Online {
     }
 }
 
-/// `rudder.NAME.angle`, `thruster.NAME.drive`, `thruster.NAME.speed`, `wind.forward`.
+/// `rudder.NAME.angle`, `thruster.NAME.drive`, `thruster.NAME.speed`, `thruster.NAME.thrust`,
+/// `wind.forward`.
 fn signal_name(signal: &Signal) -> String {
     match signal {
         Signal::Angle { kind, name } => format!("{}.{name}.angle", kind.name()),
         Signal::Drive(name) => format!("thruster.{name}.drive"),
         Signal::PropellerSpeed(name) => format!("thruster.{name}.speed"),
+        Signal::Thrust(name) => format!("thruster.{name}.thrust"),
         Signal::AirForward => "wind.forward".to_owned(),
         Signal::AirStarboard => "wind.starboard".to_owned(),
     }

@@ -188,8 +188,8 @@ pub(crate) fn drive(
         for _ in 0..STEPS {
             let after = |x: f64, goal: f64, fade: f64| goal + (x - goal) * fade;
             let middle: Vec<f64> = (0..n).map(|k| after(turning[k], wanted(k), half)).collect();
-            for k in 0..n {
-                turning[k] = after(turning[k], wanted(k), fade);
+            for (k, turns) in turning.iter_mut().enumerate() {
+                *turns = after(*turns, wanted(k), fade);
             }
             let tau = rig.wrench(&middle) + force;
             state = stepped(&space, &state, &tau, &current, h)?;

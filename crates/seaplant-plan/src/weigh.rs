@@ -51,6 +51,9 @@ const LEFT: f64 = 0.85;
 /// The part of an excitation that limits may take back while a manoeuvre is weighed.
 const KEPT: f64 = 0.97;
 
+/// Information a second of each drawn plant, and the least and greatest velocity of each axis.
+type Weighed = (Vec<DMatrix<f64>>, [[f64; 2]; 6]);
+
 impl Bench<'_> {
     /// The thrusters' numbers as a fit has them.
     pub(crate) fn actuator(&self) -> Actuator {
@@ -109,7 +112,7 @@ impl Bench<'_> {
         Ok(None)
     }
 
-    fn weighed(&self, manoeuvre: &Manoeuvre) -> Result<(Vec<DMatrix<f64>>, [[f64; 2]; 6]), Error> {
+    fn weighed(&self, manoeuvre: &Manoeuvre) -> Result<Weighed, Error> {
         let pilot = Pilot::new(&self.plants[0], self.rig, self.limits, manoeuvre);
         let mut rates = Vec::with_capacity(self.plants.len());
         let mut velocity = [[0.0_f64; 2]; 6];

@@ -91,7 +91,7 @@ fn estimates_of_rehearsals_scatter_as_the_plan_promises() {
             }
         }
     }
-    let scatter: f64 = (squares / count as f64).sqrt();
+    let scatter: f64 = (squares / count).sqrt();
     assert!((0.55..1.6).contains(&scatter), "errors are {scatter} times what was promised");
     stated.sort_by(f64::total_cmp);
     let middle = stated[stated.len() / 2];

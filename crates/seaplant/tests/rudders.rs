@@ -183,7 +183,8 @@ fn trial(name: &str, role: Role, seed: u64, case: &Case, with_wind: bool) -> Tri
         let quantity = match signal {
             Signal::Angle { kind, name } => Quantity::SurfaceAngle { kind, name },
             Signal::Drive(name) => Quantity::Thruster { name, input: ThrusterInput::Speed },
-            Signal::AirForward | Signal::AirStarboard | Signal::PropellerSpeed(_) => continue,
+            Signal::AirForward | Signal::AirStarboard => continue,
+            Signal::PropellerSpeed(_) | Signal::Thrust(_) => continue,
         };
         recording.insert(quantity, series);
     }

@@ -433,7 +433,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let Scaled { plant, covariance: of_plant, thrust_covariance, scale } =
             scaled.unwrap_or(Scaled { plant, covariance: of_plant, thrust_covariance, scale: 1.0 });
         inflation.resize(plant.coefficients().len(), 1.0);
-        let mut noise = optimum.point.noise.clone();
+        let mut noise = optimum.point.noise;
         noise.disturbance *= scale;
         Ok(CoupledFit {
             plant: plant.pruned()?,

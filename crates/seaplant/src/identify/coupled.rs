@@ -109,7 +109,7 @@ impl<'a> Records<'a> {
     }
 
     /// The same with others to fit, if there are any.
-    fn as_driven<'b>(self, acted: &'b [CoupledRecord]) -> Records<'b>
+    fn acting<'b>(self, acted: &'b [CoupledRecord]) -> Records<'b>
     where
         'a: 'b,
     {
@@ -140,7 +140,7 @@ fn plant(
     let (Scored { fit, of_fit, of_hold_out }, disputed) =
         best(&structure, &records, vehicle, plan.search)?;
     let acted = fit.as_driven(&records.fit)?;
-    let records = records.as_driven(&acted);
+    let records = records.acting(&acted);
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = of_fit;
     plant.hold_out = of_hold_out;

@@ -3,7 +3,7 @@
 use nalgebra::{Vector3, Vector6};
 
 /// The most signals that the effects of a plant may read.
-pub const MOST_SIGNALS: usize = 16;
+pub const MOST_SIGNALS: usize = 32;
 
 /// What is known at an instant; body frame, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
