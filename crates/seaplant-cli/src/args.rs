@@ -3,6 +3,7 @@
 mod completer;
 mod fits;
 mod logs;
+#[cfg(not(target_family = "wasm"))]
 mod plans;
 mod plants;
 mod tools;
@@ -17,6 +18,7 @@ pub use fits::Watch;
 use fits::methods;
 pub use fits::{Compare, Identify, MethodChoice, Validate};
 pub use logs::{Init, Inspect, MessageStamp, Plot, Reading};
+#[cfg(not(target_family = "wasm"))]
 pub use plans::Plan;
 pub use plants::{Control, Export, Simulate};
 pub use tools::{Completions, Man, Schema, SchemaKind, Thruster, Vehicle};
@@ -98,6 +100,7 @@ pub enum Command {
     Export(Export),
     /// Make a controller for a plant: gains, stability margins and tracking errors.
     Control(Control),
+    #[cfg(not(target_family = "wasm"))]
     /// Plan the next trial: manoeuvres, minutes for each, and the intervals they lead to.
     Plan(Plan),
     #[cfg(not(target_family = "wasm"))]

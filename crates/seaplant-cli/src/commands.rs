@@ -15,6 +15,7 @@ pub mod inspect;
 pub mod man;
 mod manoeuvre;
 pub mod monte_carlo;
+#[cfg(not(target_family = "wasm"))]
 pub mod plan;
 pub mod plant;
 pub mod plot;

@@ -66,6 +66,7 @@ fn run(command: Command, output: Output) -> anyhow::Result<ExitCode> {
         Command::Compare(arguments) => commands::compare::run(&arguments, output),
         Command::Export(arguments) => commands::export::run(&arguments, output),
         Command::Control(arguments) => commands::control::run(&arguments, output),
+        #[cfg(not(target_family = "wasm"))]
         Command::Plan(arguments) => commands::plan::run(&arguments, output),
         #[cfg(not(target_family = "wasm"))]
         Command::Watch(arguments) => commands::watch::run(&arguments, output),

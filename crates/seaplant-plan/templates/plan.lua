@@ -33,7 +33,8 @@ local function wave_at(wave, t)
     end
     return sum
   end
-  local within, value = t % wave.period_s, wave.steps[1][2]
+  -- The clock counts milliseconds: a step begins within one of its instant.
+  local within, value = (t + 1e-3) % wave.period_s, wave.steps[1][2]
   for _, row in ipairs(wave.steps) do
     if row[1] <= within then
       value = row[2]

@@ -121,7 +121,7 @@ fn minutes_meet_the_goals_and_the_certificate_holds() {
         let goals = vec![Goal { name: "mass.surge".to_owned(), width: Width::Part(part) }];
         planned(&Request { goals, ..quick() }).expect("a plan").minutes_needed.expect("enough")
     };
-    let ratio = needed(0.005) / needed(0.01);
+    let ratio = needed(0.00125) / needed(0.0025);
     assert!((ratio - 4.0).abs() < 0.1, "{ratio}");
 }
 

@@ -61,8 +61,10 @@ pub enum SchemaKind {
     Plant,
     /// A profile of inputs for `seaplant simulate`.
     Profile,
+    #[cfg(not(target_family = "wasm"))]
     /// A request for `seaplant plan`.
     Request,
+    #[cfg(not(target_family = "wasm"))]
     /// plan.json, as `seaplant plan` writes it.
     Plan,
 }

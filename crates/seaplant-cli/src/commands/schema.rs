@@ -2,6 +2,7 @@ use std::process::ExitCode;
 
 use seaplant::exchange::PlantFile;
 use seaplant_campaign::{CampaignFile, Profile, TwinFile, VehicleFile};
+#[cfg(not(target_family = "wasm"))]
 use seaplant_plan::{Plan, Request};
 
 use crate::args::{Schema, SchemaKind};
@@ -14,7 +15,9 @@ pub fn run(arguments: &Schema) -> anyhow::Result<ExitCode> {
         SchemaKind::Campaign => schemars::schema_for!(CampaignFile).to_value(),
         SchemaKind::Plant => schemars::schema_for!(PlantFile).to_value(),
         SchemaKind::Profile => schemars::schema_for!(Profile).to_value(),
+        #[cfg(not(target_family = "wasm"))]
         SchemaKind::Request => schemars::schema_for!(Request).to_value(),
+        #[cfg(not(target_family = "wasm"))]
         SchemaKind::Plan => schemars::schema_for!(Plan).to_value(),
         SchemaKind::Twin => schemars::schema_for!(TwinFile).to_value(),
     };
