@@ -29,7 +29,7 @@ def truly_at_fault(gain):
     faults = set()
     for k in range(8):
         both = [min(gain[trial][k]) for trial in range(2)]
-        usual = median([min(gain[0][j]) for j in range(8)])
+        usual = median([gain[0][j][0] for j in range(8)])
         if max(both) < usual - LOSS:
             faults.add((f"T{k + 1}", None))
         elif min(both) < usual - LOSS:

@@ -4,10 +4,10 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::Fitted;
 use super::fit::Tolerance;
 use super::search;
 use super::uncertainty::inverse;
+use super::{Actuator, Fitted};
 use crate::plant::{Basis, EffectForce, Plant, Structure};
 use crate::{CoupledRecord, Dof, Error, ThrusterFault};
 
@@ -154,17 +154,29 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             }
             // A plant that does not settle with them says that they are not told. Far from the
             // optimum one stands for another.
-            let base = self.problem.structure.clone();
-            let near = self.with_terms(&base, &group);
-            let Ok(wider) = near.and_then(Self::refined) else { continue };
+            let Ok(wider) = self.with_group(&group, in_reverse) else { continue };
             // Other faults colour innovations, which exaggerates the score; what counts is what is
             // left of them.
             let is_shown = wider.worth_of(&group)? > needed * wider.colour_of(&group)?;
             if is_shown && wider.greatest_of(&group)? > LEAST_MINDED {
-                self = wider;
+                self = wider.with_speeds_as_they_are(records)?.refined()?;
             }
         }
         Ok(self)
+    }
+
+    /// The optimum with a group of gains; those in reverse are in place of the ratio of all.
+    fn with_group(&self, group: &[Basis], in_reverse: bool) -> Result<Self, Error> {
+        let structure = search::with_all(&self.problem.structure, group)?;
+        let mut problem = self.problem.with_terms(structure);
+        let mut start = search::widened(&problem, &self.problem, &self.optimum.point);
+        if in_reverse {
+            problem.fits[Actuator::REVERSE] = false;
+            start.actuator.log_reverse_ratio = 0.0;
+        }
+        let optimum = problem.optimum(start, Tolerance::COARSE)?;
+        let (reported, faults) = (self.reported, self.faults.clone());
+        Self { problem, optimum, tried: Vec::new(), reported, faults }.refined()
     }
 
     /// The greatest size of a coefficient of some.
