@@ -62,7 +62,15 @@ def gain_errors(plant, gain):
 def judge(program, folder):
     truth = json.loads((folder / "truth.json").read_text())
     out = folder / "results"
-    command = [program, "identify", folder / "campaign.toml", "--out", out, "--force", "--quiet"]
+    command = [
+        program,
+        "identify",
+        folder / "campaign.toml",
+        "--out",
+        out,
+        "--force",
+        "--quiet",
+    ]
     subprocess.run(command, capture_output=True)
     try:
         plants = json.loads((out / "results.json").read_text())["coupled"]

@@ -322,7 +322,7 @@ fn a_structure_without_a_free_coefficient_or_with_too_many_signals_is_refused() 
         let force = EffectForce::Lift { foil: foil(k) };
         structure.with_effect(Effect { name: format!("rudder {k}.lift"), force }, true)
     });
-    let refused = [(held, "holds every coefficient"), (many, "17 signals")];
+    let refused = [(held, "holds every coefficient"), (many, "33 signals")];
     for (structure, words) in refused {
         let structure = structure.expect("a structure");
         let options = OnlineOptions::default();

@@ -254,7 +254,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
     ///
     /// In rounds, as a missing coupling colours the innovations of its axis and hides others.
     fn searched(self, records: &[&CoupledRecord]) -> Result<Self, Error> {
-        let candidates = search::candidates(&self.problem.structure, records);
+        let candidates = search::candidates(&self.problem.structure);
         let mut search = Search { base: self, found: None, scores: BTreeMap::new() };
         for _ in 0..MOST_ROUNDS {
             let before = search.admitted();

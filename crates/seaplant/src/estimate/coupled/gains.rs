@@ -142,8 +142,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             let mut group = gains(&self.problem.structure, in_reverse);
             let needed = needed(group.len());
             let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
-            let step = -(inverse(&beside.left) * &beside.gradient);
-            if -step.dot(&beside.gradient) < needed {
+            let step = -(inverse(&beside.left) * &beside.beyond);
+            if -step.dot(&beside.beyond) < needed {
                 continue;
             }
             if !in_reverse && !has_scale(&self.problem.structure) {
@@ -157,8 +157,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             let Ok(wider) = self.with_group(&group, in_reverse) else { continue };
             // Other faults colour innovations, which exaggerates the score; what counts is what is
             // left of them.
-            let is_shown = wider.worth_of(&group)? > needed * wider.colour_of(&group)?;
-            if is_shown && wider.greatest_of(&group)? > LEAST_MINDED {
+            let (worth, greatest) = wider.worth_of(&group, in_reverse)?;
+            if worth > needed * wider.colour_of(&group)? && greatest > LEAST_MINDED {
                 self = wider.with_speeds_as_they_are(records)?.refined()?;
             }
         }
@@ -179,21 +179,26 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         Self { problem, optimum, tried: Vec::new(), reported, faults }.refined()
     }
 
-    /// The greatest size of a coefficient of some.
-    fn greatest_of(&self, terms: &[Basis]) -> Result<f64, Error> {
-        let plant = self.problem.plant(&self.optimum.point.free)?;
-        let all = terms.iter().filter_map(|term| plant.coefficient(term));
-        Ok(all.fold(0.0, |most: f64, x| most.max(x.abs())))
-    }
-
-    /// What terms are worth together, θᵀ C⁻¹ θ.
-    fn worth_of(&self, terms: &[Basis]) -> Result<f64, Error> {
+    /// What terms are worth together, θᵀ C⁻¹ θ, and the greatest of them; of their differences from the
+    /// last where one number could stand for all.
+    fn worth_of(&self, terms: &[Basis], differing: bool) -> Result<(f64, f64), Error> {
         let plant = self.problem.plant(&self.optimum.point.free)?;
         let places: Vec<usize> =
             terms.iter().filter_map(|term| plant.structure().index_of(term)).collect();
         let theta = DVector::from_row_slice(plant.coefficients()).select_rows(&places);
         let covariance = self.covariance().select_rows(&places).select_columns(&places);
-        Ok(theta.dot(&(inverse(&covariance) * &theta)))
+        let n = places.len();
+        let contrasts = match differing {
+            true => DMatrix::from_fn(n - 1, n, |i, j| match j {
+                _ if j == i => 1.0,
+                _ if j == n - 1 => -1.0,
+                _ => 0.0,
+            }),
+            false => DMatrix::identity(n, n),
+        };
+        let theta = &contrasts * theta;
+        let covariance = &contrasts * covariance * contrasts.transpose();
+        Ok((theta.dot(&(inverse(&covariance) * &theta)), theta.amax()))
     }
 
     /// The greatest colour of the innovations of the axes that terms act on, at least 1.

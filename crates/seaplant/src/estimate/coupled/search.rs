@@ -34,21 +34,14 @@ pub(super) const ADMITTED_OF_FREE: f64 = 9.0;
 
 /// Linear and quadratic damping of an axis by another that its mass may couple with, or the terms
 /// that the structure says; and effects.
-///
-/// Of an axis that nothing pushes, motion does not tell damping by another from what masses couple.
-pub(super) fn candidates(structure: &Structure, records: &[&CoupledRecord]) -> Vec<Basis> {
-    let effects = structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
-    let by_effects: Vec<Dof> = effects.flat_map(|term| structure.axes_of(term)).collect();
-    let is_pushed = |dof: &&Dof| {
-        by_effects.contains(dof) || records.iter().any(|record| record.is_driven(**dof))
-    };
-    let axes: Vec<Dof> = structure.axes().iter().filter(is_pushed).copied().collect();
+pub(super) fn candidates(structure: &Structure) -> Vec<Basis> {
+    let axes = structure.axes();
     let symmetry = match structure.symmetry() {
         Symmetry::Diagonal => Symmetry::PortStarboard,
         stated => stated,
     };
     let mut all = structure.tried().map(<[Basis]>::to_vec).unwrap_or_default();
-    let usual = if structure.tried().is_some() { &[] } else { axes.as_slice() };
+    let usual = if structure.tried().is_some() { &[] } else { axes };
     for &on in usual {
         for &of in axes.iter().filter(|of| **of != on && symmetry.couples(on, **of)) {
             all.push(Basis::Product(on, Product::linear(of)));
@@ -63,8 +56,10 @@ pub(super) fn candidates(structure: &Structure, records: &[&CoupledRecord]) -> V
 
 /// The slope of the likelihood by candidates beside a fitted plant.
 pub(super) struct Beside {
-    /// By each of them.
+    /// By each of them …
     pub(super) gradient: DVector<f64>,
+    /// … and where all that is fitted has made its step.
+    pub(super) beyond: DVector<f64>,
     /// The information on them alone …
     pub(super) information: DMatrix<f64>,
     /// … and what of it is left beside all that is fitted.
@@ -86,8 +81,11 @@ pub(super) fn beside<const N: usize, const M: usize>(
     let columns = slope.information.select_columns(&own);
     let (information, cross) = (columns.select_rows(&own), columns.select_rows(&rest));
     let of_rest = inverse(&slope.information.select_rows(&rest).select_columns(&rest));
-    let left = &information - cross.transpose() * of_rest * &cross;
-    Ok(Beside { gradient: slope.gradient.select_rows(&own), information, left })
+    let gradient = slope.gradient.select_rows(&own);
+    let by_rest = cross.transpose() * of_rest;
+    let beyond = &gradient - &by_rest * slope.gradient.select_rows(&rest);
+    let left = &information - by_rest * &cross;
+    Ok(Beside { gradient, beyond, information, left })
 }
 
 /// What each candidate would gain in likelihood beside the fitted plant, to second order:
@@ -100,7 +98,7 @@ pub(super) fn scores<const N: usize, const M: usize>(
     point: &Point<N, M>,
     candidates: &[Basis],
 ) -> Result<Vec<f64>, Error> {
-    let Beside { gradient, information, left } = beside(base, point, candidates)?;
+    let Beside { gradient, information, left, .. } = beside(base, point, candidates)?;
     let of = |(k, candidate): (usize, &Basis)| {
         let is_barred = gradient[k] > 0.0
             && matches!(candidate, Basis::Effect(k) if base.structure.effects()[*k].is_positive());
