@@ -93,6 +93,7 @@ __all__ = [
     "Term",
     "TermDecision",
     "ThrustPart",
+    "ThrusterFault",
     "ThrusterInput",
     "ThrusterResult",
     "ToldBy",
@@ -152,6 +153,8 @@ CaveatCode: TypeAlias = Literal[
     "one-signed-thrust",
     "likely-mistake",
     "thrust-reversed",
+    "thruster-fault",
+    "thruster-gains",
     "thrust-follows-velocity",
     "one-speed",
     "weak-drag",
@@ -843,6 +846,10 @@ class CoupledPlant(Record):
     structure: tuple[TermDecision, ...]
     """The terms that were tried beside the usual ones."""
 
+    thruster_faults: tuple[ThrusterFault, ...]
+    """Thrusters that stood still or pushed the other way in a trial; they were taken to do
+    so."""
+
     verdict: Verdict
     """What to make of it."""
 
@@ -954,8 +961,8 @@ class EffectForce(Record):
     """What scales with one coefficient."""
 
     kind: str
-    """One of lift, slipstream, race, steering, open-water, thrust, advance, inflow, astern,
-    wind, wind-across."""
+    """One of lift, slipstream, race, steering, open-water, thrust, advance, inflow, gain,
+    astern, wind, wind-across."""
 
     foil: Foil | None = None
     """The rudder."""
@@ -983,6 +990,12 @@ class EffectForce(Record):
 
     thrusters: tuple[Pusher, ...] | None = None
     """The thrusters, at most 16."""
+
+    reverse: bool | None = None
+    """Whether only of thrust below zero."""
+
+    thruster: Pusher | None = None
+    """The thruster."""
 
     way: Floats | None = None
     """Force and moment by axis."""
@@ -2017,6 +2030,20 @@ class ThrustPart(Record):
 
     quadratic_drag: float | None
     """Of quadratic drag; absent if it was not fitted."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ThrusterFault(Record):
+    """A thruster that gave another part of its thrust in a trial than its log says."""
+
+    trial: str
+    """Which trial."""
+
+    thruster: str
+    """Which thruster."""
+
+    gain: float
+    """The part: 0 of one that stood still, −1 of one that pushed the other way."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

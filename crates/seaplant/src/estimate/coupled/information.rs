@@ -105,7 +105,7 @@ impl Information {
 /// use seaplant::{CoupledRecord, Dof, Quantity, Timed, TrialSetup, Vehicle};
 /// let times: Vec<f64> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
 /// let series = |of: &dyn Fn(f64) -> f64| {
-///     Timed::new("series", times.clone(), times.iter().map(|t| of(*t)).collect())
+///     Timed::new("series", times.clone(), times.iter().map(|t| of(*t)).collect::<Vec<_>>())
 /// };
 /// let recording = BTreeMap::from([
 ///     (Quantity::Wrench(Dof::Surge), series(&|t| 50.0 * (0.5 * t).cos())?),
