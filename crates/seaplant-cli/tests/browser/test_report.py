@@ -94,9 +94,9 @@ def test_every_chart_is_drawn(browser: Browser, report: Path, scheme: str, width
     viewport = {"width": width, "height": 900}
     with Reader(browser, report, viewport=viewport, color_scheme=scheme) as page:
         charts = page.locator("figure.chart")
-        # Per degree of freedom: two trials, intervals, memory, innovations, a spectrum; and seven
+        # Per degree of freedom: two trials, intervals, drag, memory, innovations, a spectrum; seven
         # steady runs.
-        assert charts.count() == 4 * 6 + 7
+        assert charts.count() == 4 * 7 + 7
         for k in range(charts.count()):
             chart = alive(charts.nth(k))
             for n in range(chart.locator("canvas").count()):
