@@ -21,6 +21,8 @@ pub use logs::{Init, Inspect, MessageStamp, Plot, Reading};
 #[cfg(not(target_family = "wasm"))]
 pub use plans::Plan;
 pub use plants::{Control, Export, Simulate};
+#[cfg(not(target_family = "wasm"))]
+pub use tools::Page;
 pub use tools::{Completions, Man, Schema, SchemaKind, Thruster, Vehicle};
 pub use twins::{Demo, MonteCarlo, Twin};
 
@@ -106,6 +108,9 @@ pub enum Command {
     #[cfg(not(target_family = "wasm"))]
     /// Identify a campaign again whenever one of its files changes.
     Watch(Watch),
+    #[cfg(not(target_family = "wasm"))]
+    /// Serve the page, from log to verdict in a browser, on this machine only.
+    Page(Page),
     /// Fit a thrust curve to a bollard-pull table.
     Thruster(Thruster),
     /// Show a vehicle file: its thrusters, and how each one moves the vehicle.

@@ -69,6 +69,8 @@ fn run(command: Command, output: Output) -> anyhow::Result<ExitCode> {
         #[cfg(not(target_family = "wasm"))]
         Command::Plan(arguments) => commands::plan::run(&arguments, output),
         #[cfg(not(target_family = "wasm"))]
+        Command::Page(arguments) => commands::page::run(&arguments, output),
+        #[cfg(not(target_family = "wasm"))]
         Command::Watch(arguments) => commands::watch::run(&arguments, output),
         Command::Thruster(arguments) => commands::thruster::run(&arguments, output),
         Command::Twin(arguments) => commands::twin::run(&arguments, output),

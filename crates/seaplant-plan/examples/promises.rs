@@ -1,12 +1,14 @@
-//! What plans promise and what fits obtain, over vehicles drawn at random.
+//! Promises of plans and results of fits, over vehicles drawn at random.
 //!
 //! ```sh
-//! cargo run --release -p seaplant-plan --example promises -- 12   # so many vehicles
+//! cargo run -p seaplant-plan --example promises -- 12 0   # vehicles, and the first seed
 //! ```
 //!
-//! Each vehicle is believed by hull formulas; the one that drives has a plant drawn from that belief. Its
-//! logs are fitted by the filter error method, and the standard deviations that the fit states are set
-//! beside those that the plan promised, both as parts of the coefficient.
+//! Each vehicle is believed by hull formulas. Its plan is driven twice: by the believed plant, and by a
+//! plant drawn from the prior. The logs are fitted by the filter error method; the standard deviations
+//! that the fits state are divided by those that the plan promised, both in SI units.
+
+use std::collections::BTreeMap;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -14,7 +16,7 @@ use seaplant::estimate::fit_coupled;
 use seaplant::{
     CoupledRecord, QuadraticThrust, Role, ThrustCurve, Thruster, ThrusterInput, TrialSetup, Vehicle,
 };
-use seaplant_plan::{Kind, Prior, Rehearsal, Request, plan, rehearse};
+use seaplant_plan::{Kind, Plan, Prior, Rehearsal, Request, plan, rehearse};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -68,19 +70,88 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
+/// Results of fits over promises.
+#[derive(Default)]
+struct Tally {
+    /// Stated over promised standard deviations.
+    ratios: Vec<f64>,
+    /// Errors over stated standard deviations.
+    errors: Vec<f64>,
+}
+
+impl Tally {
+    fn line(&self, of: &str) -> String {
+        let n = self.ratios.len() as f64;
+        let part = |count: usize| 100.0 * count as f64 / n;
+        let near = self.ratios.iter().filter(|ratio| (**ratio - 1.0).abs() <= 0.2).count();
+        let inside = self.errors.iter().filter(|error| error.abs() < HALF_95).count();
+        let rms = (self.errors.iter().map(|x| x * x).sum::<f64>() / n).sqrt();
+        let mut sorted = self.ratios.clone();
+        sorted.sort_by(f64::total_cmp);
+        let at = |part: f64| sorted[(part * (n - 1.0)).round() as usize];
+        format!(
+            "{of}: {n} coefficients; stated over promised: median {:.2}, 5 to 95 % from {:.2} to {:.2}, {:.0} % within 20 %; \
+             errors over stated: rms {rms:.2}, {:.0} % of intervals include the truth",
+            at(0.5),
+            at(0.05),
+            at(0.95),
+            part(near),
+            part(inside)
+        )
+    }
+
+    fn add(&mut self, other: Self) {
+        self.ratios.extend(other.ratios);
+        self.errors.extend(other.errors);
+    }
+}
+
+/// Drives a plan and fits its logs.
+fn driven(
+    prior: &Prior,
+    vehicle: &Vehicle,
+    made: &Plan,
+    rehearsal: Rehearsal,
+) -> Result<Tally, Failure> {
+    let dive = rehearse(prior, vehicle, made, rehearsal)?;
+    let fitted = dive.trials.iter().filter(|trial| trial.role == Role::Fit);
+    let records: Vec<CoupledRecord> = fitted
+        .map(|trial| {
+            let setup = TrialSetup { name: trial.name.clone(), ..TrialSetup::default() };
+            CoupledRecord::new(&setup, &trial.recording, &dive.vehicle, &made.axes)
+        })
+        .collect::<Result<_, _>>()?;
+    let all: Vec<&CoupledRecord> = records.iter().collect();
+    let structure = dive.coupled[0].structure(&dive.vehicle, |_| false)?;
+    let fit = fit_coupled(&structure, &all, None, false)?;
+    let truth = dive.truth.vehicle.map(|own| own.coefficients).unwrap_or_default();
+    let names = fit.plant.structure().names();
+    let mut tally = Tally::default();
+    for forecast in &made.coefficients {
+        let Some(at) = names.iter().position(|name| *name == forecast.name) else { continue };
+        let std = fit.covariance[(at, at)].sqrt();
+        tally.ratios.push(std * HALF_95 / forecast.after);
+        tally.errors.push((fit.plant.coefficients()[at] - truth[&forecast.name]) / std);
+    }
+    Ok(tally)
+}
+
 #[allow(clippy::print_stdout, reason = "an example that prints a table")]
 fn main() -> Result<(), Failure> {
-    let count: u64 = std::env::args().nth(1).map_or(Ok(6), |count| count.parse())?;
-    let mut ratios = Vec::new();
-    let (mut inside, mut gap, mut runs, mut broken) = (0, 0.0_f64, 0, 0);
-    let mut factors: Vec<(Kind, Vec<f64>)> =
-        vec![(Kind::SinusoidAndJoystick, Vec::new()), (Kind::Sweep, Vec::new())];
-    for k in 0..count {
+    let numbers: Vec<u64> =
+        std::env::args().skip(1).map(|text| text.parse()).collect::<Result<_, _>>()?;
+    let count = numbers.first().copied().unwrap_or(6);
+    let first = numbers.get(1).copied().unwrap_or(0);
+    let [mut believed, mut drawn] = [Tally::default(), Tally::default()];
+    let mut gap = 0.0_f64;
+    let mut checked: BTreeMap<usize, [usize; 2]> = BTreeMap::new();
+    let mut factors: BTreeMap<Kind, Vec<f64>> = BTreeMap::new();
+    for k in first..first + count {
         let vehicle = vehicle(&mut ChaCha8Rng::seed_from_u64(k), (k % 3) as usize)?;
         let prior = Prior::of_vehicle(&vehicle, &[])?;
         let request = Request {
             minutes: Some(12.0),
-            checks: 1000 / count as usize + 1,
+            checks: 60,
             compare: true,
             seed: k + 1,
             ..Request::default()
@@ -88,67 +159,54 @@ fn main() -> Result<(), Failure> {
         let began = std::time::Instant::now();
         let made = plan(&prior, &vehicle, &request)?;
         let seconds = began.elapsed().as_secs_f64();
-        let rehearsal = Rehearsal { seed: k, hold_out_s: 0.0 };
-        let dive = rehearse(&prior, &vehicle, &made, rehearsal)?;
-        let fitted = dive.trials.iter().filter(|trial| trial.role == Role::Fit);
-        let records: Vec<CoupledRecord> = fitted
-            .map(|trial| {
-                let setup = TrialSetup { name: trial.name.clone(), ..TrialSetup::default() };
-                CoupledRecord::new(&setup, &trial.recording, &dive.vehicle, &made.axes)
-            })
-            .collect::<Result<_, _>>()?;
-        let all: Vec<&CoupledRecord> = records.iter().collect();
-        let structure = dive.coupled[0].structure(&dive.vehicle, |_| false)?;
-        let fit = fit_coupled(&structure, &all, None, false)?;
-        let truth = dive.truth.vehicle.map(|own| own.coefficients).unwrap_or_default();
-        let mut own = Vec::new();
-        for forecast in made.coefficients.iter().filter(|one| one.value != 0.0) {
-            let Some(at) = fit.plant.structure().names().iter().position(|n| *n == forecast.name)
-            else {
-                continue;
-            };
-            let (std, value) = (fit.covariance[(at, at)].sqrt(), truth[&forecast.name]);
-            own.push(std / value / (forecast.after / HALF_95 / forecast.value));
-            inside += usize::from((fit.plant.coefficients()[at] - value).abs() < HALF_95 * std);
-        }
         println!(
-            "{k}: {} axes, {} min, planned in {seconds:.1} s, gap {:.2} %, stated over promised {:.2} (median of {})",
+            "{k}: {} axes, {:.0} kg, {} min, planned in {seconds:.1} s, gap {:.2} %, {} of {} runs broke a limit, at most {:.2} of {}",
             made.axes.len(),
+            vehicle.dry_mass_kg.unwrap_or_default(),
             made.minutes,
             100.0 * made.certificate.gap,
-            median(own.clone()),
-            own.len()
+            made.check.broken,
+            made.check.runs,
+            made.check.greatest,
+            made.check.of
         );
-        for (kind, factors) in &mut factors {
-            if let (Some(Some(minutes)), Some(needed)) =
-                (made.unplanned.get(kind), made.minutes_needed)
-            {
-                factors.push(minutes / needed);
+        let needed = made.minutes_needed.map(|minutes| format!("{minutes:.1}"));
+        println!(
+            "   goals need {} min, unplanned {:.1?}",
+            needed.unwrap_or_default(),
+            made.unplanned
+        );
+        for (is_believed, sum) in [(true, &mut believed), (false, &mut drawn)] {
+            let own = driven(
+                &prior,
+                &vehicle,
+                &made,
+                Rehearsal { seed: k, hold_out_s: 0.0, is_believed },
+            )?;
+            println!("   {}", own.line(if is_believed { "believed plant" } else { "drawn plant" }));
+            sum.add(own);
+        }
+        for (kind, minutes) in &made.unplanned {
+            // No time is enough for one that never reaches the goals.
+            let minutes = minutes.unwrap_or(f64::INFINITY);
+            if let Some(needed) = made.minutes_needed {
+                factors.entry(*kind).or_default().push(minutes / needed);
             }
         }
-        ratios.extend(own);
         gap = gap.max(made.certificate.gap);
-        runs += made.check.runs;
-        broken += made.check.broken;
+        let [broken, runs] = checked.entry(made.axes.len()).or_default();
+        *broken += made.check.broken;
+        *runs += made.check.runs;
     }
-    let near = ratios.iter().filter(|ratio| (**ratio - 1.0).abs() <= 0.2).count();
-    let total = ratios.len();
-    println!(
-        "{total} coefficients of {count} vehicles: {near} stated within 20 % of the promise, median {:.2}",
-        median(ratios)
-    );
-    println!("{inside} of {total} intervals of the fit include the truth");
+    println!("{}", believed.line("believed plants"));
+    println!("{}", drawn.line("drawn plants"));
     for (kind, factors) in factors {
-        println!(
-            "{}: {:.1} times the minutes (median of {})",
-            kind.name(),
-            median(factors.clone()),
-            factors.len()
-        );
+        let count = factors.len();
+        println!("{}: {:.1} times the minutes (median of {count})", kind.name(), median(factors));
     }
-    println!(
-        "largest certified gap {:.2} %, limits broken in {broken} of {runs} runs",
-        100.0 * gap
-    );
+    for (axes, [broken, runs]) in checked {
+        println!("{axes} axes: limits broken in {broken} of {runs} runs");
+    }
+    println!("largest certified gap {:.2} %", 100.0 * gap);
     Ok(())
 }

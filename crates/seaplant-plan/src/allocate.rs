@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-/// What the minutes are to make small.
+/// The objective that the allocation of minutes minimises.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
@@ -42,11 +42,11 @@ impl Criterion {
 pub struct Target {
     /// g, shape (p,), for each plant that the vehicle may have.
     pub weights: Vec<DVector<f64>>,
-    /// What `√(gᵀ C g)` may be.
+    /// The greatest standard deviation `√(gᵀ C g)` that meets the goal.
     pub std: f64,
 }
 
-/// Information of some manoeuvres and what is wanted of it.
+/// Information of some manoeuvres and the goals.
 ///
 /// ```text
 /// M_d(w) = B + T Σ w_k J_k,d        w ≥ 0, Σ w = 1, d the plants that the vehicle may have
@@ -60,9 +60,9 @@ pub struct Program {
     pub rates: Vec<Vec<DMatrix<f64>>>,
     /// B, shape (p, p): what is known before.
     pub before: DMatrix<f64>,
-    /// What is wanted.
+    /// The goals.
     pub targets: Vec<Target>,
-    /// What is made small.
+    /// The objective.
     pub criterion: Criterion,
     /// T, s.
     pub seconds: f64,
@@ -89,7 +89,7 @@ const FLOOR: f64 = 1e-3;
 const SOLVED: f64 = 4e-3;
 /// Steps after which the best so far is taken, with the gap that it has.
 const MOST_STEPS: usize = 150;
-/// How far between bound and best the next point is to come.
+/// The level of the next point between bound and best, as a part.
 const LEVEL: f64 = 0.35;
 
 /// A linear function that is nowhere above a convex one: value and slope at a point.
@@ -275,7 +275,7 @@ impl Program {
     }
 }
 
-/// What a solver's point may be off by, as a part.
+/// The tolerated error of a solver's point, as a part.
 const TOLERANCE: f64 = 1e-5;
 
 fn ratio(target: &Target, inverses: &[DMatrix<f64>]) -> f64 {

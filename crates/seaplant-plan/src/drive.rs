@@ -6,17 +6,20 @@ use rand_chacha::ChaCha8Rng;
 use seaplant::estimate::ExpectedNoises;
 use seaplant::motion::{State, StateSpace};
 use seaplant::plant::Plant;
+use seaplant::random::{gauss_markov, normal};
 
 use crate::Error;
 use crate::limits::Limits;
+use crate::logging::Logging;
 use crate::manoeuvre::Manoeuvre;
 use crate::rig::Rig;
-use crate::wave::normal;
 
 /// From one command to the next, s.
 pub(crate) const TICK_S: f64 = 0.1;
 /// Steps of the simulation in a tick.
 const STEPS: usize = 2;
+/// Length of a step, s.
+const STEP_S: f64 = TICK_S / STEPS as f64;
 /// Damping ratio of the hold.
 pub(crate) const DAMPING: f64 = 0.8;
 /// From this use of a limit on, excitation is taken back …
@@ -26,7 +29,7 @@ pub(crate) const TAKEN: f64 = 0.9;
 /// The hold that brings a vehicle back, rad/s.
 pub(crate) const BACK: f64 = 0.5;
 
-/// What a controller on board does with a manoeuvre: the same in simulations and in scripts.
+/// The controller that drives a manoeuvre: the same in simulations and in scripts.
 #[derive(Clone, Debug)]
 pub(crate) struct Pilot<'a> {
     pub(crate) rig: &'a Rig,
@@ -34,9 +37,9 @@ pub(crate) struct Pilot<'a> {
     pub(crate) manoeuvre: &'a Manoeuvre,
     /// Diagonal of M of the believed plant, by which holds are scaled.
     pub(crate) mass: [f64; 6],
-    /// What stopping takes, s²/m: m/F of the weakest translation.
+    /// Stopping distance over squared speed, s²/m: m/F of the weakest translation.
     pub(crate) stop_s2: f64,
-    /// What holds depth at rest: the weight that is believed in excess, N.
+    /// The vertical force that holds depth at rest: minus the believed excess of weight, N.
     pub(crate) trim_n: f64,
 }
 
@@ -111,7 +114,7 @@ impl<'a> Pilot<'a> {
     }
 }
 
-/// What was driven.
+/// A simulated run.
 #[derive(Clone, Debug)]
 pub(crate) struct Driven {
     /// Instants, every [`TICK_S`], s.
@@ -120,16 +123,19 @@ pub(crate) struct Driven {
     pub(crate) inputs: Vec<Vec<f64>>,
     /// Pose from the beginning and velocity over ground at each.
     pub(crate) states: Vec<State>,
+    /// The same as instruments measure it.
+    pub(crate) measured: Vec<State>,
     /// The greatest use of a limit.
     pub(crate) worst: crate::limits::Use,
     /// The mean part of the excitation that limits left.
     pub(crate) part: f64,
 }
 
-/// What disturbs a run.
+/// Disturbances, noise of the instruments, and current of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sea<'a> {
     pub(crate) noises: &'a ExpectedNoises,
+    pub(crate) logging: &'a Logging,
     /// Velocity of the water north and east, m/s.
     pub(crate) current: [f64; 2],
     pub(crate) seed: u64,
@@ -137,7 +143,8 @@ pub(crate) struct Sea<'a> {
 
 /// Drives a manoeuvre for some seconds from rest.
 ///
-/// The vehicle moves by the classical Runge–Kutta method in steps of 0.05 s; propellers lag in speed.
+/// The vehicle moves by the classical Runge–Kutta method in steps of 0.05 s; propellers lag in speed,
+/// and thrust changes within a step as they do.
 ///
 /// # Errors
 /// As [`StateSpace::new`], and where the motion runs away.
@@ -156,43 +163,57 @@ pub(crate) fn drive(
     let mut thrusts = DVector::zeros(n);
     let still: Vec<f64> = rig.thrusters.iter().map(|thruster| thruster.curve.neutral()).collect();
     let mut turning = still.clone();
-    let mut weather = sea.map(|sea| Weather::new(plant, sea));
+    let disturbing = sea.map(|sea| disturbances(plant, sea, STEPS * ticks));
+    let mut instruments = sea.map(Instruments::new);
     let current = sea.map_or([0.0; 2], |sea| sea.current);
     let current = Vector3::new(current[0], current[1], 0.0);
     let mut driven = Driven {
         time_s: Vec::with_capacity(ticks),
         inputs: vec![Vec::with_capacity(ticks); n],
         states: Vec::with_capacity(ticks),
+        measured: Vec::with_capacity(ticks),
         worst: crate::limits::Use { part: 0.0, of: "none" },
         part: 0.0,
     };
-    let h = TICK_S / STEPS as f64;
-    let fade = if rig.lag_s > 0.0 { (-h / rig.lag_s).exp() } else { 0.0 };
-    let half = if rig.lag_s > 0.0 { (-0.5 * h / rig.lag_s).exp() } else { 0.0 };
+    let h = STEP_S;
+    // Parts of a step that a lagging propeller leaves after half of a step and after all of it.
+    let [half, whole] = [0.5, 1.0].map(|part| match rig.lag_s > 0.0 {
+        true => (-part * h / rig.lag_s).exp(),
+        false => 0.0,
+    });
     for tick in 0..ticks {
         let t = tick as f64 * TICK_S;
         let most = pilot.limits.most_used(&state, 0.0);
         if most.part > driven.worst.part {
             driven.worst = most;
         }
-        driven.part += pilot.part(&state) / ticks as f64;
+        let measured = instruments.as_mut().map_or(state, |own| own.measure(&state));
+        let believed = instruments.as_mut().map_or(state, |own| own.estimate(&state, &measured));
+        driven.part += pilot.part(&believed) / ticks as f64;
         driven.time_s.push(t);
         driven.states.push(state);
-        thrusts = pilot.slewed(&thrusts, &pilot.thrusts(t, &state));
+        driven.measured.push(measured);
+        thrusts = pilot.slewed(&thrusts, &pilot.thrusts(t, &believed));
         for (k, inputs) in driven.inputs.iter_mut().enumerate() {
             inputs.push(rig.input(k, thrusts[k]));
         }
-        let force = weather.as_mut().map_or_else(Vector6::zeros, Weather::next);
         let acting = tick.checked_sub(delay);
         let wanted = |k: usize| acting.map_or(still[k], |tick| driven.inputs[k][tick]);
-        for _ in 0..STEPS {
-            let after = |x: f64, goal: f64, fade: f64| goal + (x - goal) * fade;
-            let middle: Vec<f64> = (0..n).map(|k| after(turning[k], wanted(k), half)).collect();
-            for (k, turns) in turning.iter_mut().enumerate() {
-                *turns = after(*turns, wanted(k), fade);
+        let speeds = |from: &[f64], left: f64| -> Vec<f64> {
+            from.iter().enumerate().map(|(k, x)| wanted(k) + (x - wanted(k)) * left).collect()
+        };
+        if rig.lag_s <= 0.0 {
+            turning = speeds(&turning, 0.0);
+        }
+        for step in 0..STEPS {
+            let (middle, end) = (speeds(&turning, half), speeds(&turning, whole));
+            let mut tau = [&turning, &middle, &end].map(|speeds| rig.wrench(speeds));
+            if let Some(forces) = &disturbing {
+                let first = 2 * (STEPS * tick + step);
+                tau.iter_mut().zip(&forces[first..]).for_each(|(tau, force)| *tau += force);
             }
-            let tau = rig.wrench(&middle) + force;
             state = stepped(&space, &state, &tau, &current, h)?;
+            turning = end;
         }
     }
     Ok(driven)
@@ -201,45 +222,86 @@ pub(crate) fn drive(
 fn stepped(
     space: &StateSpace,
     x: &State,
-    tau: &Vector6<f64>,
+    [first, middle, last]: &[Vector6<f64>; 3],
     current: &Vector3<f64>,
     h: f64,
 ) -> Result<State, Error> {
-    let a = space.rate(x, tau, current)?;
-    let b = space.rate(&(x + a * (0.5 * h)), tau, current)?;
-    let c = space.rate(&(x + b * (0.5 * h)), tau, current)?;
-    let d = space.rate(&(x + c * h), tau, current)?;
+    let a = space.rate(x, first, current)?;
+    let b = space.rate(&(x + a * (0.5 * h)), middle, current)?;
+    let c = space.rate(&(x + b * (0.5 * h)), middle, current)?;
+    let d = space.rate(&(x + c * h), last, current)?;
     Ok(x + (a + (b + c) * 2.0 + d) * (h / 6.0))
 }
 
-/// Forces that nobody asked for: a first-order Gauss–Markov process on each axis.
-struct Weather {
+/// Instruments with white noise, and the state that a controller takes from them.
+///
+/// A controller that read the true state would write errors of the measurement into its thrust, and a fit
+/// of the log, which has the thrust and the measurement alone, would be biased.
+struct Instruments<'a> {
+    logging: &'a Logging,
     random: ChaCha8Rng,
-    std: Vector6<f64>,
-    fade: Vector6<f64>,
-    force: Vector6<f64>,
+    /// North, east and down by the velocities that were measured, m.
+    position: Vector3<f64>,
 }
 
-impl Weather {
-    fn new(plant: &Plant, sea: Sea<'_>) -> Self {
+impl<'a> Instruments<'a> {
+    fn new(sea: Sea<'a>) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(sea.seed);
-        let (mut std, mut fade) = (Vector6::zeros(), Vector6::zeros());
-        for dof in plant.axes() {
-            if let Some(own) = sea.noises.axes.get(dof) {
-                std[dof.index()] = own.disturbance;
-                fade[dof.index()] = (-TICK_S / own.correlation_s).exp();
-            }
-        }
-        let force = Vector6::from_fn(|k, _| std[k] * normal(&mut random));
-        Self { random, std, fade, force }
+        random.set_stream(INSTRUMENTS_STREAM);
+        Self { logging: sea.logging, random, position: Vector3::zeros() }
     }
 
-    fn next(&mut self) -> Vector6<f64> {
-        let now = self.force;
-        self.force = Vector6::from_fn(|k, _| {
-            let new = self.std[k] * (1.0 - self.fade[k].powi(2)).sqrt();
-            self.fade[k] * self.force[k] + new * normal(&mut self.random)
-        });
-        now
+    fn measure(&mut self, state: &State) -> State {
+        let Logging { velocity_std_m_s, rate_std_rad_s, attitude_std_rad, .. } = *self.logging;
+        let Logging { depth_std_m, position_std_m, .. } = *self.logging;
+        let std = |k: usize| match k {
+            0 | 1 => position_std_m,
+            2 => depth_std_m,
+            3..6 => attitude_std_rad,
+            6..9 => velocity_std_m_s,
+            _ => rate_std_rad_s,
+        };
+        State::from_fn(|k, _| state[k] + std(k) * normal(&mut self.random))
     }
+
+    /// The measured state with the position that velocity leads to; depth as measured. Channels that are
+    /// not logged are taken to be known on board.
+    fn estimate(&mut self, state: &State, measured: &State) -> State {
+        let Logging { velocity_hz, rate_hz, attitude_hz, depth_hz, .. } = *self.logging;
+        let is_logged = |k: usize| match k {
+            2 => depth_hz > 0.0,
+            3..6 => attitude_hz > 0.0,
+            6..9 => velocity_hz > 0.0,
+            9..12 => rate_hz > 0.0,
+            _ => false,
+        };
+        let mut known = State::from_fn(|k, _| if is_logged(k) { measured[k] } else { state[k] });
+        if velocity_hz > 0.0 {
+            known.fixed_rows_mut::<2>(0).copy_from(&self.position.xy());
+            let turn = Rotation3::from_euler_angles(known[3], known[4], known[5]);
+            self.position += turn * Vector3::new(known[6], known[7], known[8]) * TICK_S;
+        }
+        known
+    }
+}
+
+/// The stream of random numbers of the instruments, behind those of the axes.
+const INSTRUMENTS_STREAM: u64 = 6;
+
+/// The disturbing force at both ends and in the middle of every step of the simulation: a first-order
+/// Gauss–Markov process on each axis, N and N m.
+fn disturbances(plant: &Plant, sea: Sea<'_>, steps: usize) -> Vec<Vector6<f64>> {
+    let count = 2 * steps + 1;
+    let mut forces = vec![Vector6::zeros(); count];
+    for dof in plant.axes() {
+        let Some(own) = sea.noises.axes.get(dof) else { continue };
+        let mut random = ChaCha8Rng::seed_from_u64(sea.seed);
+        random.set_stream(dof.index() as u64);
+        let correlation = own.correlation_s / (0.5 * STEP_S);
+        let path = gauss_markov(random, own.disturbance, correlation, count);
+        for (force, own) in forces.iter_mut().zip(path) {
+            force[dof.index()] = own;
+        }
+    }
+    forces
 }

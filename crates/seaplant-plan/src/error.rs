@@ -1,4 +1,4 @@
-//! What can be wrong with a plan that is asked for.
+//! Errors of planning.
 
 use seaplant::Dof;
 
@@ -14,9 +14,9 @@ pub enum Error {
     Prior {
         /// The vehicle.
         name: String,
-        /// What is missing or impossible.
+        /// The missing or impossible number.
         found: String,
-        /// What to do.
+        /// Advice.
         advice: String,
     },
     /// The greatest thrust of a thruster is not stated.
@@ -34,9 +34,9 @@ pub enum Error {
     Limit {
         /// Its key.
         name: &'static str,
-        /// What was given.
+        /// The given value.
         found: String,
-        /// What could be.
+        /// The accepted values.
         expected: String,
     },
     /// No manoeuvre is left.
@@ -50,7 +50,7 @@ pub enum Error {
     Goal {
         /// As it was given.
         text: String,
-        /// What is wrong, and what would do.
+        /// The reason, and the accepted form.
         reason: String,
     },
     /// A goal that no allowed manoeuvre serves.
@@ -64,11 +64,11 @@ pub enum Error {
     /// A setting that cannot be.
     #[error("{name} is {found}; expected {expected}")]
     Setting {
-        /// Which.
+        /// Its name.
         name: &'static str,
-        /// What was given.
+        /// The given value.
         found: String,
-        /// What could be.
+        /// The accepted values.
         expected: &'static str,
     },
     /// An axis that the plant lacks.
@@ -82,7 +82,13 @@ pub enum Error {
     /// The convex program of the minutes was not solved.
     #[error("the minutes cannot be allocated: {reason}")]
     Allocation {
-        /// What the solver said.
+        /// The solver's reason.
         reason: String,
     },
+    /// The template of the deck page cannot be filled in.
+    #[error("page for the deck: {0}")]
+    Page(#[from] minijinja::Error),
+    /// Commands cannot be written as a table.
+    #[error("table of commands: {0}")]
+    Table(#[from] csv::Error),
 }

@@ -1,7 +1,5 @@
 //! Files that a vehicle plays: tables of commands.
 
-use std::fmt::Write as _;
-
 use seaplant::ThrusterInput;
 
 use crate::Error;
@@ -26,7 +24,7 @@ pub fn commands_csv(prior: &Prior, plan: &Plan, planned: &Planned) -> Result<Str
     let plant = &prior.model.plant;
     let pilot = Pilot::new(plant, &rig, &request.limits, &planned.manoeuvre);
     let driven = drive(plant, &pilot, 60.0 * planned.minutes, None)?;
-    let mut text = "time [s]".to_owned();
+    let mut head = vec!["time [s]".to_owned()];
     let mut factors = Vec::new();
     for thruster in &rig.thrusters {
         let (unit, factor) = match thruster.curve.input() {
@@ -36,16 +34,15 @@ pub fn commands_csv(prior: &Prior, plan: &Plan, planned: &Planned) -> Result<Str
             ThrusterInput::Force => ("N", 1.0),
         };
         factors.push(factor);
-        let input = thruster.curve.input().name();
-        let _ = write!(text, ",{} {input} [{unit}]", thruster.name.replace(',', " "));
+        head.push(format!("{} {} [{unit}]", thruster.name, thruster.curve.input().name()));
     }
-    text.push('\n');
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(&head)?;
     for (row, t) in driven.time_s.iter().enumerate() {
-        let _ = write!(text, "{t:.1}");
-        for (inputs, factor) in driven.inputs.iter().zip(&factors) {
-            let _ = write!(text, ",{:.4}", inputs[row] * factor);
-        }
-        text.push('\n');
+        let inputs = driven.inputs.iter().zip(&factors);
+        let inputs = inputs.map(|(inputs, factor)| format!("{:.4}", inputs[row] * factor));
+        table.write_record(std::iter::once(format!("{t:.1}")).chain(inputs))?;
     }
-    Ok(text)
+    let bytes = table.into_inner().map_err(|error| csv::Error::from(error.into_error()))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

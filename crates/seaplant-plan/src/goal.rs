@@ -1,8 +1,9 @@
-//! What the trial is for: intervals of coefficients, drag, steady speed.
+//! Goals of a trial: intervals of coefficients, drag, steady speed.
 
 use nalgebra::DVector;
 use schemars::JsonSchema;
 use seaplant::Dof;
+use seaplant::estimate::PRECISION;
 use seaplant::plant::{Basis, Plant, Product};
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +14,7 @@ use crate::rig::Rig;
 /// A half-width of a 95 % interval in standard deviations.
 pub(crate) const HALF_95: f64 = 1.959_964;
 
-/// What an interval is to be narrower than.
+/// Half of the widest 95 % interval that meets a goal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Width {
@@ -23,13 +24,13 @@ pub enum Width {
     Amount(f64),
 }
 
-/// What is to be known: a coefficient by its name (`mass.surge`, `yaw: |r|r`), the drag of an axis
+/// A goal: the interval of a coefficient by its name (`mass.surge`, `yaw: |r|r`), the drag of an axis
 /// (`drag.surge`), or the speed that half of its greatest force leads to (`speed.surge`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Goal {
-    /// Which.
+    /// The coefficient, drag or speed.
     pub name: String,
-    /// How well.
+    /// Its interval.
     pub width: Width,
 }
 
@@ -56,15 +57,15 @@ impl std::str::FromStr for Goal {
     }
 }
 
-/// What goals are measured by.
+/// Plants, speeds and thrust that turn goals into combinations of coefficients.
 pub(crate) struct Scale<'a> {
     pub(crate) plants: &'a [Plant],
     pub(crate) rig: &'a Rig,
     /// Speed and rate at which drag is wanted, m/s and rad/s.
     pub(crate) speed: (f64, f64),
-    /// What thrust is uncertain by, as a part: no motion makes mass and drag more certain.
+    /// Standard deviation of the scale of thrust, as a part: motion alone cannot reduce it.
     pub(crate) thrust_part: f64,
-    /// How many numbers are fitted beside coefficients.
+    /// The count of fitted numbers in addition to coefficients.
     pub(crate) more: usize,
 }
 
@@ -74,8 +75,26 @@ pub(crate) struct Combination {
     pub(crate) weights: DVector<f64>,
     pub(crate) value: f64,
     pub(crate) unit: String,
-    /// Whether it is as many times greater as thrust is.
+    /// True if it is proportional to the scale of thrust.
     pub(crate) scales: bool,
+    /// The variance that a fit states of it however long the trial: `Σ (g_k · PRECISION · θ_k)²`.
+    floor: f64,
+}
+
+impl Combination {
+    /// The variance that no trial reduces: of the scale of thrust, known to a part, and of a fit's
+    /// precision.
+    pub(crate) fn irreducible(&self, thrust_part: f64) -> f64 {
+        let off = if self.scales { thrust_part * self.value } else { 0.0 };
+        off * off + self.floor
+    }
+}
+
+/// Returns the variance of a combination of a plant's coefficients, each of which a fit states to no
+/// better than its precision.
+fn floor(plant: &Plant, weights: &DVector<f64>) -> f64 {
+    let parts = plant.coefficients().iter().zip(weights.iter());
+    parts.map(|(value, weight)| (weight * PRECISION * value).powi(2)).sum()
 }
 
 impl Scale<'_> {
@@ -90,7 +109,7 @@ impl Scale<'_> {
         self.rig.pushed().flat_map(of).collect()
     }
 
-    /// What the minutes are to make narrow.
+    /// Returns the combination of coefficients whose interval the minutes reduce.
     pub(crate) fn target(&self, goal: &Goal) -> Result<Target, Error> {
         let refuse = |reason: String| Error::Goal { text: goal.name.clone(), reason };
         let believed = self.combination(&self.plants[0], &goal.name)?;
@@ -104,19 +123,21 @@ impl Scale<'_> {
                 believed.unit
             )));
         }
-        let off = if believed.scales { self.thrust_part * believed.value } else { 0.0 };
-        let std = half / HALF_95;
-        let left = std * std - off * off;
+        let irreducible = believed.irreducible(self.thrust_part);
+        let left = (half / HALF_95).powi(2) - irreducible;
         if left <= 0.0 {
-            return Err(refuse(format!(
-                "thrust is known to {:.1} % (a standard deviation), so that no motion narrows the interval below ±{:.1} %; measure thrust, or ask for less",
-                100.0 * self.thrust_part,
-                100.0 * HALF_95 * self.thrust_part
-            )));
+            let least = 100.0 * HALF_95 * irreducible.sqrt() / believed.value.abs();
+            return Err(refuse(match self.thrust_part > 0.0 {
+                true => format!(
+                    "thrust is known to {:.1} % (a standard deviation), so that no motion narrows the interval below ±{least:.1} %; measure thrust, or ask for less",
+                    100.0 * self.thrust_part
+                ),
+                false => format!("no log narrows the interval below ±{least:.2} %; ask for less"),
+            }));
         }
         let weights = |plant: &Plant| {
             let own = self.combination(plant, &goal.name)?;
-            // Of a part, each plant's own value counts.
+            // For a part, each plant's own value counts.
             let by = match goal.width {
                 Width::Part(_) if own.value != 0.0 => (believed.value / own.value).abs(),
                 _ => 1.0,
@@ -141,8 +162,10 @@ impl Scale<'_> {
                 ))
             })?;
             let k = structure.index_of(&term).unwrap_or(0);
+            let weights = DVector::from_fn(size, |i, _| f64::from(u8::from(i == k)));
             return Ok(Combination {
-                weights: DVector::from_fn(size, |i, _| f64::from(u8::from(i == k))),
+                floor: floor(plant, &weights),
+                weights,
                 value: plant.coefficients()[k],
                 unit: structure.unit_of(&term),
                 scales: true,
@@ -166,7 +189,8 @@ impl Scale<'_> {
             let v = if dof.is_rotation() { self.speed.1 } else { self.speed.0 };
             let value = d_l * v + d_q * v * v;
             let unit = dof.units().force.to_owned();
-            return Ok(Combination { weights: along(v), value, unit, scales: true });
+            let (weights, scales) = (along(v), true);
+            return Ok(Combination { floor: floor(plant, &weights), weights, value, unit, scales });
         }
         let force = 0.5 * self.rig.most[dof.index()];
         if force <= 0.0 || d_l + d_q <= 0.0 {
@@ -175,12 +199,8 @@ impl Scale<'_> {
         let root = (d_l * d_l + 4.0 * d_q * force).sqrt();
         let v = 2.0 * force / (d_l + root);
         let unit = dof.units().velocity.to_owned();
-        Ok(Combination {
-            weights: -along(v) / (d_l + 2.0 * d_q * v),
-            value: v,
-            unit,
-            scales: false,
-        })
+        let weights = -along(v) / (d_l + 2.0 * d_q * v);
+        Ok(Combination { floor: floor(plant, &weights), weights, value: v, unit, scales: false })
     }
 }
 

@@ -1,4 +1,4 @@
-//! Plans of trials: what to drive, for how long, and what will be known then.
+//! Plans of trials: manoeuvres, minutes for each, and predicted intervals.
 //!
 //! ```text
 //! prior      hull formulas, a published table, or results with their covariance
@@ -15,35 +15,39 @@ mod allocate;
 mod drive;
 mod error;
 mod files;
+mod forecast;
 mod goal;
 mod limits;
 mod logging;
 mod lua;
 mod manoeuvre;
 mod page;
-mod parallel;
 mod plan;
 mod prior;
+mod record;
 mod rehearse;
+mod request;
 mod rig;
 mod spoken;
 mod wave;
 mod weigh;
 mod words;
+mod work;
 
 pub use allocate::{Allocation, Criterion, Program, Target};
 pub use error::Error;
 pub use files::commands_csv;
+pub use forecast::{Chart, Forecast};
 pub use goal::{Goal, Width};
 pub use limits::Limits;
 pub use logging::Logging;
 pub use lua::lua_script;
 pub use manoeuvre::{Kind, Manoeuvre};
 pub use page::{chart_svg, deck_page};
-pub use plan::{
-    Certificate, Chart, Forecast, LimitCheck, PLAN_SCHEMA, Plan, Planned, Request, plan,
-};
+pub use plan::{Certificate, LimitCheck, PLAN_SCHEMA, Plan, Planned};
 pub use prior::Prior;
 pub use rehearse::{Rehearsal, rehearse};
+pub use request::Request;
 pub use wave::Wave;
 pub use words::words;
+pub use work::plan;

@@ -1,4 +1,4 @@
-//! What a trial must not exceed.
+//! Limits of a trial.
 
 use nalgebra::{Vector3, Vector6};
 use schemars::JsonSchema;
@@ -25,9 +25,9 @@ pub struct Limits {
     pub start_depth_m: f64,
     /// The least and the greatest depth, m.
     pub depth_m: [f64; 2],
-    /// How far the vehicle may go north or south, and east or west, of where it begins, m.
+    /// The greatest distance north or south, and east or west, of the start, m.
     pub box_m: [f64; 2],
-    /// How far it may go from there in a straight line, m: what a tether leaves.
+    /// The greatest straight distance from the start, m: the usable length of a tether.
     pub tether_m: Option<f64>,
 }
 

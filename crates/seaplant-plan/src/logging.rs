@@ -1,23 +1,15 @@
-//! What will be logged, how well, and what of it is too little.
+//! Logged channels with their rates and noise, and warnings about missing or slow ones.
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector6;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
+use seaplant::Dof;
 use seaplant::estimate::{ExpectedNoise, ExpectedNoises};
-use seaplant::motion::State;
-use seaplant::quantity::{Attitude, Axis, World};
-use seaplant::{Dof, Quantity, Recording, Thruster, Timed};
 use serde::{Deserialize, Serialize};
 
-use crate::drive::{Driven, TICK_S};
-use crate::rig::Rig;
-use crate::wave::normal;
 use crate::{Error, Manoeuvre};
 
-/// What is logged and how well; every field has a default, of a vehicle with a DVL, a gyroscope,
+/// Rates and noise of the logged channels; every field has a default, of a vehicle with a DVL, a gyroscope,
 /// attitude and depth. Zero Hz means that a channel is not logged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -64,9 +56,6 @@ impl Default for Logging {
     }
 }
 
-/// Commands that are given this often are logged no finer, Hz.
-const FASTEST_HZ: f64 = 1.0 / TICK_S;
-
 impl Logging {
     /// Checks rates and standard deviations.
     ///
@@ -111,7 +100,7 @@ impl Logging {
         Ok(())
     }
 
-    /// What a filter expects of these instruments and of disturbances by axis.
+    /// Returns the noise of these instruments, with disturbances by axis.
     pub(crate) fn noises(&self, disturbances: &BTreeMap<Dof, (f64, f64)>) -> ExpectedNoises {
         let own = |(dof, (disturbance, correlation_s)): (&Dof, &(f64, f64))| {
             let velocity =
@@ -135,60 +124,7 @@ impl Logging {
         }
     }
 
-    /// What the log of a run holds; with noise by a seed, or without. Velocities are those of the
-    /// plant's axes: noise of others would enter by the Coriolis forces of what the plant lacks.
-    pub(crate) fn recording(
-        &self,
-        rig: &Rig,
-        driven: &Driven,
-        axes: &[Dof],
-        (start_depth_m, noise): (f64, Option<u64>),
-    ) -> Result<Recording, Error> {
-        let mut random = noise.map(ChaCha8Rng::seed_from_u64);
-        let mut recording = Recording::new();
-        for (thruster, inputs) in rig.thrusters.iter().zip(&driven.inputs) {
-            let Thruster { name, curve, .. } = thruster;
-            let quantity = Quantity::Thruster { name: name.clone(), input: curve.input() };
-            let every = (FASTEST_HZ / self.thrusters_hz).round().max(1.0) as usize;
-            recording.insert(quantity, every_so_many(&driven.time_s, inputs, every)?);
-        }
-        let mut put = |quantity: Quantity, hz: f64, std: f64, of: &dyn Fn(&State) -> f64| {
-            if hz <= 0.0 {
-                return Ok(());
-            }
-            let every = (FASTEST_HZ / hz).round().max(1.0) as usize;
-            let mut values: Vec<f64> = driven.states.iter().map(of).collect();
-            if let Some(random) = &mut random {
-                values.iter_mut().for_each(|x| *x += std * normal(random));
-            }
-            recording.insert(quantity, every_so_many(&driven.time_s, &values, every)?);
-            Ok::<(), Error>(())
-        };
-        for (k, dof) in [Dof::Surge, Dof::Sway, Dof::Heave].into_iter().enumerate() {
-            let quantity = Quantity::Velocity(dof);
-            if !axes.contains(&dof) {
-                continue;
-            }
-            put(quantity, self.velocity_hz, self.velocity_std_m_s, &|state| state[6 + k])?;
-        }
-        for (k, axis) in [Axis::X, Axis::Y, Axis::Z].into_iter().enumerate() {
-            let quantity = Quantity::Rate(axis);
-            put(quantity, self.rate_hz, self.rate_std_rad_s, &|state| rates(state)[k])?;
-        }
-        let angles = [Attitude::Roll, Attitude::Pitch, Attitude::Heading];
-        for (k, angle) in angles.into_iter().enumerate() {
-            let quantity = Quantity::Attitude(angle);
-            put(quantity, self.attitude_hz, self.attitude_std_rad, &|state| state[3 + k])?;
-        }
-        put(Quantity::Depth, self.depth_hz, self.depth_std_m, &|state| start_depth_m + state[2])?;
-        for (k, way) in [World::North, World::East].into_iter().enumerate() {
-            let quantity = Quantity::Position(way);
-            put(quantity, self.position_hz, self.position_std_m, &|state| state[k])?;
-        }
-        Ok(recording)
-    }
-
-    /// What is said before the dive: rates too slow for the lag, channels that are missing, clocks.
+    /// Returns warnings before the dive: rates too slow for the lag, missing channels, clocks.
     pub(crate) fn doubts(
         &self,
         axes: &[Dof],
@@ -250,12 +186,3 @@ impl Logging {
 
 /// A period of fewer samples loses its highest harmonics.
 const SAMPLES_A_PERIOD: f64 = 30.0;
-
-fn rates(state: &State) -> Vector6<f64> {
-    Vector6::from_fn(|k, _| if k < 3 { state[9 + k] } else { 0.0 })
-}
-
-fn every_so_many(time_s: &[f64], values: &[f64], every: usize) -> Result<Timed, Error> {
-    let take = |of: &[f64]| of.iter().step_by(every).copied().collect::<Vec<f64>>();
-    Ok(Timed::new("log", take(time_s), take(values))?)
-}

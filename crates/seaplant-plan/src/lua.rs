@@ -12,7 +12,7 @@ use crate::prior::Prior;
 use crate::rig::Rig;
 use crate::wave::Wave;
 
-/// What the script does, whatever the vehicle.
+/// The part of the script that is the same for all vehicles.
 const SCRIPT: &str = include_str!("../templates/plan.lua");
 
 /// Pulse widths of command 0 and from there to ±1, µs.
@@ -180,7 +180,7 @@ mod tests {
 
     use super::*;
     use crate::limits::Limits;
-    use crate::plan::Request;
+    use crate::request::Request;
 
     /// ArduPilot's bindings, replaced by a recorder: what the script reads is in `world`, what it does
     /// is in `done`.

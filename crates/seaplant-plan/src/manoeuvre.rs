@@ -11,7 +11,7 @@ use crate::limits::Limits;
 use crate::rig::Rig;
 use crate::wave::{Wave, seed_of};
 
-/// What is driven.
+/// The kind of manoeuvre.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
@@ -69,9 +69,9 @@ impl Kind {
 /// A manoeuvre: forces in time, and how the vehicle is held meanwhile.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Manoeuvre {
-    /// What it is called in files: `surge-multisine-20s`.
+    /// Its name in files: `surge-multisine-20s`.
     pub name: String,
-    /// What is driven.
+    /// The kind of manoeuvre.
     pub kind: Kind,
     /// The axes that are driven.
     #[serde(deserialize_with = "axes_by_name")]
@@ -97,9 +97,9 @@ impl Manoeuvre {
     }
 }
 
-/// How stiffly axes are held that are not driven, rad/s …
+/// Natural frequency of the hold of axes that are not driven, rad/s …
 const HELD: f64 = 0.6;
-/// … and how weakly those that are, as a part of the manoeuvre's slowest frequency.
+/// … and of driven axes, as a part of the manoeuvre's slowest frequency.
 const DRIVEN_PART: f64 = 0.3;
 /// Harmonics of a multisine.
 const HARMONICS: [u32; 6] = [1, 2, 3, 4, 6, 9];
@@ -112,7 +112,7 @@ const PERIODS_S: [f64; 2] = [4.0, 120.0];
 /// A fast and a slow multisine, in turns of the axis's time constant.
 const TURNS: [f64; 3] = [1.5, 4.0, 10.0];
 
-/// What an axis allows.
+/// Force and time constant of an axis within its limits.
 struct AxisScale {
     dof: Dof,
     force: f64,
@@ -311,7 +311,7 @@ pub(crate) fn driving_force(plant: &Plant, rig: &Rig, limits: &Limits, dof: Dof)
     AxisScale::of(plant, rig, limits, dof).map(|scale| scale.force)
 }
 
-/// What is driven without a plan: each axis by itself, by the paper's sinusoid and joystick, or by a
+/// Returns manoeuvres without a plan: each axis by itself, by the paper's sinusoid and joystick, or by a
 /// sweep.
 pub(crate) fn unplanned(
     kind: Kind,

@@ -2,12 +2,15 @@
 
 use std::fmt::Write as _;
 
-use crate::plan::Plan;
-use crate::spoken::spoken;
-use crate::words::goal_rows;
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior, Value};
+use seaplant::spoken;
+use serde::Serialize;
 
-/// What every such page begins with.
-const MARK: &str = "<!DOCTYPE html><!-- seaplant plan -->";
+use crate::Error;
+use crate::plan::Plan;
+use crate::words::goal_rows;
 
 /// Size of the chart, and of what is around its field, px.
 const SIZE: (f64, f64) = (760.0, 360.0);
@@ -120,74 +123,35 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A page without scripts or network to print for the deck: what to drive with boxes to tick, what
-/// will be known, the chart, the limits, what to mend before the dive.
-pub fn deck_page(plan: &Plan) -> String {
-    let mut page = format!(
-        "{MARK}\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Plan: {0}</title><style>
-body{{font:15px/1.4 sans-serif;max-width:52rem;margin:1.5rem auto;padding:0 1rem;color:#111;background:#fff}}
-table{{border-collapse:collapse;width:100%;margin:.6rem 0}}th,td{{text-align:left;padding:.25rem .5rem;border-bottom:1px solid #bbb;vertical-align:top}}
-td.box{{width:1.2rem;font-size:1.3rem;line-height:1}}svg{{max-width:100%;height:auto}}.doubt{{border-left:4px solid #d55e00;padding-left:.6rem}}
-@media print{{body{{margin:0;font-size:12px}}h2{{break-after:avoid}}tr,svg{{break-inside:avoid}}}}</style></head><body>
-<h1>Plan: {0}</h1><p>{1} min of driving. {2}.</p>",
-        escaped(&plan.vehicle),
-        spoken(plan.minutes),
-        escaped(&plan.prior)
-    );
-    for doubt in &plan.doubts {
-        let _ = write!(
-            page,
-            "<p class=\"doubt\"><strong>Before the dive:</strong> {}.</p>",
-            escaped(doubt)
-        );
-    }
-    page.push_str("<h2>What to drive</h2><table><tr><th></th><th>no.</th><th>manoeuvre</th><th>file</th><th>time, remarks</th></tr>");
-    for (k, planned) in plan.manoeuvres.iter().enumerate() {
-        let _ = write!(
-            page,
-            "<tr><td class=\"box\">☐</td><td>{}</td><td>{}</td><td>{}</td><td></td></tr>",
-            k + 1,
-            escaped(&planned.words),
-            escaped(&planned.manoeuvre.name)
-        );
-    }
-    page.push_str("</table><h2>What will be known</h2><table><tr>");
-    let (head, rows) = goal_rows(plan);
-    for cell in head {
-        let _ = write!(page, "<th>{cell}</th>");
-    }
-    page.push_str("</tr>");
-    for row in rows {
-        page.push_str("<tr>");
-        for cell in row {
-            let _ = write!(page, "<td>{}</td>", escaped(&cell));
-        }
-        page.push_str("</tr>");
-    }
-    let limits = &plan.request.limits;
-    let _ = write!(
-        page,
-        "</table>{}<h2>Limits</h2><p>Depth {} to {} m, begin at {} m. Within {} m north and south and {} m east and west of the beginning{}. At most {} m/s, {} rad/s, {:.0}° of roll and pitch, {:.0} % of thrust. {} of {} simulated runs in disturbances broke a limit; at most {:.0} % of {} was used.</p>",
-        chart_svg(plan),
-        limits.depth_m[0],
-        limits.depth_m[1],
-        limits.start_depth_m,
-        limits.box_m[0],
-        limits.box_m[1],
-        limits.tether_m.map_or(String::new(), |m| format!(", {m} m of tether")),
-        limits.speed_m_s,
-        limits.rate_rad_s,
-        limits.tilt_rad.to_degrees(),
-        100.0 * limits.thrust_part,
-        plan.check.broken,
-        plan.check.runs,
-        100.0 * plan.check.greatest,
-        escaped(&plan.check.of)
-    );
-    page.push_str("<h2>Notes</h2><ul>");
-    for note in &plan.notes {
-        let _ = write!(page, "<li>{}</li>", escaped(note));
-    }
-    page.push_str("</ul></body></html>\n");
-    page
+/// The values that the template of the deck page shows.
+#[derive(Serialize)]
+struct Deck<'a> {
+    plan: &'a Plan,
+    minutes: String,
+    goal_head: [&'static str; 5],
+    goal_rows: Vec<[String; 5]>,
+    chart: String,
+    tilt_deg: f64,
+}
+
+/// Returns a page without scripts or network to print for the deck: manoeuvres with boxes to tick,
+/// predicted intervals, the chart, the limits, and doubts to resolve before the dive.
+///
+/// # Errors
+/// [`Error::Page`] if the template cannot be filled in.
+pub fn deck_page(plan: &Plan) -> Result<String, Error> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    environment.add_template("deck.html", include_str!("../templates/deck.html"))?;
+    let (goal_head, goal_rows) = goal_rows(plan);
+    let deck = Deck {
+        plan,
+        minutes: spoken(plan.minutes),
+        goal_head,
+        goal_rows,
+        chart: chart_svg(plan),
+        tilt_deg: plan.request.limits.tilt_rad.to_degrees(),
+    };
+    Ok(environment.get_template("deck.html")?.render(Value::from(Serde(deck)))?)
 }

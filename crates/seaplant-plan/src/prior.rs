@@ -1,13 +1,13 @@
-//! What is believed of a vehicle before the trial.
+//! The believed plant of a vehicle before the trial.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, Matrix3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use seaplant::exchange::{Actuation, Draws, Origin, PlantModel};
 use seaplant::plant::{Basis, GRAVITY, Plant, Product, RigidBody, Structure, Symmetry};
+use seaplant::random::normal;
 use seaplant::results::Parameter;
 use seaplant::{Dof, Vehicle};
 
@@ -18,18 +18,18 @@ use crate::Error;
 pub struct Prior {
     /// The plant on the terms that a fit would have, with thrusters.
     pub model: PlantModel,
-    /// What its trials tell already, by the names of its coefficients: of results, else none.
+    /// Names and covariance of coefficients known from earlier trials; none without results.
     pub known: Option<(Vec<String>, DMatrix<f64>)>,
     /// Standard deviation of each coefficient: a part of its value that is drawn as a factor, or an
     /// amount of one that may be zero.
     pub(crate) spread: Vec<Spread>,
-    /// Where the numbers come from, in words.
+    /// The source of the numbers, in words.
     pub words: String,
     /// Standard deviation of thrust that motion does not reveal, as a part.
     pub thrust_part: f64,
 }
 
-/// How a coefficient is drawn.
+/// The distribution of a coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Spread {
     /// By a factor e^(σ n).
@@ -224,9 +224,8 @@ impl Prior {
 
     /// One draw, if a vehicle can have it; masses of two axes keep their correlation.
     fn drawn(&self, own: &Plant, random: &mut ChaCha8Rng) -> Option<Plant> {
-        let mut normal = || -> f64 { StandardNormal.sample(random) };
         let structure = own.structure();
-        let moves: Vec<f64> = self.spread.iter().map(|_| normal()).collect();
+        let moves: Vec<f64> = self.spread.iter().map(|_| normal(random)).collect();
         let factor = |dof: Dof| {
             let k = structure.index_of(&Basis::Mass(dof, dof))?;
             let Spread::Factor(std) = self.spread[k] else { return Some(1.0) };

@@ -16,22 +16,24 @@ use crate::prior::Prior;
 use crate::rig::Rig;
 use crate::wave::{Wave, seed_of};
 
-/// How a plan is rehearsed.
+/// Settings of a rehearsal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rehearsal {
-    /// Where all random numbers start: also the true plant, which is a draw from the prior.
+    /// Seed of all random numbers, and of the true plant, which is drawn from the prior.
     pub seed: u64,
     /// Length of the held-out trial, s; none of zero.
     pub hold_out_s: f64,
+    /// True to drive the believed plant in place of a draw from the prior.
+    pub is_believed: bool,
 }
 
 impl Default for Rehearsal {
     fn default() -> Self {
-        Self { seed: 7, hold_out_s: 120.0 }
+        Self { seed: 7, hold_out_s: 120.0, is_believed: false }
     }
 }
 
-/// Drives a plan with a vehicle whose plant is a draw from the prior, in disturbances, and gives its
+/// Drives a plan with a vehicle whose plant is a draw from the prior, in disturbances, and returns its
 /// logs with the truth.
 ///
 /// Instruments sit at the vehicle's origin. The held-out trial is joystick steps on all axes.
@@ -47,8 +49,9 @@ pub fn rehearse(
     let request = &plan.request;
     let rig = Rig::new(&prior.model, request.limits.thrust_part, request.full_input)?;
     let plants = prior.draws(2, seed_of(rehearsal.seed, "truth"))?;
-    let (believed, truth) = (&plants[0], &plants[plants.len() - 1]);
-    let noises = plan.noises(prior, &rig);
+    let believed = &plants[0];
+    let truth = if rehearsal.is_believed { believed } else { &plants[plants.len() - 1] };
+    let noises = request.noises(prior, &rig);
     let mut trials = Vec::new();
     let held_out = hold_out(plan, rehearsal);
     let fitted = plan.manoeuvres.iter().map(|planned| (planned, Role::Fit));
@@ -56,11 +59,11 @@ pub fn rehearse(
         let manoeuvre = &planned.manoeuvre;
         let pilot = Pilot::new(believed, &rig, &request.limits, manoeuvre);
         let seed = seed_of(rehearsal.seed, &manoeuvre.name);
-        let sea = Sea { noises: &noises, current: request.current_m_s, seed };
+        let logging = &request.logging;
+        let sea = Sea { noises: &noises, logging, current: request.current_m_s, seed };
         let driven = drive(truth, &pilot, 60.0 * planned.minutes, Some(sea))?;
         let depth_m = request.limits.start_depth_m;
-        let mut recording =
-            request.logging.recording(&rig, &driven, &plan.axes, (depth_m, Some(seed ^ 0x5ea)))?;
+        let mut recording = logging.recording(&rig, &driven, &plan.axes, depth_m)?;
         let axes = [(Dof::Surge, Axis::X), (Dof::Sway, Axis::Y), (Dof::Heave, Axis::Z)];
         for (dof, axis) in axes {
             if let Some(velocity) = recording.remove(&Quantity::Velocity(dof)) {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector6};
 use seaplant::exchange::PlantModel;
-use seaplant::{Dof, ThrustCurve, Thruster, ThrusterInput};
+use seaplant::{Dof, Thruster, ThrusterInput};
 
 use crate::Error;
 
@@ -66,7 +66,7 @@ impl Rig {
             full.iter().map(|ends| ends.map(|end| thrust_part * end)).collect();
         let n = thrusters.len();
         let wrenches = DMatrix::from_fn(6, n, |axis, k| thrusters[k].unit_wrench()[axis]);
-        // What the plant has no axis for is held by the hull, not by thrusters.
+        // Thrusters do not act on axes that the plant lacks: the hull holds them.
         let own = |axis: usize| model.plant.axes().iter().any(|dof| dof.index() == axis);
         let of_plant =
             DMatrix::from_fn(6, n, |axis, k| if own(axis) { wrenches[(axis, k)] } else { 0.0 });
@@ -121,29 +121,8 @@ impl Rig {
     /// The input that makes a thrust, in the unit of the curve.
     pub(crate) fn input(&self, k: usize, thrust: f64) -> f64 {
         let curve = &self.thrusters[k].curve;
-        let still = curve.neutral();
-        if thrust == 0.0 {
-            return still;
-        }
-        match curve {
-            ThrustCurve::Quadratic { law, .. } => {
-                let coefficient = if thrust < 0.0 { law.reverse } else { law.forward };
-                let beyond = (thrust.abs() / coefficient.max(f64::MIN_POSITIVE)).sqrt();
-                still + (beyond + law.deadband).copysign(thrust)
-            }
-            ThrustCurve::Table { .. } => {
-                let (low, high) = curve.range();
-                let end = if curve.force(high, None) * thrust > 0.0 { high } else { low };
-                // Halves: 40 leave less than a part in 1e12.
-                let (mut less, mut more) = (still, end);
-                for _ in 0..40 {
-                    let middle = 0.5 * (less + more);
-                    let is_less = curve.force(middle, None) * thrust.signum() < thrust.abs();
-                    if is_less { less = middle } else { more = middle }
-                }
-                more
-            }
-        }
+        // Thrust that a curve does not give was never allowed.
+        curve.input_for(thrust, None).unwrap_or_else(|| curve.neutral())
     }
 
     /// The wrench of some inputs as thrusters turn, N and N m.
@@ -157,7 +136,7 @@ impl Rig {
         wrench
     }
 
-    /// Whether every thruster takes a command from −1 to 1 or a pulse width.
+    /// Returns true if every thruster takes a command from −1 to 1 or a pulse width.
     pub(crate) fn takes_servo_output(&self) -> bool {
         let servo = [ThrusterInput::Command, ThrusterInput::Pwm];
         self.thrusters.iter().all(|thruster| servo.contains(&thruster.curve.input()))

@@ -2,22 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use seaplant::Dof;
+use seaplant::{Dof, spoken};
 
 use crate::manoeuvre::{Kind, Manoeuvre};
-
-/// A number with three digits, without an exponent where it needs none.
-pub(crate) fn spoken(x: f64) -> String {
-    let size = x.abs();
-    match size {
-        _ if x == 0.0 => "0".to_owned(),
-        _ if !(1e-3..1e5).contains(&size) => format!("{x:.1e}"),
-        _ if size >= 100.0 => format!("{x:.0}"),
-        _ if size >= 10.0 => format!("{x:.1}"),
-        _ if size >= 1.0 => format!("{x:.2}"),
-        _ => format!("{x:.3}"),
-    }
-}
 
 /// One line for the deck: `surge, 6 min: multisine of 20 s, −0.6 to 0.7 m/s`.
 pub(crate) fn of_manoeuvre(

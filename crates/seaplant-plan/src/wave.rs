@@ -1,6 +1,6 @@
-//! What a manoeuvre asks of an axis in time.
+//! Forces of a manoeuvre in time.
 
-use rand::{Rng, RngExt, SeedableRng};
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ pub enum Wave {
     Steps {
         /// The rows; times increase from 0.
         steps: Vec<[f64; 2]>,
-        /// How long a period is, s.
+        /// Length of a period, s.
         period_s: f64,
     },
     /// The sum of others.
@@ -167,12 +167,6 @@ pub(crate) fn seed_of(seed: u64, name: &str) -> u64 {
     // FNV-1a: the same on every machine, and apart for names that differ by a letter.
     let start = 0xcbf2_9ce4_8422_2325_u64 ^ seed;
     name.bytes().fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
-}
-
-/// A standard normal number.
-pub(crate) fn normal(random: &mut impl Rng) -> f64 {
-    use rand_distr::{Distribution, StandardNormal};
-    StandardNormal.sample(random)
 }
 
 #[cfg(test)]

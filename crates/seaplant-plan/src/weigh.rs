@@ -1,22 +1,22 @@
-//! What each manoeuvre tells of the plants that a vehicle may have.
+//! Fisher information of each manoeuvre on the plants that a vehicle may have.
 
 use nalgebra::DMatrix;
 use seaplant::estimate::{Actuator, ExpectedNoises, Information, information, information_before};
 use seaplant::plant::Plant;
-use seaplant::{CoupledRecord, Role, TrialSetup, Vehicle};
+use seaplant::{CoupledRecord, Role, TrialSetup, Vehicle, parallel};
 
+use crate::Error;
 use crate::drive::{Driven, Pilot, Sea, drive};
 use crate::limits::Limits;
 use crate::logging::Logging;
 use crate::manoeuvre::Manoeuvre;
 use crate::rig::Rig;
 use crate::wave::seed_of;
-use crate::{Error, parallel};
 
-/// How long a manoeuvre is driven when its information is weighed, s.
+/// Length of the run by which the information of a manoeuvre is calculated, s.
 pub(crate) const WEIGHED_S: f64 = 120.0;
 
-/// A manoeuvre within its limits, and what a second of it tells.
+/// A manoeuvre within its limits, and its information by second.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
     pub(crate) manoeuvre: Manoeuvre,
@@ -65,7 +65,7 @@ impl Bench<'_> {
         }
     }
 
-    /// What a fit knows before it measures anything.
+    /// Returns the prior information of a fit.
     pub(crate) fn before(&self) -> Information {
         information_before(&self.plants[0], &self.actuator())
     }
@@ -100,7 +100,8 @@ impl Bench<'_> {
         let pilot = Pilot::new(&self.plants[0], self.rig, self.limits, manoeuvre);
         for (k, plant) in self.plants.iter().enumerate() {
             let seed = seed_of(self.seed ^ k as u64, &manoeuvre.name);
-            let sea = Sea { noises: self.noises, current: self.current, seed };
+            let Self { noises, logging, current, .. } = *self;
+            let sea = Sea { noises, logging, current, seed };
             // A motion that runs away breaks the limit of speed before anything else.
             let Ok(driven) = drive(plant, &pilot, WEIGHED_S, Some(sea)) else {
                 return Ok(Some("speed_m_s"));
@@ -136,8 +137,7 @@ impl Bench<'_> {
     /// The record of a run without noise.
     pub(crate) fn record(&self, name: &str, driven: &Driven) -> Result<CoupledRecord, Error> {
         let depth_m = self.limits.start_depth_m;
-        let recording =
-            self.logging.recording(self.rig, driven, self.plants[0].axes(), (depth_m, None))?;
+        let recording = self.logging.recording(self.rig, driven, self.plants[0].axes(), depth_m)?;
         let setup = TrialSetup { name: name.to_owned(), role: Role::Fit, ..TrialSetup::default() };
         Ok(CoupledRecord::new(&setup, &recording, self.vehicle, self.plants[0].axes())?)
     }

@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 
-use crate::plan::{Forecast, Plan};
-use crate::spoken::spoken;
+use seaplant::spoken;
+
+use crate::forecast::Forecast;
+use crate::plan::Plan;
 
 /// A name, a value with half of its interval before and after, and the goal.
 fn of_forecast(forecast: &Forecast) -> [String; 5] {

@@ -190,7 +190,7 @@ impl Caveat {
 }
 
 /// A number in a sentence: three significant digits, or all before the point.
-pub(crate) fn spoken(x: f64) -> String {
+pub fn spoken(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
     }

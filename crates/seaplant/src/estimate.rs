@@ -49,9 +49,9 @@ use crate::terms::Term;
 use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{AxisRecord, Caveat, CaveatCode, Error, LumpedParameters, Terms};
 
-/// No log tells mass and drag more precisely than to this part: propeller speeds are rounded, and
-/// nobody saw what they did between samples.
-const PRECISION: f64 = 1e-3;
+/// The least standard deviation of mass and drag that a fit states, as a part: propeller speeds are
+/// rounded, and not logged between samples.
+pub const PRECISION: f64 = 1e-3;
 
 /// How the errors of one-step predictions follow each other: white noise, if the model of the plant,
 /// the disturbance and the noise is right.

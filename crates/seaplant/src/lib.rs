@@ -80,10 +80,12 @@ mod judge;
 pub mod monte_carlo;
 pub mod motion;
 mod navigation;
-mod parallel;
+#[doc(hidden)]
+pub mod parallel;
 pub mod plant;
 pub mod quantity;
-mod random;
+#[doc(hidden)]
+pub mod random;
 pub mod regression;
 pub mod results;
 mod series;
@@ -98,6 +100,8 @@ mod vehicle;
 
 pub use axes::{axes_by_name, schema_of_axes};
 pub use bollard::{BollardFit, fit_bollard_pull};
+#[doc(hidden)]
+pub use caveat::spoken;
 pub use caveat::{Caveat, CaveatCode, Severity};
 pub use clock::{ClockOffset, OffsetPair, estimate_offset};
 pub use compare::{

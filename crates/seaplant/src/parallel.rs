@@ -4,13 +4,13 @@ use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// What `work` makes of each item, in their order: the number of threads changes no result.
-pub(crate) fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+/// Returns the result of `work` for each item, in their order: the number of threads changes no result.
+pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     of_each(items.len(), |k| work(&items[k]))
 }
 
-/// What `work` makes of each number below `count`, in their order.
-pub(crate) fn of_each<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
+/// Returns the result of `work` for each number below `count`, in their order.
+pub fn of_each<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
     let threads = thread::available_parallelism().map_or(1, NonZero::get).min(count);
     if threads < 2 {
         return (0..count).map(work).collect();

@@ -5,17 +5,14 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 /// A draw from the standard normal distribution.
-pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
+pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     rng.sample(StandardNormal)
 }
 
 /// A first-order Gauss–Markov process, stationary from the start, with its correlation time in steps.
-pub(crate) fn gauss_markov(
-    mut rng: ChaCha8Rng,
-    std: f64,
-    correlation: f64,
-    count: usize,
-) -> Vec<f64> {
+///
+/// `f_{k+1} = a f_k + σ √(1 − a²) n_k` with a = exp(−1 / `correlation`).
+pub fn gauss_markov(mut rng: ChaCha8Rng, std: f64, correlation: f64, count: usize) -> Vec<f64> {
     let keep = (-1.0 / correlation).exp();
     let renew = (1.0 - keep * keep).sqrt();
     let mut x = normal(&mut rng);

@@ -228,6 +228,45 @@ impl ThrustCurve {
         }
     }
 
+    /// The input at which the curve gives a thrust \[N\], in the unit of the curve.
+    ///
+    /// `voltage` is as in [`Self::force`]. Thrust beyond the end of a table has the input of that end;
+    /// `None` where the curve gives no thrust that way.
+    ///
+    /// # Example
+    /// ```
+    /// use seaplant::{QuadraticThrust, ThrustCurve, ThrusterInput};
+    /// let law = QuadraticThrust { forward: 40.0, reverse: 10.0, deadband: 0.1, ..Default::default() };
+    /// let curve = ThrustCurve::Quadratic { input: ThrusterInput::Command, law };
+    /// assert_eq!(curve.input_for(10.0, None), Some(0.6));
+    /// assert_eq!(curve.input_for(-10.0, None), Some(-1.1));
+    /// ```
+    pub fn input_for(&self, thrust: f64, voltage: Option<f64>) -> Option<f64> {
+        let still = self.neutral();
+        if thrust == 0.0 {
+            return Some(still);
+        }
+        match self {
+            Self::Quadratic { law, .. } => {
+                let coefficient = if thrust < 0.0 { law.reverse } else { law.forward };
+                let beyond = (thrust.abs() / coefficient).sqrt() + law.deadband;
+                (coefficient > 0.0).then(|| still + beyond.copysign(thrust))
+            }
+            Self::Table { .. } => {
+                let (low, high) = self.range();
+                let gives = |input: f64| self.force(input, voltage) * thrust.signum();
+                let end = [low, high].into_iter().find(|end| gives(*end) > 0.0)?;
+                // Each halving of the interval from rest to the end wins a binary digit: 60 suffice.
+                let (mut less, mut more) = (still, end);
+                for _ in 0..60 {
+                    let middle = 0.5 * (less + more);
+                    if gives(middle) < thrust.abs() { less = middle } else { more = middle }
+                }
+                Some(more)
+            }
+        }
+    }
+
     /// The input that makes no thrust, or the middle of those that make least.
     pub fn neutral(&self) -> f64 {
         match self {

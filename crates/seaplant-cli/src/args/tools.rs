@@ -46,6 +46,19 @@ pub struct Vehicle {
     pub vehicle: PathBuf,
 }
 
+/// Serve the page on the loopback address, for this machine only, until Ctrl-C.
+#[cfg(not(target_family = "wasm"))]
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  seaplant page FOLDER")]
+pub struct Page {
+    /// The folder that scripts/page made, or its index.html; by default `page` beside the program.
+    #[arg(value_hint = ValueHint::AnyPath)]
+    pub page: Option<PathBuf>,
+    /// The port; 0 for any that is free.
+    #[arg(long, value_name = "PORT", default_value_t = 8036)]
+    pub port: u16,
+}
+
 /// A kind of file.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum SchemaKind {

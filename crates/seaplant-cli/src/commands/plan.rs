@@ -167,7 +167,7 @@ fn files(prior: &Prior, made: &Plan) -> Result<(Vec<File>, Vec<String>)> {
     let text = |path: &str, text: String| File { path: path.to_owned(), bytes: text.into_bytes() };
     let mut files = vec![
         text("plan.json", serde_json::to_string_pretty(made)? + "\n"),
-        text("plan.html", deck_page(made)),
+        text("plan.html", deck_page(made)?),
         text("plan.svg", chart_svg(made) + "\n"),
     ];
     let mut notes = Vec::new();

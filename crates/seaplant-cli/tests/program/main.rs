@@ -17,6 +17,7 @@ mod look;
 mod memory;
 mod methods;
 mod overwriting;
+mod page;
 mod plan;
 mod predict;
 mod proposed;

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::PlantModel;
 use crate::motion::Inputs;
+use crate::random::gauss_markov;
 use crate::results::{CoupledPlant, PlantResult};
 use crate::{Dof, Error, Timed};
 
@@ -31,18 +31,11 @@ const GRID_S: f64 = 0.1;
 const MOST_STEPS: f64 = 1e6;
 
 impl Disturbance {
-    /// A draw from time 0 on: `f_{k+1} = a f_k + σ √(1 − a²) n_k` with a = exp(−h / T).
-    fn draw(&self, until_s: f64, random: &mut ChaCha8Rng) -> Result<Timed, Error> {
+    /// Draws the force from time 0 on.
+    fn draw(&self, until_s: f64, random: ChaCha8Rng) -> Result<Timed, Error> {
         let h = GRID_S.min(0.2 * self.correlation_s).max(until_s / MOST_STEPS);
         let steps = (until_s / h).ceil().max(0.0) as usize;
-        let fade = (-h / self.correlation_s).exp();
-        let mut normal = || -> f64 { StandardNormal.sample(random) };
-        let mut force = self.std * normal();
-        let mut forces = Vec::with_capacity(steps + 1);
-        for _ in 0..=steps {
-            forces.push(force);
-            force = fade * force + self.std * (1.0 - fade * fade).sqrt() * normal();
-        }
+        let forces = gauss_markov(random, self.std, self.correlation_s / h, steps + 1);
         let times: Vec<f64> = (0..=steps).map(|k| h * k as f64).collect();
         Timed::new("disturbance", times, forces)
     }
@@ -65,7 +58,7 @@ impl PlantModel {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             // A stream for each axis and draw, apart from that of the coefficients.
             random.set_stream(1 + (6 * k + dof.index()) as u64);
-            let drawn = disturbance.draw(until_s, &mut random)?;
+            let drawn = disturbance.draw(until_s, random)?;
             let place = &mut disturbed.force[dof.index()];
             *place = Some(match place.take() {
                 Some(force) => sum(&force, &drawn)?,
@@ -114,8 +107,8 @@ mod tests {
     #[test]
     fn a_draw_has_the_spread_and_the_memory_that_were_asked_for() {
         let disturbance = Disturbance { std: 20.0, correlation_s: 2.0 };
-        let mut random = ChaCha8Rng::seed_from_u64(3);
-        let drawn = disturbance.draw(20_000.0, &mut random).expect("finite");
+        let random = ChaCha8Rng::seed_from_u64(3);
+        let drawn = disturbance.draw(20_000.0, random).expect("finite");
         let x = drawn.values();
         let mean = x.iter().sum::<f64>() / x.len() as f64;
         let of = |lag: usize| {

@@ -68,21 +68,12 @@ impl PlantModel {
             }
             ThrustCurve::Quadratic { .. } => return None,
         };
-        let force = |x: f64| curve.force(x, supply_v);
-        let still = curve.neutral();
         if part == 0.0 {
-            return Some(still);
+            return Some(curve.neutral());
         }
-        let end = ends.into_iter().find(|end| force(*end) * part > 0.0)?;
-        let wanted = part.abs() * force(end).abs();
-        // From rest to the end of the curve, by halves: 60 leave less than the last digit.
-        let (mut less, mut more) = (still, end);
-        for _ in 0..60 {
-            let middle = 0.5 * (less + more);
-            let reached = force(middle) * part.signum();
-            if reached < wanted { less = middle } else { more = middle }
-        }
-        Some(more)
+        let mut thrusts = ends.into_iter().map(|end| curve.force(end, supply_v));
+        let greatest = thrusts.find(|thrust| thrust * part > 0.0)?;
+        curve.input_for(part.abs() * greatest, supply_v)
     }
 
     /// The most force or moment that all thrusters make on an axis, the negative way and the

@@ -4,6 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::filter::Slope;
 use super::fit::Tolerance;
 use super::search;
 use super::uncertainty::inverse;
@@ -95,7 +96,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         Ok((self, found))
     }
 
-    /// The thruster that most clearly stands still or pushes the other way in a trial.
+    /// Returns the thruster that most clearly stands still or pushes the other way in a trial, and not in
+    /// all trials: one gain is wrong in all of them.
     fn worst_of_trials(&self, group: &[Basis]) -> Result<Option<OfTrial>, Error> {
         let structure = search::with_all(&self.problem.structure, group)?;
         let wide = self.problem.with_terms(structure);
@@ -107,19 +109,26 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let rest: Vec<usize> = (0..p).chain(others).collect();
         let of_rest = inverse(&all.information.select_rows(&rest).select_columns(&rest));
         let mut worst: Option<OfTrial> = None;
-        for (trial, part) in parts.iter().enumerate() {
-            for (k, term) in group.iter().enumerate() {
+        for (k, term) in group.iter().enumerate() {
+            let Some(thruster) = thruster_of(&wide.structure, term) else { continue };
+            let of_trial = |(trial, part): (usize, &Slope)| {
                 let cross = part.information.column(p + k).select_rows(&rest);
                 let left = part.information[(p + k, p + k)] - cross.dot(&(&of_rest * &cross));
                 let by = -part.gradient[p + k] / left;
-                let is_known = left > KNOWN.powi(-2);
-                let worth = by * by * left;
-                let leads = worst.as_ref().is_none_or(|worst| worth > worst.worth);
-                if is_known && by < STILL && worth > search::ADMITTED && leads {
-                    let Some(thruster) = thruster_of(&wide.structure, term) else { continue };
-                    worst = Some(OfTrial { trial, thruster, worth, gain: 1.0 + by });
-                }
+                let (worth, gain) = (by * by * left, 1.0 + by);
+                let of = OfTrial { trial, thruster: thruster.clone(), worth, gain };
+                (left > KNOWN.powi(-2)).then_some(of)
+            };
+            let known: Vec<OfTrial> = parts.iter().enumerate().filter_map(of_trial).collect();
+            let is_wrong = |of: &OfTrial| of.gain < 1.0 + STILL && of.worth > search::ADMITTED;
+            if known.iter().all(is_wrong) {
+                continue;
             }
+            worst = known
+                .into_iter()
+                .filter(is_wrong)
+                .chain(worst)
+                .reduce(|one, other| if other.worth > one.worth { other } else { one });
         }
         Ok(worst)
     }

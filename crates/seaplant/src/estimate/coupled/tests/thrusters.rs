@@ -136,6 +136,19 @@ fn a_thruster_that_stands_still_in_one_trial_is_found_there() {
 }
 
 #[test]
+fn a_thruster_that_pushes_the_other_way_in_all_trials_has_a_gain_below_zero() {
+    let mut reversed = [[1.0; 2]; 4];
+    reversed[1] = [-1.0; 2];
+    let fit = fitted(&[trial("a", 29, reversed), trial("b", 30, reversed)]);
+    assert_eq!(fit.faults, []);
+    let found = excess(&fit, "excess-thrust");
+    let found: Vec<f64> = found.into_iter().map(|x| 1.0 + x.expect("admitted")).collect();
+    // Beside the others, whose mean is known to be 1 no better than they are alike.
+    let usual = (found[0] + found[2] + found[3]) / 3.0;
+    assert!((found[1] / usual + 1.0).abs() < 0.03, "{found:?}");
+}
+
+#[test]
 fn thrusters_that_do_as_they_say_have_no_gains() {
     let fit = fitted(&[trial("a", 27, [[1.0; 2]; 4]), trial("b", 28, [[1.0; 2]; 4])]);
     assert!(fit.faults.is_empty());

@@ -1,0 +1,266 @@
+//! Predicted intervals: of goals and coefficients, by the information of manoeuvres and of earlier trials.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+use schemars::JsonSchema;
+use seaplant::estimate::PRECISION;
+use seaplant::plant::Plant;
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::allocate::{Program, Target, inverse};
+use crate::goal::{Goal, HALF_95, Scale};
+use crate::prior::Prior;
+use crate::request::Request;
+use crate::weigh::{Bench, Candidate};
+
+/// The predicted interval of a number.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Forecast {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// The believed value.
+    pub value: f64,
+    /// Half of its 95 % interval today; none without earlier trials.
+    pub before: Option<f64>,
+    /// Half of its 95 % interval after the trial, by this trial and earlier ones.
+    pub after: f64,
+    /// Half of the widest interval that meets the goal; none of a plain coefficient.
+    pub goal: Option<f64>,
+}
+
+impl Forecast {
+    /// Returns true if the predicted interval meets the goal.
+    pub fn is_met(&self) -> bool {
+        self.goal.is_none_or(|goal| self.after <= goal * (1.0 + ROUNDED))
+    }
+}
+
+/// Minutes are whole halves: so much wider than its goal an interval still meets it.
+const ROUNDED: f64 = 0.02;
+
+/// Half 95 % intervals against minutes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Chart {
+    /// Minutes.
+    pub minutes: Vec<f64>,
+    /// Half 95 % intervals of each goal, as a part of its value.
+    pub parts: BTreeMap<String, Vec<f64>>,
+}
+
+/// The range in which the time that goals need is searched, minutes.
+pub(crate) const TIMES_MIN: [f64; 2] = [2.0, 600.0];
+/// Drag is evaluated at this part of the greatest speed that limits and thrust allow.
+const DRAG_AT: f64 = 0.7;
+
+/// Goals, and the information on them before the trial.
+pub(crate) struct Forecaster<'a> {
+    prior: &'a Prior,
+    request: &'a Request,
+    plants: &'a [Plant],
+    scale: Scale<'a>,
+    pub(crate) goals: Vec<Goal>,
+    targets: Vec<Target>,
+    names: Vec<String>,
+    /// Information before the trial: priors of a fit's actuator, and earlier trials.
+    before: DMatrix<f64>,
+}
+
+impl<'a> Forecaster<'a> {
+    pub(crate) fn new(
+        prior: &'a Prior,
+        bench: &Bench<'a>,
+        request: &'a Request,
+    ) -> Result<Self, Error> {
+        let first = bench.before();
+        let terms = bench.plants[0].structure().terms().len();
+        let scale = Scale {
+            plants: bench.plants,
+            rig: bench.rig,
+            speed: (DRAG_AT * request.limits.speed_m_s, DRAG_AT * request.limits.rate_rad_s),
+            thrust_part: prior.thrust_part,
+            more: first.names.len() - terms,
+        };
+        let goals = if request.goals.is_empty() { scale.usual() } else { request.goals.clone() };
+        let targets = goals.iter().map(|goal| scale.target(goal)).collect::<Result<_, _>>()?;
+        let mut before = first.matrix;
+        if let Some(known) = &prior.known {
+            let value = |name: &str| {
+                let own = bench.plants[0].structure();
+                let place = own.index_of(&own.term_named(name)?)?;
+                Some(bench.plants[0].coefficients()[place])
+            };
+            before += information_today(known, &first.names, value);
+        }
+        let (plants, names) = (bench.plants, first.names);
+        Ok(Self { prior, request, plants, scale, goals, targets, names, before })
+    }
+
+    pub(crate) fn program(&self, used: &[Candidate], seconds: f64) -> Program {
+        Program {
+            rates: used.iter().map(|candidate| candidate.rates.clone()).collect(),
+            before: self.before.clone(),
+            targets: self.targets.clone(),
+            criterion: self.request.criterion,
+            seconds,
+        }
+    }
+
+    /// The time at which all goals are met, shares being as they are.
+    pub(crate) fn seconds_needed(&self, used: &[Candidate], shares: &[f64]) -> Option<f64> {
+        let meets = |minutes: f64| {
+            let ratios = self.program(used, 60.0 * minutes).ratios(shares);
+            ratios.is_some_and(|ratios| ratios.iter().all(|ratio| *ratio <= 1.0))
+        };
+        let [mut low, mut high] = TIMES_MIN;
+        if !meets(high) {
+            return None;
+        }
+        if meets(low) {
+            return Some(60.0 * low);
+        }
+        for _ in 0..40 {
+            let middle = (low * high).sqrt();
+            if meets(middle) { high = middle } else { low = middle }
+        }
+        Some(60.0 * high)
+    }
+
+    /// Predicts the intervals of the goals; `None` if the information is singular.
+    pub(crate) fn forecasts(&self, program: &Program, shares: &[f64]) -> Option<Vec<Forecast>> {
+        let ratios = program.ratios(shares)?;
+        let believed = &self.plants[0];
+        let of = |(k, goal): (usize, &Goal)| {
+            let own = self.scale.combination(believed, &goal.name).ok()?;
+            let target = &self.targets[k];
+            let irreducible = own.irreducible(self.prior.thrust_part);
+            let with = |variance: f64| HALF_95 * (variance + irreducible).sqrt();
+            let before = self.variance_today(&own.weights);
+            Some(Forecast {
+                name: goal.name.clone(),
+                unit: own.unit,
+                value: own.value,
+                before: before.map(|variance| HALF_95 * variance.sqrt()),
+                after: with(ratios[k] * target.std * target.std),
+                goal: Some(with(target.std * target.std)),
+            })
+        };
+        self.goals.iter().enumerate().map(of).collect()
+    }
+
+    /// The variance that a combination has by the trials before.
+    fn variance_today(&self, weights: &DVector<f64>) -> Option<f64> {
+        let (names, covariance) = self.prior.known.as_ref()?;
+        let places: Vec<(usize, f64)> = self
+            .names
+            .iter()
+            .zip(weights.iter())
+            .filter(|(_, weight)| **weight != 0.0)
+            .map(|(name, weight)| {
+                names.iter().position(|own| own == name).map(|place| (place, *weight))
+            })
+            .collect::<Option<_>>()?;
+        let pairs = places.iter().flat_map(|a| places.iter().map(move |b| (a, b)));
+        Some(pairs.map(|((i, a), (j, b))| a * b * covariance[(*i, *j)]).sum::<f64>().max(0.0))
+    }
+
+    /// Predicts the intervals of all coefficients: the root of their mean variance over the plants that
+    /// the vehicle may have; `None` if the information is singular.
+    pub(crate) fn coefficients(&self, program: &Program, shares: &[f64]) -> Option<Vec<Forecast>> {
+        let believed = &self.plants[0];
+        let covariances: Option<Vec<DMatrix<f64>>> = (0..self.plants.len())
+            .map(|d| {
+                let mut matrix = self.before.clone();
+                for (share, rates) in shares.iter().zip(&program.rates) {
+                    matrix += &rates[d] * (share * program.seconds);
+                }
+                inverse(&matrix)
+            })
+            .collect();
+        let covariances = covariances?;
+        let of = |name: &String| {
+            let own = self.scale.combination(believed, name).ok()?;
+            let variances = covariances.iter().map(|all| own.weights.dot(&(all * &own.weights)));
+            let variance = variances.sum::<f64>() / covariances.len() as f64;
+            let irreducible = own.irreducible(self.prior.thrust_part);
+            Some(Forecast {
+                name: name.clone(),
+                before: self.variance_today(&own.weights).map(|today| HALF_95 * today.sqrt()),
+                after: HALF_95 * (variance + irreducible).sqrt(),
+                unit: own.unit,
+                value: own.value,
+                goal: None,
+            })
+        };
+        believed.structure().names().iter().map(of).collect()
+    }
+
+    /// Predicts the intervals of the goals for up to twice the minutes.
+    pub(crate) fn chart(&self, used: &[Candidate], shares: &[f64], total: f64) -> Chart {
+        let minutes: Vec<f64> = (1..=20).map(|k| 0.1 * total * f64::from(k)).collect();
+        let mut parts: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+        for at in &minutes {
+            let found = self.forecasts(&self.program(used, 60.0 * at), shares).unwrap_or_default();
+            for forecast in found.into_iter().filter(|forecast| forecast.value != 0.0) {
+                let part = forecast.after / forecast.value.abs();
+                parts.entry(forecast.name).or_default().push(part);
+            }
+        }
+        Chart { minutes, parts }
+    }
+}
+
+/// The information of earlier trials on some numbers: the inverse of their marginal covariance, without
+/// the variance that fits state however long the trial. Numbers that the earlier trials lack stay
+/// unknown.
+fn information_today(
+    (known, covariance): &(Vec<String>, DMatrix<f64>),
+    names: &[String],
+    value: impl Fn(&str) -> Option<f64>,
+) -> DMatrix<f64> {
+    let place = |name: &String| known.iter().position(|own| own == name);
+    let is_uncertain = |k: &usize| covariance[(*k, *k)] > 0.0;
+    let shared: Vec<(usize, usize)> = names
+        .iter()
+        .enumerate()
+        .filter_map(|(k, name)| Some((k, place(name).filter(is_uncertain)?)))
+        .collect();
+    let mut marginal =
+        DMatrix::from_fn(shared.len(), shared.len(), |i, j| covariance[(shared[i].1, shared[j].1)]);
+    for (i, (k, _)) in shared.iter().enumerate() {
+        let floor = (PRECISION * value(&names[*k]).unwrap_or(0.0)).powi(2);
+        if floor < marginal[(i, i)] {
+            marginal[(i, i)] -= floor;
+        }
+    }
+    let mut information = DMatrix::zeros(names.len(), names.len());
+    if let Some(own) = inverse(&marginal) {
+        for (i, (row, _)) in shared.iter().enumerate() {
+            for (j, (column, _)) in shared.iter().enumerate() {
+                information[(*row, *column)] = own[(i, j)];
+            }
+        }
+    }
+    information
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn information_of_earlier_trials_is_that_of_the_marginal_covariance() {
+        let names = |all: &[&str]| all.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        let covariance =
+            DMatrix::from_row_slice(3, 3, &[4.0, 1.0, 1.9, 1.0, 2.0, 0.0, 1.9, 0.0, 1.0]);
+        let known = (names(&["mass.surge", "surge: u", "mass.sway"]), covariance);
+        let found = information_today(&known, &names(&["surge: u", "lag", "mass.surge"]), |_| None);
+        // The inverse of [[2, 1], [1, 4]], independent of sway.
+        let expected =
+            DMatrix::from_row_slice(3, 3, &[4.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 2.0]) / 7.0;
+        assert!((found - expected).amax() < 1e-12);
+    }
+}

@@ -1,0 +1,393 @@
+//! The work of planning: from a prior, goals and limits to a plan.
+
+use std::collections::BTreeMap;
+
+use seaplant::exchange::Draws;
+use seaplant::{Dof, Vehicle, parallel};
+
+use crate::Error;
+use crate::allocate::Allocation;
+use crate::drive::{Pilot, Sea, drive};
+use crate::forecast::{Forecast, Forecaster, TIMES_MIN};
+use crate::limits::Limits;
+use crate::manoeuvre::{Kind, Manoeuvre, library, refinements, unplanned};
+use crate::plan::{Certificate, LimitCheck, PLAN_SCHEMA, Plan, Planned};
+use crate::prior::Prior;
+use crate::request::Request;
+use crate::rig::Rig;
+use crate::wave::seed_of;
+use crate::weigh::{Bench, Candidate};
+
+/// Time comes in these, minutes.
+const STEP_MIN: f64 = 0.5;
+/// A manoeuvre of a share below this is left out if intervals widen by less than this part without it.
+const WORTH: f64 = 0.02;
+/// A manoeuvre of more than this share is refined.
+const REFINED: f64 = 0.08;
+/// The time of which information is weighed first, minutes.
+const FIRST_MIN: f64 = 30.0;
+/// A goal whose interval would be wider than so many times what is wanted with every manoeuvre at full
+/// time is not excited.
+const NOT_EXCITED: f64 = 20.0;
+
+/// Plans a trial.
+///
+/// # Errors
+/// [`Error::Limit`] and [`Error::Setting`] for what cannot be, [`Error::NoMotion`] if limits forbid
+/// every manoeuvre, [`Error::Goal`] and [`Error::NotExcited`] for a goal without a coefficient or
+/// without a manoeuvre, with the limit that is in the way.
+///
+/// # Example
+/// ```
+/// use seaplant::{QuadraticThrust, ThrustCurve, Thruster, ThrusterInput, Vehicle};
+/// use seaplant_plan::{Prior, Request, plan};
+/// let law = QuadraticThrust { forward: 40.0, reverse: 30.0, ..QuadraticThrust::default() };
+/// let curve = ThrustCurve::Quadratic { input: ThrusterInput::Command, law };
+/// let vehicle = Vehicle {
+///     name: "sled".to_owned(),
+///     dry_mass_kg: Some(100.0),
+///     size_m: Some([1.2, 0.5, 0.5]),
+///     thrusters: vec![Thruster::new("main", [0.0; 3], [1.0, 0.0, 0.0], curve)?],
+///     ..Vehicle::default()
+/// };
+/// let prior = Prior::of_vehicle(&vehicle, &[])?;
+/// let request = Request { draws: 2, checks: 2, ..Request::default() };
+/// let made = plan(&prior, &vehicle, &request)?;
+/// assert!(made.minutes_needed.is_some() && made.certificate.gap < 0.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan, Error> {
+    request.check()?;
+    let rig = Rig::new(&prior.model, request.limits.thrust_part, request.full_input)?;
+    let plants = prior.plants(Draws { count: request.draws, seed: request.seed })?;
+    let noises = request.noises(prior, &rig);
+    let bench = Bench {
+        plants: &plants,
+        vehicle,
+        rig: &rig,
+        limits: &request.limits,
+        logging: &request.logging,
+        noises: &noises,
+        current: request.current_m_s,
+        seed: request.seed,
+    };
+    let tried = bench.candidates(&library(&plants[0], &rig, &request.limits, request.seed))?;
+    let (mut used, refused): (Vec<Candidate>, Vec<Candidate>) =
+        tried.into_iter().partition(|candidate| candidate.factor > 0.0);
+    if used.is_empty() {
+        return Err(no_motion(&refused, request));
+    }
+    let forecaster = Forecaster::new(prior, &bench, request)?;
+    let work = Work { prior, bench: &bench, request, forecaster };
+    work.check_goals(&used, &refused)?;
+    let mut seconds = 60.0 * request.minutes.unwrap_or(FIRST_MIN);
+    let mut allocation = work.forecaster.program(&used, seconds).solve()?;
+    let more: Vec<Manoeuvre> = used
+        .iter()
+        .zip(&allocation.shares)
+        .filter(|(_, share)| **share > REFINED)
+        .flat_map(|(candidate, _)| refinements(&candidate.manoeuvre))
+        .filter(|new| used.iter().all(|old| old.manoeuvre.name != new.name))
+        .collect();
+    used.extend(bench.candidates(&more)?.into_iter().filter(|candidate| candidate.factor > 0.0));
+    allocation = work.forecaster.program(&used, seconds).solve()?;
+    let needed = work.forecaster.seconds_needed(&used, &allocation.shares);
+    if request.minutes.is_none() {
+        let most = 60.0 * TIMES_MIN[1];
+        seconds = needed.unwrap_or(most);
+        if work.knows_already() {
+            allocation = work.forecaster.program(&used, seconds).solve()?;
+        }
+    }
+    work.finished(&used, &allocation, seconds, needed)
+}
+
+fn no_motion(refused: &[Candidate], request: &Request) -> Error {
+    let mut limits: Vec<&str> = refused.iter().map(|candidate| candidate.limit).collect();
+    limits.sort_unstable();
+    limits.dedup();
+    let said = limits.iter().map(|limit| said_limit(limit, &request.limits)).collect::<Vec<_>>();
+    Error::NoMotion { reason: format!("{}; widen these", said.join(", ")) }
+}
+
+/// A limit with its value.
+fn said_limit(name: &str, limits: &Limits) -> String {
+    match name {
+        "box_m" => format!("box_m = [{}, {}]", limits.box_m[0], limits.box_m[1]),
+        "depth_m" => format!("depth_m = [{}, {}]", limits.depth_m[0], limits.depth_m[1]),
+        "speed_m_s" => format!("speed_m_s = {}", limits.speed_m_s),
+        "rate_rad_s" => format!("rate_rad_s = {}", limits.rate_rad_s),
+        "tilt_rad" => format!("tilt_rad = {}", limits.tilt_rad),
+        "tether_m" => format!("tether_m = {}", limits.tether_m.unwrap_or(f64::INFINITY)),
+        _ => format!("thrust_part = {}", limits.thrust_part),
+    }
+}
+
+/// Inputs of all steps after the weighing.
+struct Work<'a> {
+    prior: &'a Prior,
+    bench: &'a Bench<'a>,
+    request: &'a Request,
+    forecaster: Forecaster<'a>,
+}
+
+impl Work<'_> {
+    fn knows_already(&self) -> bool {
+        self.prior.known.is_some()
+    }
+
+    /// Refuses goals that no manoeuvre serves, with the limit that is in the way.
+    fn check_goals(&self, used: &[Candidate], refused: &[Candidate]) -> Result<(), Error> {
+        let all = self.forecaster.program(used, 60.0 * TIMES_MIN[1] * used.len() as f64);
+        let shares = vec![1.0 / used.len() as f64; used.len()];
+        let ratios = all.ratios(&shares);
+        for (k, goal) in self.forecaster.goals.iter().enumerate() {
+            let wide = ratios.as_ref().is_none_or(|ratios| ratios[k].sqrt() > NOT_EXCITED);
+            if !wide {
+                continue;
+            }
+            let axes = self.axes_of(&goal.name);
+            let unpushed = axes.iter().find(|dof| self.bench.rig.most[dof.index()] == 0.0);
+            if ratios.is_none() && unpushed.is_none() && refused.is_empty() {
+                continue;
+            }
+            let limits = &self.request.limits;
+            let reason = match unpushed {
+                Some(dof) => format!("the thrusters do not push {dof} by itself"),
+                None => {
+                    let own = refused.iter().chain(used);
+                    let own = own.filter(|candidate| {
+                        candidate.manoeuvre.axes.iter().any(|dof| axes.contains(dof))
+                    });
+                    let mut in_way: Vec<String> =
+                        own.map(|candidate| said_limit(candidate.limit, limits)).collect();
+                    in_way.sort();
+                    in_way.dedup();
+                    format!("{} is in the way", in_way.join(" or "))
+                }
+            };
+            return Err(Error::NotExcited { goal: goal.name.clone(), limit: reason });
+        }
+        Ok(())
+    }
+
+    /// The axes that a goal is about.
+    fn axes_of(&self, name: &str) -> Vec<Dof> {
+        let structure = self.bench.plants[0].structure();
+        match structure.term_named(name) {
+            Some(term) => structure.axes_of(&term),
+            None => name.split('.').filter_map(|word| word.parse().ok()).collect(),
+        }
+    }
+
+    fn finished(
+        &self,
+        used: &[Candidate],
+        allocation: &Allocation,
+        seconds: f64,
+        needed: Option<f64>,
+    ) -> Result<Plan, Error> {
+        let shares = self.worth_driving(used, &allocation.shares, seconds);
+        let minutes = rounded(&shares, seconds / 60.0);
+        let total: f64 = minutes.iter().sum();
+        let shares: Vec<f64> = minutes.iter().map(|x| x / total).collect();
+        let program = self.forecaster.program(used, 60.0 * total);
+        let singular = || Error::Allocation { reason: "the information is singular".to_owned() };
+        let goals = self.forecaster.forecasts(&program, &shares).ok_or_else(singular)?;
+        let coefficients = self.forecaster.coefficients(&program, &shares).ok_or_else(singular)?;
+        let chart = self.forecaster.chart(used, &shares, total);
+        let driven = used.iter().zip(&minutes).zip(&allocation.shares);
+        let mut manoeuvres: Vec<Planned> = driven
+            .filter(|((_, minutes), _)| **minutes > 0.0)
+            .map(|((candidate, minutes), share)| self.planned(candidate, *minutes, *share))
+            .collect();
+        // The long and slow first: what fails then is seen early.
+        manoeuvres.sort_by(|a, b| b.minutes.total_cmp(&a.minutes));
+        let check = self.limit_check(&manoeuvres)?;
+        let unplanned = match self.request.compare {
+            true => self.unplanned()?,
+            false => BTreeMap::new(),
+        };
+        let of_plan: Vec<&Manoeuvre> = manoeuvres.iter().map(|one| &one.manoeuvre).collect();
+        let axes = self.bench.plants[0].axes().to_vec();
+        let lag_s = self.bench.rig.lag_s;
+        let doubts = self.request.logging.doubts(&axes, lag_s, &of_plan);
+        let notes = self.notes(&goals, needed, total);
+        Ok(Plan {
+            schema: PLAN_SCHEMA.to_owned(),
+            vehicle: self.prior.model.name.clone(),
+            axes,
+            prior: self.prior.words.clone(),
+            request: self.request.clone(),
+            manoeuvres,
+            minutes: total,
+            minutes_needed: needed.map(|seconds| seconds / 60.0),
+            goals,
+            coefficients,
+            certificate: Certificate {
+                criterion: self.request.criterion,
+                gap: allocation.gap,
+                candidates: used.len(),
+            },
+            unplanned,
+            chart,
+            check,
+            doubts,
+            notes,
+        })
+    }
+
+    /// Shares without those that hardly narrow an interval, the least first.
+    fn worth_driving(&self, used: &[Candidate], shares: &[f64], seconds: f64) -> Vec<f64> {
+        let program = self.forecaster.program(used, seconds);
+        let widest = |shares: &[f64]| {
+            let ratios = program.ratios(shares)?;
+            Some(ratios.into_iter().fold(0.0, f64::max))
+        };
+        let mut kept = shares.to_vec();
+        let mut order: Vec<usize> = (0..shares.len()).filter(|k| shares[*k] < WORTH).collect();
+        order.sort_by(|a, b| shares[*a].total_cmp(&shares[*b]));
+        for k in order {
+            let (share, before) = (kept[k], widest(&kept));
+            kept[k] = 0.0;
+            let after = widest(&kept);
+            let is_needed = match (before, after) {
+                (Some(before), Some(after)) => after > before * (1.0 + WORTH),
+                _ => true,
+            };
+            if is_needed {
+                kept[k] = share;
+            }
+        }
+        let sum: f64 = kept.iter().sum();
+        kept.iter().map(|share| share / sum).collect()
+    }
+
+    /// Minutes that driving without a plan needs.
+    fn unplanned(&self) -> Result<BTreeMap<Kind, Option<f64>>, Error> {
+        let bench = self.bench;
+        let of = |kind: Kind| {
+            let all = unplanned(kind, &bench.plants[0], bench.rig, bench.limits, self.request.seed);
+            let mut driven = bench.candidates(&all)?;
+            driven.retain(|candidate| candidate.factor > 0.0);
+            let count = driven.len().max(1);
+            let shares = vec![1.0 / count as f64; driven.len()];
+            let seconds = self.forecaster.seconds_needed(&driven, &shares);
+            Ok((kind, seconds.map(|seconds| seconds / 60.0)))
+        };
+        [Kind::SinusoidAndJoystick, Kind::Sweep].into_iter().map(of).collect()
+    }
+
+    fn planned(&self, candidate: &Candidate, minutes: f64, share: f64) -> Planned {
+        let manoeuvre = candidate.manoeuvre.clone();
+        let velocity: BTreeMap<Dof, [f64; 2]> =
+            manoeuvre.axes.iter().map(|dof| (*dof, candidate.velocity[dof.index()])).collect();
+        let words = crate::spoken::of_manoeuvre(&manoeuvre, minutes, &velocity);
+        let limited_by = candidate.limit.to_owned();
+        Planned { manoeuvre, minutes, share, velocity, limited_by, words }
+    }
+
+    /// Drives every manoeuvre many times, each time with another plant and other disturbances.
+    fn limit_check(&self, manoeuvres: &[Planned]) -> Result<LimitCheck, Error> {
+        let runs = self.request.checks;
+        let seed = seed_of(self.request.seed, "check");
+        let plants = self.prior.draws(runs.clamp(1, 64), seed)?;
+        let run = |k: usize| {
+            let planned = &manoeuvres[k % manoeuvres.len()];
+            let pilot = Pilot::new(
+                &self.bench.plants[0],
+                self.bench.rig,
+                self.bench.limits,
+                &planned.manoeuvre,
+            );
+            let Bench { noises, logging, current, .. } = *self.bench;
+            let sea = Sea { noises, logging, current, seed: seed ^ k as u64 };
+            let seconds = (60.0 * planned.minutes).min(LONGEST_CHECK_S);
+            drive(&plants[k % plants.len()], &pilot, seconds, Some(sea)).map(|driven| driven.worst)
+        };
+        let all = parallel::of_each(runs, run);
+        let mut check = LimitCheck { runs, broken: 0, greatest: 0.0, of: "none".to_owned() };
+        for worst in all {
+            match worst {
+                Ok(worst) => {
+                    check.broken += usize::from(worst.part > 1.0);
+                    if worst.part > check.greatest {
+                        (check.greatest, check.of) = (worst.part, worst.of.to_owned());
+                    }
+                }
+                // A motion that runs away is beyond every limit.
+                Err(_) => check.broken += 1,
+            }
+        }
+        Ok(check)
+    }
+
+    fn notes(&self, goals: &[Forecast], needed: Option<f64>, total: f64) -> Vec<String> {
+        let mut notes = Vec::new();
+        let missed: Vec<&str> =
+            goals.iter().filter(|goal| !goal.is_met()).map(|goal| goal.name.as_str()).collect();
+        if !missed.is_empty() {
+            let time = match needed {
+                Some(seconds) => format!("they need {:.0} min", (seconds / 60.0).ceil()),
+                None => format!("{:.0} min would not be enough", TIMES_MIN[1]),
+            };
+            notes.push(format!("{:.1} min do not reach {}: {time}", total, missed.join(", ")));
+        }
+        if self.prior.thrust_part > 0.0 {
+            notes.push(format!(
+                "thrust is uncertain by {:.1} %, which no motion narrows; intervals include it",
+                100.0 * self.prior.thrust_part
+            ));
+        }
+        if let Some(minutes) = self.request.minutes
+            && total > minutes + STEP_MIN
+        {
+            notes.push(format!(
+                "no manoeuvre is driven for less than a minute, so that {minutes} min become {total}; ask for fewer goals to have fewer manoeuvres"
+            ));
+        }
+        notes.push(
+            "intervals are those that the filter error method states for the usual terms; couplings in damping that a search adds widen them".to_owned(),
+        );
+        if self.request.logging.position_hz == 0.0 {
+            notes.push(
+                "position is not logged: on board, the box is kept by the position that the vehicle estimates from velocity".to_owned(),
+            );
+        }
+        notes
+    }
+}
+
+/// A run of the check lasts no longer, s.
+const LONGEST_CHECK_S: f64 = 180.0;
+
+/// Whole steps of time for shares of it, at least two of one that is driven.
+fn rounded(shares: &[f64], minutes: f64) -> Vec<f64> {
+    let steps = (minutes / STEP_MIN).round().max(LEAST_STEPS);
+    let exact: Vec<f64> = shares.iter().map(|share| share * steps).collect();
+    let least = |x: &f64| if *x > 0.0 { x.floor().max(LEAST_STEPS) } else { 0.0 };
+    let mut whole: Vec<f64> = exact.iter().map(least).collect();
+    let mut order: Vec<usize> = (0..exact.len()).filter(|k| exact[*k] > 0.0).collect();
+    order.sort_by(|a, b| (exact[*b] - whole[*b]).total_cmp(&(exact[*a] - whole[*a])));
+    let left = (steps - whole.iter().sum::<f64>()).max(0.0) as usize;
+    for k in order.iter().cycle().take(if order.is_empty() { 0 } else { left }) {
+        whole[*k] += 1.0;
+    }
+    whole.iter().map(|x| x * STEP_MIN).collect()
+}
+
+/// A manoeuvre lasts at least so many steps of time.
+const LEAST_STEPS: f64 = 2.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn minutes_are_whole_halves_and_nothing_is_driven_for_seconds() {
+        let minutes = rounded(&[0.505, 0.31, 0.185, 0.0], 10.0);
+        assert_eq!(minutes.iter().sum::<f64>(), 10.0);
+        assert_eq!(minutes[3], 0.0);
+        assert!(minutes[..3].iter().all(|x| *x >= 1.0 && (x / STEP_MIN).fract() == 0.0));
+    }
+}
