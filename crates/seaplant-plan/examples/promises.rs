@@ -67,7 +67,10 @@ fn vehicle(random: &mut ChaCha8Rng, kind: usize) -> Result<Vehicle, Failure> {
 
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+    match values.len() {
+        0 => f64::NAN,
+        n => 0.5 * (values[(n - 1) / 2] + values[n / 2]),
+    }
 }
 
 /// Results of fits over promises.

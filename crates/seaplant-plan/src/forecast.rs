@@ -28,7 +28,7 @@ pub struct Forecast {
     pub before: Option<f64>,
     /// Half of its 95 % interval after the trial, by this trial and earlier ones.
     pub after: f64,
-    /// Half of the widest interval that meets the goal; none of a plain coefficient.
+    /// Half of the widest interval that meets the goal; none for a coefficient without a goal.
     pub goal: Option<f64>,
 }
 

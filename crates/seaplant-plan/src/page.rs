@@ -127,7 +127,6 @@ fn escaped(text: &str) -> String {
 #[derive(Serialize)]
 struct Deck<'a> {
     plan: &'a Plan,
-    minutes: String,
     goal_head: [&'static str; 5],
     goal_rows: Vec<[String; 5]>,
     chart: String,
@@ -143,11 +142,11 @@ pub fn deck_page(plan: &Plan) -> Result<String, Error> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    environment.add_filter("plain", |x: f64| format!("{}", (100.0 * x).round() / 100.0));
     environment.add_template("deck.html", include_str!("../templates/deck.html"))?;
     let (goal_head, goal_rows) = goal_rows(plan);
     let deck = Deck {
         plan,
-        minutes: spoken(plan.minutes),
         goal_head,
         goal_rows,
         chart: chart_svg(plan),

@@ -225,6 +225,7 @@ fn the_page_holds_the_plan_and_escapes_names() {
     let made = plan(&prior, &vehicle, &request).expect("a plan");
     let page = deck_page(&made).expect("a page");
     assert!(page.contains("&lt;b&gt;boat") && !page.contains("<b>boat"));
+    assert!(page.contains("<p>5 min of driving."));
     assert!(page.contains("mass.surge") && page.contains("<polyline") && !page.contains("<script"));
     assert_eq!(chart_svg(&made).matches("<polyline").count(), made.goals.len());
 }
