@@ -313,25 +313,72 @@ fn not_dissipative(fit: &CoupledFit, records: &[&CoupledRecord]) -> Option<Cavea
     })
 }
 
-/// Weight and buoyancy as stated must be those that the motion shows.
+/// Weight and buoyancy as stated must be those that the motion shows. Where both that and the righting
+/// lever are as many times too large, thrust is.
 fn restoring(fit: &CoupledFit, vehicle: &Vehicle) -> Option<Caveat> {
     let (body, buoyancy) = (vehicle.rigid_body?, vehicle.buoyancy?);
     let (excess, lever) = buoyancy.restoring(&body);
-    let stated = [(Basis::WeightExcess, excess), (Basis::Lever(2), lever.z)];
-    let off = stated.into_iter().find_map(|(term, stated)| {
+    let sure = fit.of_sure_thrust();
+    let of = |(term, stated): (Basis, f64)| {
         let (value, std) = (fit.plant.coefficient(&term)?, fit.std(&term)?);
-        let is_off = (value - stated).abs() > CONTRADICTION * std + CONTRADICTION_PART * stated.abs();
-        is_off.then(|| {
-            format!(
-                "`{term}` is {} {}, but by the vehicle file it is {}; weigh the vehicle in water, check the centres of gravity and buoyancy, and the scale of thrust",
-                estimated(value, std),
-                term.unit(),
-                spoken(stated)
-            )
-        })
-    })?;
-    Some(Caveat::warning(CaveatCode::RestoringContradicts, off))
+        let is_off =
+            (value - stated).abs() > CONTRADICTION * std + CONTRADICTION_PART * stated.abs();
+        let times = (value / stated, sure.std(&term)? / stated.abs());
+        Some(Restored { term, stated, estimated: (value, std), times, is_off })
+    };
+    let known = [(Basis::WeightExcess, excess), (Basis::Lever(2), lever.z)];
+    let known: Vec<Restored> = known.into_iter().filter_map(of).collect();
+    if let Some(caveat) = thrust_by_weight(&known) {
+        return Some(caveat);
+    }
+    let Restored { term, stated, estimated: (value, std), .. } =
+        known.into_iter().find(|own| own.is_off)?;
+    let message = format!(
+        "`{term}` is {} {}, but by the vehicle file it is {}; weigh the vehicle in water, check the centres of gravity and buoyancy, and the scale of thrust",
+        estimated(value, std),
+        term.unit(),
+        spoken(stated)
+    );
+    Some(Caveat::warning(CaveatCode::RestoringContradicts, message))
 }
+
+/// A moment or force of weight and buoyancy, as stated and as the motion shows it.
+struct Restored {
+    term: Basis,
+    stated: f64,
+    estimated: (f64, f64),
+    /// How many times what is stated the motion shows, and the standard deviation of that if thrust were
+    /// known for sure.
+    times: (f64, f64),
+    is_off: bool,
+}
+
+/// That thrust is off by a factor, which weight and lever show alike.
+fn thrust_by_weight(known: &[Restored]) -> Option<Caveat> {
+    let [weight, lever] = known else { return None };
+    let [(first, first_std), (second, second_std)] = [weight.times, lever.times];
+    let mean = 0.5 * (first + second);
+    let apart = CONTRADICTION * first_std.hypot(second_std) + CONTRADICTION_PART * mean;
+    let are_sure = [weight, lever].iter().all(|own| {
+        let (times, std) = own.times;
+        own.is_off && times > 0.0 && std < CONTRADICTION_PART * times
+    });
+    if !are_sure || (first - second).abs() > apart {
+        return None;
+    }
+    let message = format!(
+        "weight minus buoyancy is {} times that of the vehicle file, and the righting lever {} times: thrust is as many times too large (its curve, its unit), and with it all masses and drags, or the vehicle file has weight in another unit; correct it and identify again",
+        spoken(first),
+        spoken(second)
+    );
+    Some(match (1.0 / MOST_OFF..MOST_OFF).contains(&mean) {
+        true => Caveat::warning(CaveatCode::RestoringContradicts, message),
+        false => Caveat::severe(CaveatCode::RestoringContradicts, message),
+    })
+}
+
+/// More than so many times what it is, or less than that part, thrust has another unit or another curve.
+const MOST_OFF: f64 = 1.25;
 
 /// So many standard deviations, and this part of it, is an estimate off what was stated.
 const CONTRADICTION: f64 = 3.0;
@@ -463,6 +510,29 @@ fn not_white(fit: &CoupledFit) -> Option<Caveat> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Severity;
+
+    #[test]
+    fn weight_and_lever_that_are_off_alike_say_that_thrust_is() {
+        let of = |term, times: f64| Restored {
+            term,
+            stated: 10.0,
+            estimated: (10.0 * times, 0.1),
+            times: (times, 0.01),
+            is_off: (times - 1.0).abs() > 0.13,
+        };
+        let severity = |weight: f64, lever: f64| {
+            let known = [of(Basis::WeightExcess, weight), of(Basis::Lever(2), lever)];
+            thrust_by_weight(&known).map(|caveat| caveat.severity)
+        };
+        assert_eq!(severity(2.0, 2.04), Some(Severity::Severe));
+        assert_eq!(severity(0.45, 0.45), Some(Severity::Severe));
+        assert_eq!(severity(1.18, 1.2), Some(Severity::Warning));
+        // One that is off alone is wrong in the vehicle file.
+        assert_eq!(severity(2.0, 1.0), None);
+        assert_eq!(severity(2.0, 3.0), None);
+        assert_eq!(severity(-2.0, -2.0), None);
+    }
 
     /// Two small changes of the same sign leave the scale as open as a large one.
     #[test]
