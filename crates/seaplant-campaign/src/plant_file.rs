@@ -35,7 +35,7 @@ pub struct PlantEntry {
     /// Coefficients that are known, by name, and are not fitted: `{ "mass.surge" = 260 }`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub hold: BTreeMap<String, f64>,
-    /// Whether damping of one axis by another is added where the trials ask for it.
+    /// Whether damping of one axis by another, and constant forces, are added where the trials ask for it.
     #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
     pub find_couplings: bool,
 }

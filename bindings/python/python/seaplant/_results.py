@@ -988,6 +988,9 @@ class EffectForce(Record):
     position_m: Floats | None = None
     """Where it pushes, m."""
 
+    ahead: bool | None = None
+    """Whether only of those that push the way they move: none gains where it brakes."""
+
     thrusters: tuple[Pusher, ...] | None = None
     """The thrusters, at most 16."""
 

@@ -177,8 +177,14 @@ fn fit_as(
     let is_free = method == Method::OutputError;
     with_places!(structure.axes().len(), N => {
         let rigid_body = rigid_body.map(RigidBody::mass_matrix);
-        let problem = Problem::new(structure, records, rigid_body, is_free, Attitude::Known);
+        let with_constants = match search {
+            true => search::with_constants(structure, records)?,
+            false => structure.clone(),
+        };
+        let problem =
+            Problem::new(&with_constants, records, rigid_body, is_free, Attitude::Known);
         let (first, least_squares, fitted) = begun::<N>(problem, records)?;
+        let fitted = fitted.without_unseen_beside(structure)?;
         let (fitted, prompt) = fitted.with_report_that_shows(records)?;
         let prompt: Vec<&CoupledRecord> = prompt.iter().collect();
         let records = if prompt.is_empty() { records } else { &prompt };
@@ -263,6 +269,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
                 break;
             }
             search.admit(added, records)?;
+            search.replace_by_rivals();
             if search.admitted() == before {
                 break;
             }
@@ -280,15 +287,32 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
     fn with_terms(&self, base: &Structure, terms: &[Basis]) -> Result<Self, Error> {
         let problem = self.problem.with_terms(search::with_all(base, terms)?);
         let start = search::widened(&problem, &self.problem, &self.optimum.point);
-        let is_wider = problem.structure.terms().len() > self.problem.structure.terms().len();
+        let is_new = |term: &Basis| self.problem.structure.index_of(term).is_none();
         // A plant that only lacks some of the terms is near its optimum already.
-        let optimum = if is_wider {
+        let optimum = if problem.structure.terms().iter().any(is_new) {
             problem.optimum(start, Tolerance::COARSE)?
         } else {
             problem.descent_at_noise(start, Tolerance::COARSE)?
         };
         let faults = self.faults.clone();
         Ok(Self { optimum, problem, tried: Vec::new(), reported: self.reported, faults })
+    }
+
+    /// The same without what the trials do not show of the terms beside those of a structure.
+    fn without_unseen_beside(self, structure: &Structure) -> Result<Self, Error> {
+        let mut left: Vec<Basis> = self.problem.structure.terms().to_vec();
+        left.retain(|term| structure.index_of(term).is_none());
+        let mut now = self;
+        while !left.is_empty() {
+            let plant = now.problem.plant(&now.optimum.point.free)?;
+            let gone = search::dropped(&left, &plant, &now.covariance(), now.bar()?, false);
+            if gone.is_empty() {
+                break;
+            }
+            left.retain(|term| !gone.contains(term));
+            now = now.with_terms(structure, &left)?;
+        }
+        Ok(now)
     }
 
     /// The same without what the trials do not show of the actuator.
@@ -459,7 +483,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             iterations: optimum.iterations,
             start,
             whiteness: whiteness(&problem, &optimum.point, reported.keep)?,
-            rank: least_squares.rank + (p - least_squares.terms),
+            rank: (least_squares.rank + p).saturating_sub(least_squares.terms),
             tried,
             faults,
         })
@@ -523,6 +547,30 @@ impl<const N: usize, const M: usize> Search<N, M> {
         let admitted = search::admitted(&now.problem.structure, &outside, &scores, now.bar()?);
         self.scores.extend(outside.into_iter().zip(scores));
         Ok(admitted)
+    }
+
+    /// Has the likelier of two terms that stand for each other.
+    ///
+    /// Beside the reverse-thrust ratio neither of the two forms of inflow may be worth much where both
+    /// are fitted, and which of them is dropped is left to chance.
+    fn replace_by_rivals(&mut self) {
+        for term in self.admitted() {
+            let structure = &self.now().problem.structure;
+            let Some(rival) = search::rival(structure, &term) else { continue };
+            if structure.index_of(&rival).is_some() {
+                continue;
+            }
+            let mut terms = self.admitted();
+            terms.retain(|own| *own != term);
+            terms.push(rival);
+            // A plant that does not settle is not the likelier one.
+            let Ok(other) = self.now().with_terms(&self.base.problem.structure, &terms) else {
+                continue;
+            };
+            if other.optimum.cost < self.now().optimum.cost {
+                self.found = Some(other);
+            }
+        }
     }
 
     /// Fits the plant with terms more, without those that turn out to be worth too little.

@@ -168,6 +168,9 @@ pub enum EffectForce {
     Inflow {
         /// The thrusters, at most 16.
         thrusters: Vec<Pusher>,
+        /// Whether only of those that push the way they move: none gains where it brakes.
+        #[serde(default)]
+        ahead: bool,
     },
     /// Thrust of one thruster beyond its curve: `T w`, with T what the curve says and w force and
     /// moment for a newton of thrust, so that the coefficient is the gain less 1.
@@ -306,7 +309,7 @@ impl Effect {
             | EffectForce::Astern { propeller, .. } => {
                 vec![Signal::Drive(propeller.clone())]
             }
-            EffectForce::Inflow { thrusters } => {
+            EffectForce::Inflow { thrusters, .. } => {
                 thrusters.iter().map(|own| Signal::PropellerSpeed(own.name.clone())).collect()
             }
             EffectForce::Gain { thruster, .. } => vec![Signal::Thrust(thruster.name.clone())],
@@ -361,11 +364,13 @@ impl Effect {
                 let way = at_place(&(*position_m).into(), &(*direction).into());
                 along(&way, -first.abs() * way.dot(velocity), way * -first.abs())
             }
-            EffectForce::Inflow { thrusters } => {
+            EffectForce::Inflow { thrusters, ahead } => {
                 let mut slope = Matrix6::zeros();
                 for (thruster, speed) in thrusters.iter().zip(signals) {
                     let way = thruster.way();
-                    slope -= way * (way.transpose() * speed.abs());
+                    if !ahead || speed * way.dot(velocity) > 0.0 {
+                        slope -= way * (way.transpose() * speed.abs());
+                    }
                 }
                 (slope * velocity, slope)
             }
@@ -433,7 +438,7 @@ impl Effect {
             }
             EffectForce::Astern { way, .. } => acts(&Vector6::from(*way)),
             EffectForce::Gain { thruster, .. } => acts(&thruster.way()),
-            EffectForce::Inflow { thrusters } => {
+            EffectForce::Inflow { thrusters, .. } => {
                 acts(&thrusters.iter().map(|own| own.way().abs()).sum())
             }
             EffectForce::OpenWater { curve } => {
@@ -561,12 +566,13 @@ mod tests {
 
     #[test]
     fn inflow_takes_thrust_along_each_thruster_and_power_out_of_every_motion() {
-        let ahead = Pusher {
-            name: "ahead".into(),
+        let starboard = Pusher {
+            name: "starboard".into(),
             position_m: [0.0, 0.3, 0.0],
             direction: [1.0, 0.0, 0.0],
         };
-        let inflow = effect(EffectForce::Inflow { thrusters: vec![ahead] });
+        let of = |ahead| effect(EffectForce::Inflow { thrusters: vec![starboard.clone()], ahead });
+        let inflow = of(false);
         // 0.3 m to starboard, a turn of 1 rad/s takes 0.3 m/s of 0.5 m/s away.
         let velocity = Vector6::new(0.5, 0.0, 0.0, 0.0, 0.0, 1.0);
         let wrench = inflow.wrench(&velocity, &[-20.0]).0;
@@ -574,6 +580,11 @@ mod tests {
         assert!((wrench - expected).amax() < 1e-12, "{wrench}");
         assert!(wrench.dot(&velocity) < 0.0);
         assert_eq!(inflow.axes(), [Dof::Surge, Dof::Yaw]);
+        // One that brakes gains nothing.
+        let ahead = of(true);
+        assert_eq!(ahead.wrench(&velocity, &[-20.0]).0, Vector6::zeros());
+        assert_eq!(ahead.wrench(&velocity, &[20.0]), inflow.wrench(&velocity, &[20.0]));
+        assert_eq!(ahead.wrench(&-velocity, &[-20.0]), inflow.wrench(&-velocity, &[-20.0]));
     }
 
     #[test]
@@ -615,7 +626,8 @@ mod tests {
             EffectForce::Race { foil: foils(), propeller: propeller(), squared: false },
             EffectForce::Thrust { propeller: propeller(), position_m, direction },
             EffectForce::Advance { propeller: propeller(), position_m, direction },
-            EffectForce::Inflow { thrusters: vec![pusher("a"), pusher("b")] },
+            EffectForce::Inflow { thrusters: vec![pusher("a"), pusher("b")], ahead: false },
+            EffectForce::Inflow { thrusters: vec![pusher("a"), pusher("b")], ahead: true },
             EffectForce::Gain { thruster: pusher("a"), reverse: false },
             EffectForce::Astern { propeller: propeller(), way: [0.0, 1.0, 0.0, 0.0, 0.0, -0.7] },
             EffectForce::Wind { on: Dof::Surge, scale: 0.3 },

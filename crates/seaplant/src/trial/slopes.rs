@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::motion::{body_from_world, interpolated_attitude};
 use crate::navigation::{Navigated, Recording};
 use crate::quantity::World;
+use crate::series::median;
 use crate::signal::{rms, sample_noise};
 use crate::{Dof, Error, Quantity, Timed};
 
@@ -15,10 +16,13 @@ const NOISE_PART: f64 = 0.2;
 /// A longer span of a slope would smooth the motion of a small vehicle, s.
 const LONGEST_S: f64 = 1.0;
 
+/// A span of more than so many usual ones, and longer than [`LONGEST_S`], holds a gap of the log.
+const GAP: f64 = 3.0;
+
 /// The slope of a position over spans without overlap, at the middle of each.
 ///
 /// Samples that follow each other closely have slopes that are all noise, so that a span may be
-/// several samples long.
+/// several samples long. Over a gap of the log there is none: a heading may have turned round.
 pub(super) fn slope(path: &Timed) -> Result<Timed, Error> {
     let (time_s, values): (Vec<f64>, Vec<f64>) = spans(path.time_s(), samples_of_span(&[path]))
         .map(|Span { from, to, middle_s, length_s }| {
@@ -87,11 +91,14 @@ struct Span {
 }
 
 fn spans(time_s: &[f64], samples: usize) -> impl Iterator<Item = Span> {
-    (samples..time_s.len()).step_by(samples).map(move |to| {
+    let span = move |to: usize| {
         let from = to - samples;
         let length_s = time_s[to] - time_s[from];
         Span { from, to, middle_s: 0.5 * (time_s[from] + time_s[to]), length_s }
-    })
+    };
+    let all = move || (samples..time_s.len()).step_by(samples).map(span);
+    let usual_s = median(&mut all().map(|span| span.length_s).collect::<Vec<f64>>()).unwrap_or(0.0);
+    all().filter(move |span| span.length_s <= LONGEST_S.max(GAP * usual_s))
 }
 
 /// How many samples of some paths, sampled alike, make a span.
@@ -167,6 +174,18 @@ mod tests {
         assert!(surge.len() < 60, "{}", surge.len());
         let mean = surge.values().iter().sum::<f64>() / surge.len() as f64;
         assert!((mean - 1.2).abs() < 0.05, "{mean}");
+    }
+
+    #[test]
+    fn there_is_no_slope_over_a_gap() {
+        let t: Vec<f64> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
+        let kept: Vec<f64> = t.into_iter().filter(|t| !(20.0..30.0).contains(t)).collect();
+        // Turning on at 1 rad/s, whoever removes jumps has lost 2π in the gap.
+        let angle = |t: &f64| if *t < 25.0 { *t } else { t - std::f64::consts::TAU };
+        let angles = kept.iter().map(angle).collect::<Vec<f64>>();
+        let rate = slope(&Timed::new("heading", kept, angles).expect("valid")).expect("valid");
+        assert!(rate.values().iter().all(|r| (r - 1.0).abs() < 1e-9), "{rate:?}");
+        assert!(rate.time_s().iter().all(|t| !(20.0..29.9).contains(t)));
     }
 
     #[test]

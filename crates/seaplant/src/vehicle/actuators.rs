@@ -333,7 +333,10 @@ impl Vehicle {
         let pushers = self.thrusters.iter().filter(|own| own.azimuth_axis.is_none());
         let thrusters: Vec<Pusher> = pushers.map(Thruster::pusher).collect();
         if (1..=MOST_READ).contains(&thrusters.len()) {
-            push("thrusters.inflow".to_owned(), EffectForce::Inflow { thrusters }, false, None);
+            for (name, ahead) in [("thrusters.inflow", false), ("thrusters.inflow-ahead", true)] {
+                let thrusters = thrusters.clone();
+                push(name.to_owned(), EffectForce::Inflow { thrusters, ahead }, false, None);
+            }
         }
         for thruster in self.thrusters_beside_others() {
             for (what, reverse) in [("excess-thrust", false), ("excess-reverse-thrust", true)] {

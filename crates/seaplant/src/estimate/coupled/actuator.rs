@@ -27,12 +27,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use nalgebra::Vector6;
+
 use super::super::filter_error::{Drive, Push, Shape, Stop, Unknown, Values};
 use super::search::ADMITTED;
 use crate::motion::{HeldForce, PUSHED_BY, Slice};
 use crate::plant::Signal;
 use crate::series::union;
-use crate::{CoupledRecord, CoupledThruster, Error, ThrusterTrack, Timed};
+use crate::{CoupledRecord, CoupledThruster, Dof, Error, ThrusterTrack, Timed};
 
 /// What stands between logged thrust and the thrust that acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -73,6 +75,9 @@ const LATE_SHOWS: f64 = 9.0;
 /// better.
 const LEAST_EARLY_S: f64 = 0.005;
 
+/// Thrust in reverse is in proportion to all thrust if less than this part of it is not.
+const OUT_OF_PROPORTION: f64 = 0.01;
+
 /// What of [`Drive`]'s derivatives belongs to each number of an actuator.
 const SHAPED_BY: [Unknown; 5] = [
     Unknown::Lag,
@@ -81,6 +86,33 @@ const SHAPED_BY: [Unknown; 5] = [
     Unknown::LogLagRatio,
     Unknown::Exponent,
 ];
+
+/// Whether what pushes in reverse is in proportion to all that pushes, on all axes and at all times:
+/// of a pair that turns a vehicle one pushes ahead and the other astern, by as much.
+fn is_reverse_in_proportion(records: &[&CoupledRecord], axes: &[Dof]) -> bool {
+    let (mut all_all, mut all_reverse, mut reverse_reverse) = (0.0, 0.0, 0.0);
+    for record in records {
+        let times = union(record.thrusters.iter().map(|own| own.track.speed.time_s()));
+        for t in times {
+            let (mut all, mut reverse) = (Vector6::zeros(), Vector6::zeros());
+            for CoupledThruster { track, wrench, .. } in &record.thrusters {
+                let n = track.speed.held_at(t);
+                let k = if n < 0.0 { track.reverse } else { track.forward };
+                let push = wrench * (k * n * n.abs());
+                all += push;
+                reverse += if n < 0.0 { push } else { Vector6::zeros() };
+            }
+            for axis in axes.iter().map(|dof| dof.index()) {
+                all_all += all[axis] * all[axis];
+                all_reverse += all[axis] * reverse[axis];
+                reverse_reverse += reverse[axis] * reverse[axis];
+            }
+        }
+    }
+    // What of reverse thrust is left beside its part of all.
+    let left = reverse_reverse - all_reverse * all_reverse / all_all;
+    all_reverse > 0.0 && left <= OUT_OF_PROPORTION * reverse_reverse
+}
 
 impl Actuator {
     /// How many numbers that is.
@@ -113,14 +145,13 @@ impl Actuator {
     }
 
     /// Which of its numbers are fitted: of a wrench that nobody knows the thrusters of, not how these
-    /// push, and of one trial, no change from trial to trial.
-    pub(super) const fn fitted(
-        has_force: bool,
-        has_thrusters: bool,
-        trials: usize,
-    ) -> [bool; Self::COUNT] {
-        let [lag, push, change] = [has_force, has_thrusters, has_force];
-        [lag, lag, push, push, push, change, change && trials > 1]
+    /// push; of thrusters of which a part as large always pushes in reverse, not what that pushes, as
+    /// it looks like all of them stronger; of one trial, no change from trial to trial.
+    pub(super) fn fitted(records: &[&CoupledRecord], axes: &[Dof]) -> [bool; Self::COUNT] {
+        let lag = records.iter().any(|record| record.force.iter().any(Option::is_some));
+        let push = records.iter().any(|record| !record.thrusters.is_empty());
+        let reverse = push && !is_reverse_in_proportion(records, axes);
+        [lag, lag, reverse, push, push, lag, lag && records.len() > 1]
     }
 
     /// What is fitted of it, in the order of its fields.
@@ -288,8 +319,8 @@ impl Actuator {
         }
     }
 
-    /// The signals of a record, with the size of the speed that each propeller has in place of the
-    /// one that is logged, rad/s, and with its thrust, N.
+    /// The signals of a record, with the speed that each propeller has in place of the one that is
+    /// logged, rad/s, and with its thrust, N: the mean size over each slice, with the sign of thrust.
     ///
     /// # Errors
     /// As [`Self::acting`].
@@ -298,19 +329,19 @@ impl Actuator {
         if self.numbers()[..SHAPED_BY.len()] == [0.0; SHAPED_BY.len()] {
             return Ok(signals);
         }
-        let speeds: [Option<Timed>; 6] = [const { None }; 6];
+        let none: [Option<Timed>; 6] = [const { None }; 6];
         for CoupledThruster { name, track, .. } in &record.thrusters {
-            let mut alone = speeds.clone();
+            let mut alone = none.clone();
             alone[0] = Some(track.speed.clone());
             let slices = self.slices(&alone);
-            let (mut sizes, mut thrust) = (Vec::with_capacity(slices.len()), Vec::new());
+            let (mut speeds, mut thrust) = (Vec::with_capacity(slices.len()), Vec::new());
             self.drive(track, &slices, |push| {
-                sizes.push(push.gamma.iter().sum());
+                speeds.push(push.gamma.iter().sum::<f64>().copysign(push.tau));
                 thrust.push(push.tau);
             });
             let times = slices.iter().map(|slice| slice.from_s).collect::<Vec<f64>>();
             let of = |values| Timed::new(name, times.clone(), values);
-            signals.insert(Signal::PropellerSpeed(name.clone()), of(sizes)?);
+            signals.insert(Signal::PropellerSpeed(name.clone()), of(speeds)?);
             signals.insert(Signal::Thrust(name.clone()), of(thrust)?);
         }
         Ok(signals)
@@ -590,6 +621,17 @@ mod tests {
         for (at, later) in pushes(0.0).iter().zip(pushes(1e-9)) {
             assert!((at.force[0] - later.force[0]).abs() < 1e-6, "{at:?} {later:?}");
         }
+    }
+
+    #[test]
+    fn the_speed_of_a_propeller_that_lags_has_the_sign_of_its_thrust() {
+        let record =
+            CoupledRecord { thrusters: vec![thruster()], ..CoupledRecord::empty("a", 2.0) };
+        let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0]).signals(&record).expect("finite");
+        let [speed, thrust] = [Signal::PropellerSpeed("a".into()), Signal::Thrust("a".into())]
+            .map(|signal| signals[&signal].values().to_vec());
+        assert!(speed.iter().zip(&thrust).all(|(n, t)| n * t >= 0.0));
+        assert!(speed.iter().any(|n| *n < -0.1) && speed.iter().any(|n| *n > 0.1));
     }
 
     #[test]

@@ -21,6 +21,8 @@ mod navigation;
 mod noise;
 mod state;
 
+use std::f64::consts::TAU;
+
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::schedule::{Schedule, Stop};
@@ -226,7 +228,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
             self.move_mean(stop, &mut mean, &mut flow);
             for (seen, y) in self.measurements(stop) {
                 let Some(gain) = gains.next() else { return f64::INFINITY };
-                let e = y - self.expected(&seen, &mean);
+                let e = self.innovation(&seen, y, &mean);
                 mean.add(&gain.state, e);
                 cost += 0.5 * e * e / gain.variance;
             }
@@ -287,7 +289,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
                 let own = self.noise.place_of(&seen.of);
                 let column = covariance.seen(&seen);
                 let s = column.seen(&seen) + r;
-                let e = y - self.expected(&seen, &mean);
+                let e = self.innovation(&seen, y, &mean);
                 for (k, follower) in followers.iter_mut().enumerate() {
                     let r_by = if k == own { 2.0 * r } else { 0.0 };
                     let (e_by, s_by) = follower.correct(&seen, (e, s), r_by, &column);
@@ -477,9 +479,15 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         std * std * seen.spread
     }
 
-    fn expected(&self, seen: &Seen, mean: &State<N, M>) -> f64 {
+    /// A sample less what the state makes of it. A heading is another by at most half a turn: over a
+    /// gap it may have turned further than a log without jumps can say.
+    fn innovation(&self, seen: &Seen, y: f64, mean: &State<N, M>) -> f64 {
         let [north, east] = self.current;
-        mean.seen(seen) + (seen.water[0] * north + seen.water[1] * east)
+        let e = y - (mean.seen(seen) + (seen.water[0] * north + seen.water[1] * east));
+        match seen.of {
+            Of::Navigation { number: InstrumentNoise::HEADING, .. } => wrapped(e),
+            _ => e,
+        }
     }
 
     fn move_mean(&self, stop: &Stop, mean: &mut State<N, M>, flow: &mut Flow<N, M>) {
@@ -521,7 +529,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         mean: &mut State<N, M>,
         covariance: &mut Covariance<N, M>,
     ) -> (f64, Gain<N, M>) {
-        let e = y - self.expected(seen, mean);
+        let e = self.innovation(seen, y, mean);
         let column = covariance.seen(seen);
         let variance = column.seen(seen) + self.variance(seen);
         let gain = Gain { state: column.scaled(1.0 / variance), variance };
@@ -535,6 +543,11 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
 fn add_of_down<const M: usize>(motion: &mut SMatrix<f64, M, M>, of_down: &Matrix3<f64>) {
     let mut own = motion.view_mut((M - 3, M - 3), (3, 3));
     own += of_down;
+}
+
+/// An angle less the whole turns in it, rad.
+fn wrapped(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
 }
 
 fn half_log(e: f64, variance: f64) -> f64 {

@@ -120,6 +120,12 @@ impl ByReport {
         self.step(free.collect(), (self.late..self.levers).collect())
     }
 
+    /// By how much the lag is greater than it is taken to be, s, where there is no delay and levers are
+    /// as they are taken to be.
+    pub(super) fn of_lag(&self) -> Step {
+        self.step(Vec::new(), vec![self.late + 1])
+    }
+
     /// By how much each lever is longer than it is taken to be, m, delay and lag being free.
     pub(super) fn of_levers(&self) -> Step {
         let levers = self.levers..self.levers + 3;
@@ -221,7 +227,6 @@ impl Problem {
         attitude: Attitude,
     ) -> Self {
         let axes = structure.axes();
-        let has_force = records.iter().any(|record| record.force.iter().any(Option::is_some));
         let thrusters = || records.iter().flat_map(|record| &record.thrusters);
         let has_thrusters = thrusters().next().is_some();
         let uncertainties = thrusters().map(|thruster| thruster.track.uncertainty);
@@ -243,7 +248,7 @@ impl Problem {
             pieces: are_enough.then_some(pieces),
             pushed: Arc::default(),
             rigid_body,
-            fits: Actuator::fitted(has_force, has_thrusters, records.len()),
+            fits: Actuator::fitted(records, axes),
             has_thrusters,
             thrust_uncertainty: ThrustUncertainty::greatest(uncertainties),
             sample_noise: axes.iter().map(|dof| noise(dof.index())).collect(),
@@ -476,7 +481,7 @@ impl Problem {
         known.into_iter().map(|(k, std)| (k, (coefficients[k], std))).collect()
     }
 
-    fn at_gains<const N: usize, const M: usize>(
+    pub(super) fn at_gains<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
         gains: &[Vec<Gain<N, M>>],

@@ -124,11 +124,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             if known.iter().all(is_wrong) {
                 continue;
             }
-            worst = known
-                .into_iter()
-                .filter(is_wrong)
-                .chain(worst)
-                .reduce(|one, other| if other.worth > one.worth { other } else { one });
+            let wrong = known.into_iter().filter(is_wrong).chain(worst);
+            worst = wrong.max_by(|a, b| a.worth.total_cmp(&b.worth));
         }
         Ok(worst)
     }

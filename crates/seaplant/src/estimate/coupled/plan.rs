@@ -21,7 +21,7 @@ pub struct CoupledPlan {
     pub effects: Vec<String>,
     /// Coefficients that are known, by name, and stay as they are.
     pub hold: BTreeMap<String, f64>,
-    /// Whether damping of one axis by another is added where the trials ask for it.
+    /// Whether damping of one axis by another, and constant forces, are added where the trials ask for it.
     pub search: bool,
 }
 

@@ -19,6 +19,9 @@ const MOST_S: f64 = 1.5;
 /// Levers that are all shorter are none, m: nobody knows better where an instrument measures.
 const LEAST_LEVER_M: f64 = 0.02;
 
+/// A lag of less beside that of thrusters is none, s: they are told apart by how the misfit looks.
+const LEAST_LAG_S: f64 = 0.03;
+
 /// At no lag its slope is the delay's: it begins at so much or more, s.
 const FIRST_LAG_S: f64 = 0.1;
 
@@ -61,16 +64,19 @@ impl<const N: usize> Fitted<N, N> {
         let is_rate = |dof: &Dof| dof.is_rotation() && !by_slope[dof.index()];
         let has_rates = structure.axes().iter().any(is_rate);
         let may_be_late = structure.axes().iter().any(|dof| self.problem.may_be_late(*dof));
-        if *is_free || !has_rates || !may_be_late {
+        if *is_free || !may_be_late {
             return Ok((self, Vec::new()));
         }
         let bar = search::ADMITTED * self.colour_of_translations()?;
-        let Some(delayed) = self.delayed(records, bar) else { return Ok((self, Vec::new())) };
-        let is_late = delayed.reported.std[0].is_some();
-        let found = match is_late.then(|| self.lagging(records, &delayed, bar)).flatten() {
-            Some(lagging) => lagging,
-            None => delayed,
+        let found = match has_rates {
+            true => self.delayed(records, bar).map(|delayed| {
+                let is_late = delayed.reported.std[0].is_some();
+                let lagging = is_late.then(|| self.lagging(records, &delayed, bar)).flatten();
+                lagging.unwrap_or(delayed)
+            }),
+            false => self.lagging_beside_thrust(records, bar),
         };
+        let Some(found) = found else { return Ok((self, Vec::new())) };
         let iterations = self.optimum.iterations + found.optimum.iterations;
         self.optimum = Optimum { iterations, ..found.optimum };
         (self.problem, self.reported) = (found.problem, found.reported);
@@ -160,6 +166,34 @@ impl<const N: usize> Fitted<N, N> {
         (lagging.by_sample().ok()? < delayed.by_sample().ok()?).then_some(lagging)
     }
 
+    /// With translations that are behind a lag, where nothing but thrust tells of it, if that is worth
+    /// more than the bar.
+    ///
+    /// A delay is then that of thrust; a lag is not, as what reaches the next report through it is left
+    /// in the noise as well.
+    fn lagging_beside_thrust(&self, records: &[&CoupledRecord], bar: f64) -> Option<Prompt<N>> {
+        let how = VelocityReport { lag_s: FIRST_LAG_S, ..VelocityReport::default() };
+        let mut now = Reported { how, ..Reported::default() };
+        let mut from = self.optimum.point.clone();
+        for _ in 0..MOST_STEPS {
+            let mut there = self.before(records, now, from)?;
+            let lag_s = now.how.lag_s;
+            let (step, covariance) = there.problem.by_report(&there.optimum.point, lag_s)?.of_lag();
+            let std = covariance[(0, 0)].sqrt();
+            let next = (lag_s + step[0]).clamp(0.5 * lag_s, 2.0 * lag_s).min(MOST_S);
+            if (next - lag_s).abs() < LEAST_S.max(SETTLED * std) {
+                there.reported.std[1] = Some(std);
+                let samples = there.problem.samples() as f64;
+                let before = by_sample(&self.problem, &self.optimum.point, 0.0).ok()?;
+                let gained = 2.0 * samples * (before - there.by_sample().ok()?);
+                let shows = lag_s >= LEAST_LAG_S && gained > bar && (lag_s / std).powi(2) > bar;
+                return shows.then_some(there);
+            }
+            (now.how.lag_s, from) = (next, there.optimum.point);
+        }
+        None
+    }
+
     /// The optimum, from a point, of trials whose translations are reported so.
     fn before(
         &self,
@@ -211,32 +245,40 @@ pub(super) fn left_of_report(report: &VelocityReport, records: &[CoupledRecord])
 }
 
 impl<const N: usize> Prompt<N> {
-    /// Σ ½ ln of the mean square by which the next report is off, over all samples, by the sample, as
-    /// windows differ by less than what is late.
-    ///
-    /// The lag's inverse enlarges what it is given by 1/(1 − a). Noise from after the lag is white where
-    /// it is put behind it again, noise from before it as it is: the smaller counts.
     fn by_sample(&self) -> Result<f64, Error> {
-        let trials = self.problem.innovations(&self.optimum.point)?;
-        let (mut sum, mut count) = (0.0, 0.0);
-        for (axis, dof) in self.problem.structure.axes().iter().enumerate() {
-            let keep = if self.problem.may_be_late(*dof) { self.reported.keep } else { 0.0 };
-            let (mut before, mut after, mut n) = (0.0, 0.0, 0.0);
-            for trial in &trials {
-                let own = trial.iter().filter(|innovation| innovation.axis == Some(axis));
-                let mut e: Vec<f64> = own.map(|own| (1.0 - keep) * own.error).collect();
-                before += e.iter().map(|e| e * e).sum::<f64>();
-                put_behind(&mut e, keep);
-                after += e.iter().map(|e| e * e).sum::<f64>();
-                n += e.len() as f64;
-            }
-            if n > 0.0 {
-                sum += 0.5 * n * (before.min(after) / n).ln();
-                count += n;
-            }
-        }
-        Ok(sum / count)
+        by_sample(&self.problem, &self.optimum.point, self.reported.keep)
     }
+}
+
+/// Σ ½ ln of the mean square by which the next report is off, over all samples, by the sample, as
+/// windows differ by less than what is late.
+///
+/// The lag's inverse enlarges what it is given by 1/(1 − a). Noise from after the lag is white where
+/// it is put behind it again, noise from before it as it is: the smaller counts.
+fn by_sample<const N: usize>(
+    problem: &Problem,
+    point: &Point<N, N>,
+    keep: f64,
+) -> Result<f64, Error> {
+    let trials = problem.innovations(point)?;
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (axis, dof) in problem.structure.axes().iter().enumerate() {
+        let keep = if problem.may_be_late(*dof) { keep } else { 0.0 };
+        let (mut before, mut after, mut n) = (0.0, 0.0, 0.0);
+        for trial in &trials {
+            let own = trial.iter().filter(|innovation| innovation.axis == Some(axis));
+            let mut e: Vec<f64> = own.map(|own| (1.0 - keep) * own.error).collect();
+            before += e.iter().map(|e| e * e).sum::<f64>();
+            put_behind(&mut e, keep);
+            after += e.iter().map(|e| e * e).sum::<f64>();
+            n += e.len() as f64;
+        }
+        if n > 0.0 {
+            sum += 0.5 * n * (before.min(after) / n).ln();
+            count += n;
+        }
+    }
+    Ok(sum / count)
 }
 
 /// Delay and lag after a step, and their standard deviations: of the lag alone where there is no

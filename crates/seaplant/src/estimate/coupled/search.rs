@@ -7,7 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::fit::{Point, Problem};
 use super::uncertainty::inverse;
-use crate::plant::{Basis, Parameterisation, Plant, Product, Structure, Symmetry};
+use crate::plant::{Basis, EffectForce, Parameterisation, Plant, Product, Structure, Symmetry};
 use crate::{CoupledRecord, Dof, Error};
 
 /// A term that was tried, and what came of it.
@@ -52,6 +52,32 @@ pub(super) fn candidates(structure: &Structure) -> Vec<Basis> {
     // Those of which something is known before go together, and are asked for by themselves.
     all.retain(|term| structure.index_of(term).is_none() && structure.prior_std(term).is_none());
     all
+}
+
+/// The same with a constant force on each axis that thrusters push along, where the structure says
+/// nothing of what is tried: a tether, a trim that is off, or a thruster that pushes at rest. Weight
+/// beyond buoyancy is that of heave; a lever of weight and buoyancy that of roll and pitch.
+///
+/// Beside a current, only a change of course tells a force along surge and sway.
+pub(super) fn with_constants(
+    structure: &Structure,
+    records: &[&CoupledRecord],
+) -> Result<Structure, Error> {
+    if structure.tried().is_some() {
+        return Ok(structure.clone());
+    }
+    let is_driven = |dof: &&Dof| records.iter().any(|record| record.force[dof.index()].is_some());
+    let driven = structure.axes().iter().filter(is_driven);
+    let constants: Vec<Basis> = driven
+        .filter_map(|dof| match dof {
+            Dof::Surge | Dof::Sway | Dof::Yaw => Some(Basis::One(*dof)),
+            Dof::Heave => None,
+            Dof::Roll => Some(Basis::Lever(1)),
+            Dof::Pitch => Some(Basis::Lever(0)),
+        })
+        .filter(|term| structure.index_of(term).is_none())
+        .collect();
+    with_all(structure, &constants)
 }
 
 /// The slope of the likelihood by candidates beside a fitted plant.
@@ -110,6 +136,18 @@ pub(super) fn scores<const N: usize, const M: usize>(
 
 /// A candidate of whose information less than this is left beside the others is not told.
 const COLLINEAR_PART: f64 = 1e-4;
+
+/// The term that may be there in the place of another: inflow of thrusters that push the way they
+/// move for that of all.
+pub(super) fn rival(structure: &Structure, term: &Basis) -> Option<Basis> {
+    let is_ahead = |k: usize| match structure.effects()[k].force {
+        EffectForce::Inflow { ahead, .. } => Some(ahead),
+        _ => None,
+    };
+    let Basis::Effect(own) = *term else { return None };
+    let own = is_ahead(own)?;
+    (0..structure.effects().len()).find(|k| is_ahead(*k) == Some(!own)).map(Basis::Effect)
+}
 
 /// The axis whose innovations tell of a term: that it acts on most; of a rudder, which acts on
 /// surge only when it is turned, yaw.

@@ -1,3 +1,4 @@
+mod blocks;
 mod thrusters;
 
 use nalgebra::{Vector3, Vector6};
@@ -654,33 +655,49 @@ fn thrust_that_falls_is_in_the_intervals() {
     }
 }
 
-#[test]
-fn thrust_lost_to_inflow_does_not_pass_for_mass_or_drag() {
+/// Loses thrust to inflow, everywhere or where thrusters push the way they move, and asks for both.
+fn check_inflow(ahead: bool) {
     let pusher = |(name, direction): (&str, [f64; 3])| Pusher {
         name: name.to_owned(),
         position_m: [0.0; 3],
         direction,
     };
-    let thrusters = [("0", [1.0, 0.0, 0.0]), ("1", [0.0, 1.0, 0.0])].map(pusher).to_vec();
-    let force = EffectForce::Inflow { thrusters };
-    let effect = Effect { name: "thrusters.inflow".to_owned(), force };
+    let thrusters = || [("0", [1.0, 0.0, 0.0]), ("1", [0.0, 1.0, 0.0])].map(pusher).to_vec();
+    let effect = |ahead: bool| Effect {
+        name: if ahead { "ahead" } else { "all" }.to_owned(),
+        force: EffectForce::Inflow { thrusters: thrusters(), ahead },
+    };
     let usual = planar();
-    let with = |as_term| usual.structure().clone().with_effect(effect.clone(), as_term);
+    let with = |structure: Structure, ahead, as_term| {
+        structure.with_effect(effect(ahead), as_term).expect("new")
+    };
     let coefficients = usual.coefficients().iter().copied().chain([1.5]).collect();
-    let truth = Plant::new(with(true).expect("new"), coefficients).expect("possible");
+    let truth = Plant::new(with(usual.structure().clone(), ahead, true), coefficients);
+    let truth = truth.expect("possible");
     let records = [("a", 5), ("b", 6)]
         .map(|(name, seed)| of_thrusters(record(&truth, name, seed, 150, 0.005)));
     let records: Vec<&CoupledRecord> = records.iter().collect();
-    let fit = fit_coupled(&with(false).expect("new"), &records, None, true).expect("an optimum");
+    let asked = with(with(usual.structure().clone(), ahead, false), !ahead, false);
+    let fit = fit_coupled(&asked, &records, None, true).expect("an optimum");
     let names: Vec<String> =
         fit.tried.iter().filter(|tried| tried.admitted).map(|tried| tried.name.clone()).collect();
-    assert_eq!(names, ["thrusters.inflow"]);
+    assert_eq!(names, [effect(ahead).name]);
     for term in truth.structure().terms() {
         let (found, expected) = (fit.plant.coefficient(term), truth.coefficient(term));
         let off = found.zip(expected).map_or(f64::INFINITY, |(a, b)| (a - b).abs());
         let std = fit.std(term).expect("fitted");
         assert!(off < 4.0 * std, "{}: {found:?} ± {std}", truth.structure().name_of(term));
     }
+}
+
+#[test]
+fn thrust_lost_to_inflow_does_not_pass_for_mass_or_drag() {
+    check_inflow(false);
+}
+
+#[test]
+fn thrust_lost_only_by_thrusters_that_push_the_way_they_move_is_told_from_that() {
+    check_inflow(true);
 }
 
 #[test]
