@@ -10,7 +10,7 @@ use super::filter::{InstrumentNoise, Layout, MOST_NAVIGATION, Reading};
 use crate::motion::{Slice, body_from_world, down_body, interpolated_attitude};
 use crate::navigation::MeanAcceleration;
 use crate::plant::{Signal, Structure};
-use crate::series::{ROUNDING_S, union};
+use crate::series::{ROUNDING_S, median, union};
 use crate::signal::rms;
 use crate::{CoupledRecord, Dof, Timed};
 
@@ -52,6 +52,8 @@ impl Attitude {
 
 /// An instant at which some axes were measured, and how it is reached.
 pub(super) struct Stop {
+    /// When it is, s.
+    time_s: f64,
     /// The slices from the stop before.
     pub(super) slices: Range<usize>,
     /// How long these last, s.
@@ -76,7 +78,11 @@ pub(super) struct Stop {
     pub(super) begun: Vec<usize>,
 }
 
-/// A trial as the filter goes through it.
+/// A step longer than this, s, and than so many usual ones is a gap.
+const LONGEST_STEP_S: f64 = 2.0;
+const GAP: f64 = 5.0;
+
+/// A trial, or a stretch of it, as the filter goes through it.
 pub(super) struct Schedule {
     /// Which of the trials.
     pub(super) trial: usize,
@@ -111,9 +117,9 @@ impl Schedule {
     ) -> Arc<[Self]> {
         let of = |(trial, record): (usize, &&CoupledRecord)| {
             let thrust = LoggedThrust::of(record, place(trial, records.len()));
-            Self::of(trial, record, &thrust, record.window_s, (structure, attitude))
+            Self::stretches(trial, record, &thrust, record.window_s, (structure, attitude))
         };
-        records.iter().enumerate().filter_map(of).collect()
+        records.iter().enumerate().flat_map(of).collect()
     }
 
     /// A quarter of every record in evenly spread pieces, each with a state of its own to begin
@@ -131,11 +137,37 @@ impl Schedule {
                 let middle = from + (k as f64 + 0.5) * spacing;
                 let half = 0.5 * PIECES_PART * spacing;
                 let window = (middle - half, middle + half);
-                Self::of(trial, record, &thrust, window, (structure, attitude))
+                Self::stretches(trial, record, &thrust, window, (structure, attitude))
             };
-            (0..PIECES).filter_map(piece).collect::<Vec<_>>()
+            (0..PIECES).flat_map(piece).collect::<Vec<_>>()
         };
         records.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// Cuts a window of a record at gaps, in which nothing was measured: each stretch has a state of its
+    /// own to begin with.
+    ///
+    /// Over a gap a vehicle goes where its thrust alone takes it: far from where a plant that is not yet
+    /// right has it, and a heading by any number of turns.
+    fn stretches(
+        trial: usize,
+        record: &CoupledRecord,
+        thrust: &Arc<LoggedThrust>,
+        (from, to): (f64, f64),
+        how: (&Structure, Attitude),
+    ) -> Vec<Self> {
+        let of = |window| Self::of(trial, record, thrust, window, how);
+        let Some(whole) = of((from, to)) else { return Vec::new() };
+        let mut steps: Vec<f64> = whole.stops[1..].iter().map(|stop| stop.length_s).collect();
+        let longest = LONGEST_STEP_S.max(GAP * median(&mut steps).unwrap_or(0.0));
+        let is_gap = |stop: &&Stop| stop.length_s > longest;
+        let gaps: Vec<f64> = whole.stops.iter().filter(is_gap).map(|stop| stop.time_s).collect();
+        if gaps.is_empty() {
+            return vec![whole];
+        }
+        let starts = std::iter::once(from).chain(gaps.iter().copied());
+        let ends = gaps.iter().map(|after| after - longest).chain([to]);
+        starts.zip(ends).filter_map(of).collect()
     }
 
     /// Cuts a window of a record; none if nothing was measured in it.
@@ -193,6 +225,7 @@ impl Schedule {
             let first = schedule.slices.len();
             schedule.slice(record, structure, &changes, before, time_s);
             let mut stop = Stop {
+                time_s,
                 slices: first..schedule.slices.len(),
                 length_s: time_s - before,
                 measured: [None; 6],

@@ -143,3 +143,31 @@ fn a_heading_counts_without_the_whole_turns_that_a_log_lost() {
     assert!(near(&as_it_was.1, &lost.1));
     assert!(near(&as_it_was.2, &lost.2));
 }
+
+/// The same without what was measured in a window.
+fn without(series: &Timed, gap: &std::ops::Range<f64>) -> Timed {
+    let samples = series.time_s().iter().zip(series.values());
+    let left = samples.filter(|(t, _)| !gap.contains(t));
+    let (time_s, values): (Vec<f64>, Vec<f64>) = left.unzip();
+    Timed::new("motion", time_s, values).expect("valid")
+}
+
+#[test]
+fn after_a_gap_a_trial_begins_anew() {
+    let truth = planar();
+    let gap = 40.0..52.0;
+    let with_gap = |record: CoupledRecord| CoupledRecord {
+        velocity: record.velocity.map(|series| series.map(|series| without(&series, &gap))),
+        ..record
+    };
+    let records =
+        [("a", 5), ("b", 6)].map(|(name, seed)| with_gap(record(&truth, name, seed, 150, 0.005)));
+    let records: Vec<&CoupledRecord> = records.iter().collect();
+    let schedules = Schedule::whole(&records, truth.structure(), Attitude::Known);
+    let trials: Vec<usize> = schedules.iter().map(|schedule| schedule.trial).collect();
+    assert_eq!(trials, [0, 0, 1, 1]);
+    // What is measured first in a stretch is its start: 1380 samples of three axes are left.
+    assert_eq!(schedules[..2].iter().map(Schedule::samples).sum::<usize>(), 3 * (1380 - 2));
+    let fit = fit_coupled(truth.structure(), &records, None, false).expect("an optimum");
+    check_within(&fit, &truth);
+}
