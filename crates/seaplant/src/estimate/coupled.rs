@@ -439,8 +439,10 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let Self { problem, optimum, tried, reported, faults } = self;
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
+        let whiteness = whiteness(&problem, &optimum.point, reported.keep)?;
+        let is_coloured = problem.is_free || whiteness.values().any(|colour| *colour > COLOURED);
         let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
-        let covariance = problem.is_free.then(of_blocks).flatten();
+        let covariance = is_coloured.then(of_blocks).flatten();
         let covariance = covariance.unwrap_or_else(|| inverse(&optimum.information));
         let noise_covariance = inverse(&optimum.noise_information);
         let std_of_actuator = |k: usize| problem.fits[k].then(|| covariance[(p + k, p + k)].sqrt());
@@ -482,7 +484,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             samples: problem.samples(),
             iterations: optimum.iterations,
             start,
-            whiteness: whiteness(&problem, &optimum.point, reported.keep)?,
+            whiteness,
             rank: (least_squares.rank + p).saturating_sub(least_squares.terms),
             tried,
             faults,
@@ -509,6 +511,11 @@ impl<const N: usize> Fitted<N, N> {
         Ok(Fitted { problem, optimum, tried, reported, faults })
     }
 }
+
+/// Innovations of more, in what [`CoupledFit::whiteness`] says, are coloured: white noise exceeds it once
+/// in a thousand. Samples then say less than their number, and the covariance is that of the scores
+/// of blocks.
+const COLOURED: f64 = 1.7;
 
 /// Rounds of admitting and dropping couplings.
 const MOST_ROUNDS: usize = 4;

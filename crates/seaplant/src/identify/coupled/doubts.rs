@@ -500,7 +500,7 @@ fn not_white(fit: &CoupledFit) -> Option<Caveat> {
     let axes: Vec<String> = fit.whiteness.iter().filter_map(far).collect();
     (!axes.is_empty()).then(|| {
         let message = format!(
-            "what the plant fails to predict is correlated in time in {} (1 for white noise): the model lacks something, such as waves, a thruster's lag or another coupling; intervals may be too narrow",
+            "what the plant fails to predict is correlated in time in {} (1 for white noise): the model lacks something, such as waves, a thruster's lag or another coupling; intervals allow for the correlation, not for what is missing",
             axes.join(", ")
         );
         Caveat::warning(CaveatCode::ResidualsNotWhite, message)
