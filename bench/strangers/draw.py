@@ -191,6 +191,16 @@ def fault_of_thrusters(f):
 
 
 @fault_of_thrusters
+def slew(s, g):
+    s["slew"] = g.uniform(0.3, 1.0)
+
+
+@fault_of_thrusters
+def loaded(s, g):
+    s["loaded"] = g.uniform(0.1, 0.35)
+
+
+@fault_of_thrusters
 def gains(s, g):
     s["gain"] = s["gain"] * g.uniform(0.88, 1.12, (1, 8, 1))
 
@@ -307,6 +317,8 @@ def draw(seed, wanted=()):
         "speed": speed,
         "lag_up": 0.0,
         "lag_down": 0.0,
+        "slew": 0.0,
+        "loaded": 0.0,
         "delay": 0.0,
         "reverse": 1.0,
         "exponent": 2.0,
@@ -433,6 +445,10 @@ def piloted(s, drag, pinv, want, seen, angle, place):
 
 def followed(s, heard, speed):
     """Propeller speed after a step and in its middle; up and down may differ."""
+    if s["slew"]:
+        most = s["max_rate"] * STEP / s["slew"]
+        after = speed + np.clip(heard - speed, -most, most)
+        return after, 0.5 * (after + speed)
     if not s["lag_up"]:
         return heard, heard
     up = (heard * speed >= 0) & (np.abs(heard) > np.abs(speed))
@@ -448,6 +464,8 @@ def propelled(s, speed, relative, done):
     pushed = np.where(pushed < 0, s["reverse"] * pushed, pushed)
     pushed *= np.where(pushed < 0, s["gain"][:, :, 1], s["gain"][:, :, 0])
     pushed *= (1 - s["sag"] * done)[:, None]
+    # The current of all lowers the voltage; power goes with the cube of speed.
+    pushed *= 1 - s["loaded"] * (np.abs(part) ** 3).mean(1, keepdims=True)
     if s["inflow"]:
         turning = np.cross(relative[:, None, 3:], s["places"][None])
         own = relative[:, :3] @ s["ways"].T + np.einsum("nij,ij->ni", turning, s["ways"])
@@ -778,6 +796,8 @@ def one(job):
             for k in [
                 "lag_up",
                 "lag_down",
+                "slew",
+                "loaded",
                 "delay",
                 "reverse",
                 "exponent",

@@ -188,7 +188,8 @@ fn fit_as(
         let (fitted, prompt) = fitted.with_report_that_shows(records)?;
         let prompt: Vec<&CoupledRecord> = prompt.iter().collect();
         let records = if prompt.is_empty() { records } else { &prompt };
-        let fitted = fitted.with_actuator_that_shows()?.with_drift_that_shows()?;
+        let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
+        let fitted = fitted.with_drift_that_shows()?;
         let (fitted, acting) = match search {
             true => fitted.with_thrusters_that_act(records)?,
             false => (fitted, Vec::new()),
@@ -333,6 +334,42 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             let iterations = self.optimum.iterations + optimum.iterations;
             self.optimum = Optimum { iterations, ..optimum };
         }
+    }
+
+    /// The same with propellers whose speed has a greatest rate of change, if that is likelier by more
+    /// than chance than the lag, the ratio of lags and the delay that imitate it.
+    ///
+    /// A slew time has no slope where it is zero, so that the descent begins at several.
+    fn with_slew_that_shows(mut self) -> Result<Self, Error> {
+        let Self { problem, optimum, .. } = &self;
+        let actuator = optimum.point.actuator;
+        let is_late = actuator.lag_s > 0.0 || actuator.delay_s > 0.0;
+        if !problem.has_thrusters || !is_late || actuator.slew_s > 0.0 {
+            return Ok(self);
+        }
+        let mut limited = problem.with_terms(problem.structure.clone());
+        limited.fits[Actuator::SLEW] = true;
+        limited.fits[Actuator::LAG] = true;
+        limited.fits[Actuator::LAG_RATIO] = false;
+        let start = |slew_s: &f64| {
+            // Half a slew time is the mean lateness of a change from full speed to none.
+            let lag_s = (actuator.lag_s - 0.5 * slew_s).max(FIRST_LAG_BESIDE_SLEW_S);
+            let actuator = Actuator { slew_s: *slew_s, lag_s, log_lag_ratio: 0.0, ..actuator };
+            let mut point = optimum.point.clone();
+            point.actuator = actuator;
+            (limited.cost(&point), point)
+        };
+        let starts = FIRST_SLEWS_S.iter().map(start);
+        let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(self) };
+        // A descent that does not settle finds no slew time.
+        let Ok(found) = limited.descent_at_noise(start, Tolerance::COARSE) else { return Ok(self) };
+        if 2.0 * (optimum.cost - found.cost) > search::ADMITTED {
+            let iterations = optimum.iterations + found.iterations;
+            self.optimum = Optimum { iterations, ..found };
+            self.problem = limited;
+            return self.with_actuator_that_shows();
+        }
+        Ok(self)
     }
 
     /// The same with a current that changes in the course of trials, if the trials show that: by a
@@ -516,6 +553,11 @@ impl<const N: usize> Fitted<N, N> {
 /// in a thousand. Samples then say less than their number, and the covariance is that of the scores
 /// of blocks.
 const COLOURED: f64 = 1.7;
+
+/// Slew times at which a descent begins, s, …
+const FIRST_SLEWS_S: [f64; 3] = [0.2, 0.5, 1.2];
+/// … and the least lag beside one.
+const FIRST_LAG_BESIDE_SLEW_S: f64 = 0.02;
 
 /// Rounds of admitting and dropping couplings.
 const MOST_ROUNDS: usize = 4;

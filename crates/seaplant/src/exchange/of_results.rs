@@ -304,7 +304,7 @@ fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
 }
 
 /// Nuisances of thrust that no format has a place for.
-const LEFT_OUT: [&str; 9] = [
+const LEFT_OUT: [&str; 10] = [
     "inflow",
     "inflow_ahead",
     "lag_ratio",
@@ -312,6 +312,7 @@ const LEFT_OUT: [&str; 9] = [
     "thrust_exponent",
     "thrust_change_within",
     "thrust_change_between",
+    "thrust_change_loaded",
     "turning",
     "full_speed",
 ];

@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
 use crate::axes::listed;
-use crate::estimate::{CoupledFit, INSTRUMENTS, Tried, fit_coupled, fit_coupled_freely};
+use crate::estimate::{Actuator, CoupledFit, INSTRUMENTS, Tried, fit_coupled, fit_coupled_freely};
 use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
 use crate::results::{
     AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, CoupledScore, Driven,
@@ -494,23 +494,27 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
     let lag = if fit.has_thrusters { "lag" } else { "force_lag" };
     let actuator = fit.actuator;
     let (reverse, slowing) = (actuator.log_reverse_ratio.exp(), actuator.log_lag_ratio.exp());
-    let changes = [actuator.log_change_within, actuator.log_change_between];
-    let [within, between] = changes.map(f64::exp_m1);
+    let Actuator { log_change_within, log_change_between, log_change_loaded, .. } = actuator;
+    let changes = [log_change_within, log_change_between, log_change_loaded];
+    let [within, between, loaded] = changes.map(f64::exp_m1);
     let numbers = [
         (lag, actuator.lag_s, 1.0, "s"),
         ("delay", actuator.delay_s, 1.0, "s"),
         ("reverse_ratio", reverse, reverse, "1"),
         ("lag_ratio", slowing, slowing, "1"),
         ("thrust_exponent", 2.0 + actuator.beyond_square, 1.0, "1"),
+        ("slew", actuator.slew_s, 1.0, "s"),
         ("thrust_change_within", within, 1.0 + within, "1"),
         ("thrust_change_between", between, 1.0 + between, "1"),
+        ("thrust_change_loaded", loaded, 1.0 + loaded, "1"),
     ];
     for ((name, value, slope, unit), std) in numbers.into_iter().zip(fit.actuator_std) {
         if let Some(std) = std {
             all.insert(name.to_owned(), parameter((value, slope * std), unit));
         }
     }
-    if all.contains_key("thrust_exponent") {
+    let needs_full_speed = ["thrust_exponent", "slew", "thrust_change_loaded"];
+    if needs_full_speed.iter().any(|name| all.contains_key(*name)) {
         all.insert("full_speed".to_owned(), parameter((actuator.full_speed, 0.0), "rad/s"));
     }
     for (trial, [north, east]) in &fit.currents {

@@ -30,8 +30,8 @@ pub(crate) struct HeldForce {
 }
 
 /// How many numbers of the actuators a force depends on: two of lag, delay, reverse-thrust ratio,
-/// exponent, and two of slow changes.
-pub(crate) const PUSHED_BY: usize = 7;
+/// exponent, slew time, two of slow changes and one of load.
+pub(crate) const PUSHED_BY: usize = 9;
 
 /// How each axis's disturbance fades: ḟ = −f/T.
 #[derive(Clone, Copy, Debug)]

@@ -14,8 +14,19 @@
 //! T τ̇(t) + τ(t) = u(t − D)
 //! ```
 //!
+//! The speed of a propeller may have a greatest rate of change: it needs a slew time from rest to the
+//! greatest speed of the trials.
+//!
 //! Thrust may change beside what its log says, as with the voltage of a battery: by a factor e^a from
-//! the beginning to the end of each trial, and by e^b from the first trial to the last, 1 on average.
+//! the beginning to the end of each trial, and by e^b from the first trial to the last, 1 on average;
+//! and by e^(c ℓ) under the load ℓ of all thrusters, since current lowers the voltage:
+//!
+//! ```text
+//! ℓ = Σ (k n²)^(3/2) / Σ (k n_max²)^(3/2)
+//! ```
+//!
+//! The power of a propeller in place grows with its thrust to the power 3/2. A curve is right without load,
+//! as it is measured of one thruster by itself.
 //!
 //! D is negative where thrust acts before its log says. That of commands which are logged every h, while
 //! they are given m times as often, is −h/2 (1 − 1/m) on average: what is held until the next sample has
@@ -50,11 +61,16 @@ pub struct Actuator {
     pub log_lag_ratio: f64,
     /// Exponent of thrust over propeller speed, less 2.
     pub beyond_square: f64,
+    /// Time that a propeller needs from rest to `full_speed` at its greatest rate of change, s; 0 without
+    /// a limit.
+    pub slew_s: f64,
     /// Logarithm of thrust at the end of each trial over that at its beginning, beside what its log
     /// says.
     pub log_change_within: f64,
     /// The same of the last trial over the first.
     pub log_change_between: f64,
+    /// Logarithm of thrust while all thrusters push at full speed over what their curves say.
+    pub log_change_loaded: f64,
     /// The greatest propeller speed, where another exponent leaves thrust as its curve says.
     pub full_speed: f64,
 }
@@ -79,12 +95,13 @@ const LEAST_EARLY_S: f64 = 0.005;
 const OUT_OF_PROPORTION: f64 = 0.01;
 
 /// What of [`Drive`]'s derivatives belongs to each number of an actuator.
-const SHAPED_BY: [Unknown; 5] = [
+const SHAPED_BY: [Unknown; 6] = [
     Unknown::Lag,
     Unknown::Delay,
     Unknown::LogReverseRatio,
     Unknown::LogLagRatio,
     Unknown::Exponent,
+    Unknown::Slew,
 ];
 
 /// Whether what pushes in reverse is in proportion to all that pushes, on all axes and at all times:
@@ -119,18 +136,31 @@ impl Actuator {
     pub(super) const COUNT: usize = PUSHED_BY;
 
     /// Where the lag stands among them, and the delay.
-    const LAG: usize = 0;
+    pub(super) const LAG: usize = 0;
     const DELAY: usize = 1;
 
     /// Where the reverse-thrust ratio stands among them.
     pub(super) const REVERSE: usize = 2;
 
+    /// Where the ratio of lags stands among them, and the slew time.
+    pub(super) const LAG_RATIO: usize = 3;
+    pub(super) const SLEW: usize = 5;
+
     /// Between what they stay.
-    pub(super) const LIMITS: [(f64, f64); Self::COUNT] =
-        [(0.0, 3.0), (-0.5, 3.0), (-1.5, 1.5), (-2.5, 2.5), (-1.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)];
+    pub(super) const LIMITS: [(f64, f64); Self::COUNT] = [
+        (0.0, 3.0),
+        (-0.5, 3.0),
+        (-1.5, 1.5),
+        (-2.5, 2.5),
+        (-1.0, 1.0),
+        (0.0, 5.0),
+        (-1.5, 1.5),
+        (-1.5, 1.5),
+        (-1.5, 0.5),
+    ];
 
     /// Their standard deviations before anything is measured.
-    pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3, 1.0, 0.3, 0.3, 0.3];
+    pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3, 1.0, 0.3, 1.0, 0.3, 0.3, 0.3];
 
     /// One is kept if its square is so many times its variance: chance makes as much of a lag or a
     /// delay once in 500; what contradicts the log or the curve of a thruster has to be seen as clearly
@@ -146,12 +176,14 @@ impl Actuator {
 
     /// Which of its numbers are fitted: of a wrench that nobody knows the thrusters of, not how these
     /// push; of thrusters of which a part as large always pushes in reverse, not what that pushes, as
-    /// it looks like all of them stronger; of one trial, no change from trial to trial.
+    /// it looks like all of them stronger; of one trial, no change from trial to trial; of one thruster, no
+    /// load of others. A slew time has no slope where it is zero: a fit with one begins elsewhere.
     pub(super) fn fitted(records: &[&CoupledRecord], axes: &[Dof]) -> [bool; Self::COUNT] {
         let lag = records.iter().any(|record| record.force.iter().any(Option::is_some));
         let push = records.iter().any(|record| !record.thrusters.is_empty());
         let reverse = push && !is_reverse_in_proportion(records, axes);
-        [lag, lag, reverse, push, push, lag, lag && records.len() > 1]
+        let several = records.iter().any(|record| record.thrusters.len() > 1);
+        [lag, lag, reverse, push, push, false, lag, lag && records.len() > 1, several]
     }
 
     /// What is fitted of it, in the order of its fields.
@@ -162,8 +194,10 @@ impl Actuator {
             self.log_reverse_ratio,
             self.log_lag_ratio,
             self.beyond_square,
+            self.slew_s,
             self.log_change_within,
             self.log_change_between,
+            self.log_change_loaded,
         ]
     }
 
@@ -174,6 +208,14 @@ impl Actuator {
         0.5 * (within + between).abs().max(within.abs()).max(between.abs())
     }
 
+    /// The logarithm of thrust under the mean load of a trial over that of the curves.
+    pub(super) fn under_mean_load(&self, logged: &LoggedThrust) -> f64 {
+        let Some((load, _)) = &logged.load else { return 0.0 };
+        let times = load.time_s().iter();
+        let all: f64 = times.map(|t| logged.load(*t, self.full_speed)).sum();
+        self.log_change_loaded * all / load.len() as f64
+    }
+
     /// How far thrust at half of full speed is from a square law that is right at full speed: the
     /// logarithm of the part.
     pub(super) fn at_half_speed(&self) -> f64 {
@@ -182,16 +224,18 @@ impl Actuator {
 
     /// The same with such numbers.
     pub(super) const fn with(&self, numbers: [f64; Self::COUNT]) -> Self {
-        let [lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square, ..] = numbers;
-        let [.., log_change_within, log_change_between] = numbers;
+        let [lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square, slew_s, ..] = numbers;
+        let [.., log_change_within, log_change_between, log_change_loaded] = numbers;
         Self {
             lag_s,
             delay_s,
             log_reverse_ratio,
             log_lag_ratio,
             beyond_square,
+            slew_s,
             log_change_within,
             log_change_between,
+            log_change_loaded,
             full_speed: self.full_speed,
         }
     }
@@ -223,16 +267,23 @@ impl Actuator {
         Ok(acting)
     }
 
+    /// How long after its last change thrust still changes, s.
+    fn settles_s(&self) -> f64 {
+        // From full speed ahead to full speed astern takes two slew times.
+        OVER * self.lag_s + 2.0 * self.slew_s
+    }
+
     /// From change to change as these act, finely where they lag, until the lag is over.
     fn slices(&self, logged: &[Option<Timed>; 6]) -> Vec<Slice> {
         let changes = union(logged.iter().flatten().map(Timed::time_s));
         let mut edges: Vec<f64> = changes.first().copied().into_iter().collect();
         edges.extend(changes.iter().map(|t| t + self.delay_s).filter(|t| *t > changes[0]));
-        edges.extend(edges.last().map(|last| last + (OVER * self.lag_s).max(FINEST_S)));
+        edges.extend(edges.last().map(|last| last + self.settles_s().max(FINEST_S)));
         let mut slices = Vec::new();
         for pair in edges.windows(2) {
             let length_s = pair[1] - pair[0];
-            let count = if self.lag_s < NO_LAG_S { 1.0 } else { (length_s / FINEST_S).ceil() };
+            let count =
+                if self.settles_s() < NO_LAG_S { 1.0 } else { (length_s / FINEST_S).ceil() };
             let length_s = length_s / count;
             slices.extend((0..count as usize).map(|k| {
                 let from_s = pair[0] + k as f64 * length_s;
@@ -264,19 +315,24 @@ impl Actuator {
             }
         }
         for (push, slice) in pushes.iter_mut().zip(slices) {
-            self.change(push, logged.phases(slice.from_s + 0.5 * slice.length_s));
+            let middle_s = slice.from_s + 0.5 * slice.length_s;
+            let load = logged.load(middle_s - self.delay_s, self.full_speed);
+            self.change(push, logged.phases(middle_s), load);
         }
         pushes
     }
 
-    /// Changes a force by how far it is through its trial and through all trials, from −½ to ½.
-    fn change(&self, push: &mut HeldForce, [within, between]: [f64; 2]) {
-        let ratio = (self.log_change_within * within + self.log_change_between * between).exp();
+    /// Changes a force by how far it is through its trial and through all trials, from −½ to ½, and by the
+    /// load of all thrusters.
+    fn change(&self, push: &mut HeldForce, [within, between]: [f64; 2], load: f64) {
+        let slow = self.log_change_within * within + self.log_change_between * between;
+        let ratio = (slow + self.log_change_loaded * load).exp();
         push.force *= ratio;
         push.by.iter_mut().for_each(|by| *by *= ratio);
-        let [.., by_within, by_between] = &mut push.by;
+        let [.., by_within, by_between, by_load] = &mut push.by;
         *by_within = push.force * within;
         *by_between = push.force * between;
+        *by_load = push.force * load;
     }
 
     fn add_thruster(
@@ -304,7 +360,7 @@ impl Actuator {
             values.set(unknown, number);
         }
         // What it was told shortly before is still on its way.
-        let lead_s = (first.from_s - track.speed.first_s()).clamp(0.0, OVER * self.lag_s);
+        let lead_s = (first.from_s - track.speed.first_s()).clamp(0.0, self.settles_s());
         let steps = (lead_s / FINEST_S).ceil();
         let from_s = first.from_s - lead_s;
         let mut drive = Drive::new(std::slice::from_ref(track), None, &values, from_s);
@@ -357,6 +413,8 @@ pub(super) struct LoggedThrust {
     window_s: (f64, f64),
     /// How far through all trials it is, from −½ to ½.
     between: f64,
+    /// `Σ (k n²)^(3/2)` of all thrusters, and what it is of each at a speed of 1 rad/s; none of a wrench.
+    load: Option<(Timed, f64)>,
 }
 
 impl LoggedThrust {
@@ -369,7 +427,14 @@ impl LoggedThrust {
             false => record.force[axis].clone(),
         });
         let (thrusters, window_s) = (record.thrusters.clone(), record.window_s);
-        Arc::new(Self { thrusters, wrench, window_s, between })
+        let load = total_load(&thrusters);
+        Arc::new(Self { thrusters, wrench, window_s, between, load })
+    }
+
+    /// The load of all thrusters at an instant of their logs, 1 if all have a speed.
+    fn load(&self, time_s: f64, full_speed: f64) -> f64 {
+        let of = |(load, each): &(Timed, f64)| load.held_at(time_s) / (each * full_speed.powi(3));
+        self.load.as_ref().filter(|_| full_speed > 0.0).map_or(0.0, of)
     }
 
     /// How far through its trial an instant is, and how far through all trials.
@@ -377,6 +442,24 @@ impl LoggedThrust {
         let (from_s, to_s) = self.window_s;
         [((time_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0) - 0.5, self.between]
     }
+}
+
+/// `Σ (k n²)^(3/2)` of some thrusters over time, and `Σ k^(3/2)`; none of fewer than two.
+fn total_load(thrusters: &[CoupledThruster]) -> Option<(Timed, f64)> {
+    if thrusters.len() < 2 {
+        return None;
+    }
+    let times = union(thrusters.iter().map(|own| own.track.speed.time_s()));
+    let of = |track: &ThrusterTrack, t: f64| {
+        let n = track.speed.held_at(t);
+        let k = if n < 0.0 { track.reverse } else { track.forward };
+        (k.abs() * n * n).powf(1.5)
+    };
+    let sum = |t: &f64| thrusters.iter().map(|own| of(&own.track, *t)).sum::<f64>();
+    let values: Vec<f64> = times.iter().map(sum).collect();
+    let each = thrusters.iter().map(|own| own.track.forward.abs().powf(1.5)).sum::<f64>();
+    let load = Timed::new("load", times, values).ok()?;
+    (each > 0.0).then_some((load, each))
 }
 
 /// A logged force and what lags behind it at each of its samples.
@@ -483,7 +566,7 @@ mod tests {
     fn of_wrench(axis: usize) -> LoggedThrust {
         let mut wrench = [const { None }; 6];
         wrench[axis] = Some(steps());
-        LoggedThrust { thrusters: Vec::new(), wrench, window_s: (0.0, 2.0), between: 0.3 }
+        LoggedThrust { wrench, ..logged(Vec::new()) }
     }
 
     fn of(numbers: [f64; Actuator::COUNT]) -> Actuator {
@@ -504,9 +587,19 @@ mod tests {
         CoupledThruster { name: "a".to_owned(), track, wrench: WRENCH.into() }
     }
 
+    fn logged(thrusters: Vec<CoupledThruster>) -> LoggedThrust {
+        let load = total_load(&thrusters);
+        let (wrench, window_s) = ([const { None }; 6], (0.0, 2.0));
+        LoggedThrust { thrusters, wrench, window_s, between: 0.3, load }
+    }
+
     fn of_thruster() -> LoggedThrust {
-        let wrench = [const { None }; 6];
-        LoggedThrust { thrusters: vec![thruster()], wrench, window_s: (0.0, 2.0), between: 0.3 }
+        logged(vec![thruster()])
+    }
+
+    fn of_two_thrusters() -> LoggedThrust {
+        let astern = CoupledThruster { wrench: -0.4 * thruster().wrench, ..thruster() };
+        logged(vec![thruster(), astern])
     }
 
     /// What lags behind steps, and the integral of what that makes, by many small steps of Euler's
@@ -543,7 +636,7 @@ mod tests {
     #[test]
     fn a_propeller_lags_in_speed() {
         let ratio: f64 = 0.7;
-        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0]);
+        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18));
         let thrust = |n: f64| if n < 0.0 { -1.5 * ratio * n * n } else { 2.0 * n * n };
         let (_, integral) = by_small_steps(actuator, 0.9, thrust);
@@ -570,13 +663,15 @@ mod tests {
     #[test]
     fn derivatives_are_those_of_the_means() {
         let slices = slices(0.05, 30);
-        for logged in [of_wrench(0), of_thruster()] {
+        for logged in [of_wrench(0), of_thruster(), of_two_thrusters()] {
             // With another exponent, how long a propeller reverses within a slice is held.
             let some = [
-                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0], 1e-3),
-                ([0.03, 0.01, 0.2, 0.0, 0.0, -0.2, 0.1], 1e-3),
-                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.2, -0.1], 0.1),
-                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.01, 0.2, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.2, -0.1, 0.0], 0.1),
+                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3], 1e-3),
             ];
             for (base, near) in some {
                 let pushes = |k: usize, step: f64| {
@@ -585,7 +680,8 @@ mod tests {
                     of(moved).pushes(&logged, &slices)
                 };
                 let here = of(base).pushes(&logged, &slices);
-                for k in 0..Actuator::COUNT {
+                let has_slope = |k: &usize| *k != Actuator::SLEW || base[*k] > 0.0;
+                for k in (0..Actuator::COUNT).filter(has_slope) {
                     let (up, down) = (pushes(k, 1e-6), pushes(k, -1e-6));
                     for ((here, up), down) in here.iter().zip(&up).zip(&down) {
                         let slope = (up.force[0] - down.force[0]) / 2e-6;
@@ -599,7 +695,7 @@ mod tests {
 
     #[test]
     fn thrust_that_changes_is_that_of_its_log_in_the_middle() {
-        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1]);
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0]);
         let slices = slices(0.05, 40);
         let (logged, changed) = [Actuator::default(), actuator]
             .map(|actuator| actuator.pushes(&of_wrench(0), &slices))
@@ -609,6 +705,27 @@ mod tests {
             let expected = logged.force[0] * (0.3_f64 * 0.1 - 0.2 * within).exp();
             assert!((changed.force[0] - expected).abs() < 1e-9, "{} s", slice.from_s);
         }
+    }
+
+    #[test]
+    fn thrust_under_the_load_of_all_thrusters_is_less_by_its_share() {
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3]);
+        let slices = slices(0.1, 12);
+        let (logged, changed) = [Actuator::default(), actuator]
+            .map(|actuator| actuator.pushes(&of_two_thrusters(), &slices))
+            .into();
+        for (slice, (logged, changed)) in slices.iter().zip(logged.iter().zip(&changed)) {
+            let n = steps().held_at(slice.from_s + 0.05);
+            let k: f64 = if n < 0.0 { 1.5 } else { 2.0 };
+            // Both are as fast, so that the load is that of one.
+            let load = (k * n * n).powf(1.5) / (2.0_f64 * 100.0).powf(1.5);
+            let expected = logged.force[0] * (-0.3 * load).exp();
+            assert!((changed.force[0] - expected).abs() < 1e-9, "{} s", slice.from_s);
+        }
+        // One thruster has no others, whose load it could feel.
+        let alone = actuator.pushes(&of_thruster(), &slices);
+        let plain = Actuator::default().pushes(&of_thruster(), &slices);
+        assert!(alone.iter().zip(&plain).all(|(a, b)| a.force == b.force));
     }
 
     #[test]
@@ -627,7 +744,8 @@ mod tests {
     fn the_speed_of_a_propeller_that_lags_has_the_sign_of_its_thrust() {
         let record =
             CoupledRecord { thrusters: vec![thruster()], ..CoupledRecord::empty("a", 2.0) };
-        let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0]).signals(&record).expect("finite");
+        let signals =
+            of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).signals(&record).expect("finite");
         let [speed, thrust] = [Signal::PropellerSpeed("a".into()), Signal::Thrust("a".into())]
             .map(|signal| signals[&signal].values().to_vec());
         assert!(speed.iter().zip(&thrust).all(|(n, t)| n * t >= 0.0));
@@ -648,10 +766,11 @@ mod tests {
         };
         assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
         let some = [
-            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0],
-            [0.2, 0.1, -0.3, 0.5, -0.2, -0.2, 0.0],
-            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.2, 0.1, -0.3, 0.5, -0.2, 0.0, -0.2, 0.0, 0.0],
+            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.1, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0],
         ];
         for numbers in some {
             let actuator = of(numbers);

@@ -53,8 +53,10 @@ const ACTUATOR_NAMES: [&str; Actuator::COUNT] = [
     "log_reverse_ratio",
     "log_lag_ratio",
     "thrust_exponent",
+    "slew",
     "thrust_change_within",
     "thrust_change_between",
+    "thrust_change_loaded",
 ];
 
 impl Information {

@@ -25,8 +25,11 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let p = problem.structure.terms().len();
         let mut sum = DMatrix::zeros(p, p);
         let of_curves = problem.thrust_uncertainty;
-        let off_by = [point.actuator.greatest_from_mean(), point.actuator.at_half_speed()];
-        if of_curves == ThrustUncertainty::default() && off_by == [0.0; 2] {
+        let actuator = point.actuator;
+        let loads = problem.schedules.iter().map(|own| actuator.under_mean_load(&own.thrust).abs());
+        let loaded = loads.fold(0.0, f64::max);
+        let off_by = [actuator.greatest_from_mean(), actuator.at_half_speed(), loaded];
+        if of_curves == ThrustUncertainty::default() && off_by == [0.0; 3] {
             return Ok(sum);
         }
         let Some(all) = problem.information_of_all(point) else { return Ok(sum) };

@@ -47,9 +47,10 @@ pub(super) fn doubts(
     all.extend(not_white(fit));
     all.extend(unsure_thrust(fit));
     all.extend(another_power(fit));
+    all.extend(loaded_thrust(fit));
     all.extend(early_thrust(fit));
     all.extend(thrusters::doubts(plant));
-    let [.., within_std, between_std] = fit.actuator_std;
+    let [.., within_std, between_std, _] = fit.actuator_std;
     all.extend(changing_thrust(&fit.actuator, [within_std, between_std]));
     all.extend(late(fit));
     all.extend(measured_elsewhere(fit));
@@ -135,6 +136,22 @@ fn another_power(fit: &CoupledFit) -> Option<Caveat> {
         Caveat::warning(CaveatCode::ThrustScale, message)
     })
 }
+
+/// Says that thrust falls while other thrusters push, so that its scale depends on the load at which curves
+/// are right.
+fn loaded_thrust(fit: &CoupledFit) -> Option<Caveat> {
+    let [.., std] = fit.actuator_std;
+    let change = 100.0 * fit.actuator.log_change_loaded.exp_m1();
+    std.filter(|_| change.abs() > LOADED_PERCENT).map(|_| {
+        let message = format!(
+            "thrust changes by {change:+.0} % while all thrusters push at full speed, as with a battery whose voltage falls under load; mass and drag are right if the curves hold for one thruster by itself; how far they are off if the curves hold at the mean load of the trials the intervals include; log propeller speeds, or the supply voltage"
+        );
+        Caveat::warning(CaveatCode::ThrustScale, message)
+    })
+}
+
+/// A loss of thrust under full load above this is a warning.
+const LOADED_PERCENT: f64 = 5.0;
 
 /// What another power of speed makes of thrust at half of full speed is told if it is more than this.
 const ANOTHER_POWER_PERCENT: f64 = 1.0;

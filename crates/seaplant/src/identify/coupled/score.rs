@@ -420,7 +420,9 @@ impl<'a> Standing<'a> {
             log_lag_ratio: ratio("lag_ratio").ln(),
             beyond_square: exponent.map_or(0.0, |exponent| exponent.value - 2.0),
             log_change_within: number("thrust_change_within").ln_1p(),
+            slew_s: number("slew"),
             log_change_between: number("thrust_change_between").ln_1p(),
+            log_change_loaded: number("thrust_change_loaded").ln_1p(),
             full_speed: ratio("full_speed"),
         };
         let report = VelocityReport {
