@@ -1,4 +1,4 @@
-//! Every error, by its message.
+//! Checks every error by its message.
 
 mod common;
 

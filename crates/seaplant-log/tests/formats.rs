@@ -1,11 +1,11 @@
-//! The shapes that text tables come in.
+//! Layouts of text tables.
 
 mod common;
 
 use common::{Sample, notes, options, read_text};
 use seaplant_log::{Dimension, Error, Log, ReadOptions, Unit, read, read_table};
 
-/// The values of `u` at their times.
+/// Returns the values of `u` with their times.
 fn u(log: &Log) -> Vec<(f64, f64)> {
     let u = log.channel("u").expect("the log has a column u");
     u.time_s().iter().copied().zip(u.values().iter().copied()).collect()
@@ -296,7 +296,7 @@ fn a_table_keeps_its_rows_and_lines() {
 
 #[test]
 fn rows_of_growing_length_are_all_read() {
-    // The first thousand rows are short, so that the file seems to have more than it has; then
+    // The first thousand rows are short, so that the file seems to have more rows than it has; then
     // the other way round.
     let short = |k: usize| format!("{k},1\n");
     let long = |k: usize| format!("{k}.{:040},1.{:0200}\n", 0, 0);
@@ -339,7 +339,8 @@ fn thousands_of_columns_are_all_read() {
     for row in 0..ROWS {
         text += &format!("{row}");
         for column in 0..COLUMNS {
-            // Each column lacks a value where others do not, so that few share their times.
+            // Each column lacks other values than its neighbours, so that few columns share their
+            // times.
             let missing = column % ROWS == row || column / ROWS == row;
             text += &if missing { ",".to_owned() } else { format!(",{}.5", row * column) };
         }
@@ -358,7 +359,7 @@ fn thousands_of_columns_are_all_read() {
 
 #[test]
 fn bytes_that_are_no_utf_8_spoil_no_more_than_their_cell() {
-    // Windows-1252: a degree sign, a micro sign; then a byte that the wire garbled.
+    // Windows-1252: a degree sign, a micro sign; then a corrupted byte.
     let text =
         b"t (s),heading (\xb0),T1 (\xb5s)\n0,10,1500\n1,1\x92,1510\n2,12,15\xff0\n3,13,1530\n";
     let log = read_text(text).unwrap();

@@ -1,4 +1,4 @@
-//! Every note, by its message and by what it says was done.
+//! Checks every note, by its message and by the action that it describes.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! Numbers that a text table does not state plainly: read right, or refused at their line.
+//! Ambiguous numbers in text tables: read correctly, or refused with their line.
 
 mod common;
 
@@ -126,7 +126,7 @@ fn thousands_that_nothing_tells_from_decimals_are_refused() {
           decimals or thousands; left out"
         ]
     );
-    // Where times are doubtful, nothing can be read.
+    // Where times are ambiguous, nothing can be read.
     assert_eq!(
         failure("t [s];u\n998;0.5\n999;0.6\n1.000;0.7\n1.001;0.8\n"),
         message(4, "t [s]", "1.000")

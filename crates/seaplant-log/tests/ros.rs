@@ -8,7 +8,7 @@ use common::{Sample, notes, without_folder};
 
 use seaplant_log::{Error, Log, ReadOptions, Stamp, read};
 
-/// Seconds since 1970 in a double, of a stamp and a receipt in nanoseconds.
+/// Resolution of seconds since 1970 in a double, for stamps and receipts in nanoseconds.
 const RESOLUTION_S: f64 = 2.5e-7;
 
 fn open(path: &std::path::Path) -> Log {
@@ -105,7 +105,7 @@ fn what_was_decided_and_left_out_is_told() {
     );
 }
 
-/// The messages of a topic that lie wholly before each byte of a file without chunks.
+/// Counts the messages of a topic that lie completely before each byte of a file without chunks.
 fn messages_before(bytes: &[u8], topic: &str) -> Vec<usize> {
     let number = |at: usize, size: usize| {
         bytes[at..at + size].iter().rev().fold(0, |n, &byte| n << 8 | usize::from(byte))
@@ -152,7 +152,7 @@ fn a_chunk_that_is_cut_gives_what_can_be_unpacked_of_it() {
         let bytes = std::fs::read(made.file(name)).unwrap();
         let whole = open(&made.file(name));
         let whole = whole.channel("/everything/f64").unwrap();
-        // The more is left, the more is read; the parts of the file are about equal.
+        // The longer the remaining file, the more is read; the parts of the file are about equal.
         for tenth in 3..9 {
             let sample = Sample::new("cut", &bytes[..bytes.len() * tenth / 10]);
             let log = open(sample.path());
@@ -191,7 +191,7 @@ fn damage_costs_what_it_hits() {
         assert!(channel.len() * 3 > whole.len(), "{name}: {}", channel.len());
         let told = notes(&log).iter().any(|note| note.contains("damaged, the first at byte"));
         assert!(told, "{name}: {:?}", notes(&log));
-        // What is there is right.
+        // The values present are right.
         for (time, value) in channel.time_s().iter().zip(channel.values()) {
             let at = whole.time_s().iter().position(|t| t == time).unwrap();
             assert_eq!(*value, whole.values()[at], "{name}");
@@ -222,7 +222,7 @@ fn a_bag_in_an_archive_is_read() {
     }
 }
 
-/// A file of one topic `/a`, each message received a second after the one before.
+/// Reads a file of one topic `/a` whose messages are one second apart.
 fn file(definition: &str, messages: &[&[u8]]) -> Result<Log, Error> {
     let mut file = McapFile::new();
     file.topic(0, "/a", "a/msg/A", definition);
@@ -236,7 +236,7 @@ fn file(definition: &str, messages: &[&[u8]]) -> Result<Log, Error> {
 const STAMPED: &str = "std_msgs/Header header\nuint8 a\n===\nMSG: std_msgs/Header\n\
                        builtin_interfaces/Time stamp\nstring frame_id\n";
 
-/// A stamped message, its frame unnamed.
+/// Encodes a stamped message without a frame name.
 fn stamped(s: u8, value: u8) -> Vec<u8> {
     [&[s, 0, 0, 0], &[0; 4][..], &[1, 0, 0, 0, 0, value]].concat()
 }
@@ -343,12 +343,12 @@ fn what_is_no_bag_is_refused() {
 
 #[test]
 fn negative_times_and_the_second_version_of_cdr_are_read() {
-    // A duration of -1 s and -5e8 ns, as ROS 1 writes it.
+    // A duration of -1 s and -5e8 ns, as ROS 1 encodes it.
     let mut file = McapFile::new();
     file.channel(0, "/a", "a/A", ("ros1msg", "duration d\n"), "ros1");
     let content = [(-1i32).to_le_bytes(), (-500_000_000i32).to_le_bytes()].concat();
     file.message(0, 1, &content);
-    // Doubles at multiples of four.
+    // Doubles are aligned to four bytes.
     file.topic(1, "/b", "b/msg/B", "uint32 n\nfloat64 x\n");
     let content = [&[0, 7, 0, 0][..], &[1, 0, 0, 0], &2.5f64.to_le_bytes()].concat();
     file.message(1, 1, &content);
