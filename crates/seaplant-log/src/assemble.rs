@@ -55,8 +55,8 @@ impl Assembly {
     /// Adds records: each column becomes a channel, sorted by time; of equal times the first is
     /// kept.
     ///
-    /// Where the clock goes back and stays behind, the records from there on are left out, with a
-    /// note: two sessions of one clock cannot be ordered.
+    /// Records after a backward step of the clock that persists are left out, with a note: two
+    /// sessions of one clock cannot be ordered.
     pub(crate) fn group(&mut self, mut group: Group) {
         for time in &mut group.time_s {
             *time += self.offset_s;
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn late_repeated_and_timeless_records_are_put_right_and_told_once() {
+    fn late_repeated_and_timeless_records_are_handled_and_reported_once() {
         let mut assembly = assembly();
         for name in ["a", "b"] {
             let column = column(name, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
@@ -385,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_leaps_ahead_is_told() {
+    fn a_clock_that_leaps_ahead_is_reported() {
         let mut assembly = assembly();
         assembly.group(group(&[0.0, 1.0, 1.7e9], vec![column("a", &[0.0, 1.0, 2.0])]));
         let log = assembly.log("test").unwrap();
@@ -398,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_channel_can_be_asked_for() {
+    fn fields_without_channel_can_be_requested() {
         let mut assembly = assembly();
         assembly.leave_out("image".to_owned(), "is a list of varying length");
         let (a, b) = (column("a", &[1.0, 2.0]), column("b", &[f64::NAN, f64::NAN]));

@@ -248,7 +248,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_told_apart_without_taking_one_that_exists() {
+    fn names_are_made_unique_without_using_an_existing_one() {
         let mut headings = ["u", "u.2", "u", "u"].map(Heading::parse);
         let mut notes = Vec::new();
         let names = headings.iter_mut().map(|h| (&mut h.column, &mut h.name));
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_missing() {
+    fn values_that_are_not_finite_are_missing() {
         let values = vec![1.0, f64::NAN, 3.0, f64::INFINITY];
         let samples = Samples::from_values(values);
         assert_eq!(samples.iter().collect::<Vec<_>>(), [(0, 1.0), (2, 3.0)]);

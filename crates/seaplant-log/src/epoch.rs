@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn size_tells_what_only_1970_can_explain() {
+    fn magnitude_determines_counts_from_1970() {
         assert_eq!(Epoch::of_time(1_700_000_000.0), Epoch::Unix);
         assert_eq!(Epoch::of_time(86_399.0), Epoch::Unstated);
         assert_eq!(unit_since_1970(&[1.7e12, 1.7e12 + 100.0]), Some((1e-3, "milliseconds")));

@@ -429,7 +429,7 @@ pub enum Error {
         option: &'static str,
         /// Its value.
         found: String,
-        /// What it must be.
+        /// The accepted values.
         expected: &'static str,
     },
 

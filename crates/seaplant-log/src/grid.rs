@@ -72,7 +72,7 @@ pub(crate) type ChooseTime<'a> = &'a mut dyn FnMut(&[Heading]) -> Result<Option<
 /// Reads a text table.
 ///
 /// # Errors
-/// Of the file: [`Error::Io`], [`Error::Binary`], [`Error::Empty`]. Of the table:
+/// For the file: [`Error::Io`], [`Error::Binary`], [`Error::Empty`]. For the table:
 /// [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`], [`Error::UnitsDiffer`],
 /// [`Error::SecondHeader`], [`Error::AmbiguousNumber`], [`Error::OpenQuote`],
 /// [`Error::TooFewRows`]; those of `choose_time`.

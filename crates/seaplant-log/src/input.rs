@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn newlines_are_told_by_the_last() {
+    fn newlines_are_determined_by_the_last() {
         assert_eq!(newline(b"a\r\nb\r\n"), Newline::CrLf);
         assert_eq!(newline(b"# a\nb\r\nc\r\n"), Newline::CrLf);
         assert_eq!(newline(b"a\rb"), Newline::Cr);

@@ -272,7 +272,7 @@ fn sample(text: &[u8], delimiter: Delimiter, newline: Newline) -> Vec<Row> {
 
 /// Returns the header with the most numbers below it, and its score.
 ///
-/// Of two equal ones, prefers one that is no comment, then the later, which is closer to the
+/// Prefers, of two equal ones, one that is no comment, then the later, which is closer to the
 /// numbers.
 fn header(rows: &[Row], delimiter: Delimiter) -> Option<(usize, usize)> {
     // With the wrong delimiter any text is one column, and "0,1" has a decimal comma.

@@ -23,12 +23,12 @@ use crate::{Error, Log, ReadOptions, bag_folder, format};
 /// values.
 ///
 /// # Errors
-/// Of the file: [`Error::Io`], [`Error::Directory`], [`Error::NotAFile`], [`Error::Binary`], [`Error::Empty`],
+/// For the file: [`Error::Io`], [`Error::Directory`], [`Error::NotAFile`], [`Error::Binary`], [`Error::Empty`],
 /// [`Error::Archive`], [`Error::TooMuch`], [`Error::Damaged`], [`Error::Unsupported`],
 /// [`Error::NoSheet`].
-/// Of the table: [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`],
+/// For the table: [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`],
 /// [`Error::UnitsDiffer`], [`Error::SecondHeader`], [`Error::AmbiguousNumber`],
-/// [`Error::OpenQuote`], [`Error::TooFewRows`]. Of time: [`Error::NoTime`], [`Error::NoChannel`]
+/// [`Error::OpenQuote`], [`Error::TooFewRows`]. For time: [`Error::NoTime`], [`Error::NoChannel`]
 /// for a column that `options` name, [`Error::TimeUnit`], [`Error::TimeNotReadable`],
 /// [`Error::TimeGoesBackwards`]. [`Error::Option`] for a rate or an offset that cannot be.
 ///

@@ -215,7 +215,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whole_seconds_are_joined_with_the_nanoseconds_beside_them() {
+    fn integer_seconds_are_joined_with_their_nanoseconds() {
         let of = |headers: &[&str]| {
             let headings: Vec<Heading> = headers.iter().map(|h| Heading::parse(h)).collect();
             let chosen = choose(None, &headings, Path::new("log.csv")).ok()?;
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn the_surest_name_is_taken_wherever_it_stands() {
+    fn the_most_certain_name_is_used_in_any_position() {
         assert_eq!(chosen(&["u", "stamp", "Time [ms]"]), Some((2, Some(1e-3))));
         assert_eq!(chosen(&["seconds", "t"]), Some((1, None)));
         assert_eq!(chosen(&["TimeUS", "Roll"]), Some((0, Some(1e-6))));

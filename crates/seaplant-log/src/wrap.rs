@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn each_cycle_is_told_by_both_its_ends() {
+    fn each_cycle_is_determined_by_both_its_ends() {
         let count = |full: f64, low: f64, step: f64| -> Vec<f64> {
             (-30..30).map(|k| low + (f64::from(k) * step + full).rem_euclid(full)).collect()
         };

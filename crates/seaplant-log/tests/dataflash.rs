@@ -61,7 +61,7 @@ fn later_starts_of_the_autopilot_follow_at_a_distance() {
 }
 
 #[test]
-fn a_log_that_is_cut_gives_what_precedes_the_cut() {
+fn a_truncated_log_gives_what_precedes_the_end() {
     let Some(made) = made("dataflash") else { return };
     let bytes = std::fs::read(made.file("starts.BIN")).unwrap();
     // FMT of itself and of ATT are 89 bytes each; an ATT record takes 13.
@@ -112,7 +112,7 @@ fn erased_memory_after_the_last_record_is_no_damage() {
 }
 
 #[test]
-fn what_cannot_be_read_is_told_and_the_rest_is_read() {
+fn unreadable_parts_are_reported_and_the_rest_is_read() {
     let Some(made) = made("dataflash") else { return };
     let log = open(&made.file("odd.BIN"));
     made.agrees("odd.BIN", &log, RESOLUTION_S);

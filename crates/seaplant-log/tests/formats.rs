@@ -14,7 +14,7 @@ fn u(log: &Log) -> Vec<(f64, f64)> {
 const EXPECTED: [(f64, f64); 3] = [(0.0, 1.5), (0.5, -2.0), (1.0, 1e-3)];
 
 #[test]
-fn delimiters_and_newlines_are_told_by_content() {
+fn delimiters_and_newlines_are_determined_by_content() {
     let cells = ["time [s]", "u [m/s]", "0", "1.5", "0.5", "-2", "1.0", "1e-3"];
     for delimiter in [",", ";", "\t", " ", "   ", " \t", ", "] {
         for newline in ["\n", "\r\n", "\r", "\n\n", "\r\n\r\n"] {
@@ -47,7 +47,7 @@ fn quoted_cells_and_outer_blanks_do_not_matter() {
 }
 
 #[test]
-fn what_stands_above_the_header_is_passed_over() {
+fn lines_above_the_header_are_skipped() {
     let rows = "time [s],u,v\n0,1.5,0\n0.5,-2,0\n1.0,1e-3,0\n";
     for preamble in [
         "# recorded in the pool, 3 people, fine weather\n",
@@ -269,7 +269,7 @@ fn a_source_carries_the_hash_of_its_bytes() {
 }
 
 #[test]
-fn a_namesake_with_values_goes_before_one_without() {
+fn a_namesake_with_values_is_preferred() {
     let full = Sample::new("a.csv", "time [s],u\n0,1\n1,2\n");
     let empty = Sample::new("b.csv", "time [s],v,u\n0,1,\n1,2,\n");
     let files = [&empty, &full].map(|s| (s.path().to_owned(), ReadOptions::default()));
@@ -384,7 +384,7 @@ fn bytes_that_are_no_utf_8_spoil_no_more_than_their_cell() {
 }
 
 #[test]
-fn garbled_bytes_in_the_rows_alone_are_told() {
+fn garbled_bytes_in_the_rows_alone_are_reported() {
     let log = read_text(b"t (s),u (m/s)\n0,1\n1,\x80\xc6\xfe\n2,3\n").unwrap();
     assert_eq!(log.channel("u").unwrap().values(), [1.0, 3.0]);
     assert_eq!(
@@ -395,7 +395,7 @@ fn garbled_bytes_in_the_rows_alone_are_told() {
 }
 
 #[test]
-fn whole_seconds_and_nanoseconds_of_two_columns_are_one_time() {
+fn integer_seconds_and_nanoseconds_of_two_columns_are_one_time() {
     let text = "header_stamp_secs,header_stamp_nsecs,u\n1700000000,5000000,1\n\
                 1700000000,950000000,2\n1700000001,0,3\n";
     let log = read_text(text).unwrap();

@@ -193,7 +193,7 @@ fn a_damaged_variable_costs_no_other() {
 }
 
 #[test]
-fn what_is_no_matlab_file_after_all_is_refused() {
+fn a_damaged_matlab_file_is_refused() {
     let sample = Sample::new("log.mat", [b"MATLAB 5.0 MAT-file".as_slice(), &[b' '; 109]].concat());
     assert_eq!(
         failure(sample.path()),
@@ -228,7 +228,7 @@ fn files_that_matlab_wrote_are_read_as_scipy_has_them() {
 }
 
 #[test]
-fn what_a_file_holds_in_place_of_numbers_is_told() {
+fn content_that_is_not_numeric_is_reported() {
     let Some(made) = made("matlab") else { return };
     assert_eq!(
         failure(&made.file("table.mat")),

@@ -30,7 +30,7 @@ fn tables_in_archives_are_read_as_python_wrote_them() {
 }
 
 #[test]
-fn an_archive_that_is_cut_gives_the_whole_lines_before_the_cut() {
+fn a_truncated_archive_gives_its_complete_lines() {
     let Some(made) = made("packed") else { return };
     let log = read(&made.file("cut.csv.gz"), &ReadOptions::default()).unwrap();
     made.agrees("cut.csv.gz", &log, 0.0);
@@ -42,7 +42,7 @@ fn an_archive_that_is_cut_gives_the_whole_lines_before_the_cut() {
 }
 
 #[test]
-fn a_wrong_checksum_is_told() {
+fn a_wrong_checksum_is_reported() {
     let Some(made) = made("packed") else { return };
     let log = read(&made.file("checksum.csv.gz"), &ReadOptions::default()).unwrap();
     made.agrees("checksum.csv.gz", &log, 0.0);

@@ -43,7 +43,7 @@ fn old_instruments_know_no_century() {
 }
 
 #[test]
-fn what_a_serial_port_gave_is_read_between_text_and_damage() {
+fn ensembles_are_read_between_text_and_damage() {
     let Some(made) = made("pd0") else { return };
     let log = open(&made.file("port.pd0"));
     made.agrees("port.pd0", &log, RESOLUTION_S);

@@ -64,7 +64,7 @@ fn times_of_receipt_are_had_by_choice() {
 }
 
 #[test]
-fn what_was_decided_and_left_out_is_told() {
+fn decisions_and_omissions_are_reported() {
     let Some(made) = made("ros") else { return };
     let log = open(&made.file("zstd.mcap"));
     assert_eq!(
@@ -146,7 +146,7 @@ fn a_file_that_is_cut_gives_all_messages_before_the_cut() {
 }
 
 #[test]
-fn a_chunk_that_is_cut_gives_what_can_be_unpacked_of_it() {
+fn a_truncated_chunk_gives_its_intact_part() {
     let Some(made) = made("ros") else { return };
     for name in ["plain.mcap", "zstd.mcap", "lz4.mcap", "plain.bag", "lz4.bag", "iron.db3"] {
         let bytes = std::fs::read(made.file(name)).unwrap();
@@ -167,7 +167,7 @@ fn a_chunk_that_is_cut_gives_what_can_be_unpacked_of_it() {
 }
 
 #[test]
-fn damage_costs_what_it_hits() {
+fn damage_costs_only_the_damaged_records() {
     let Some(made) = made("ros") else { return };
     for name in [
         "plain.mcap",
@@ -242,7 +242,7 @@ fn stamped(s: u8, value: u8) -> Vec<u8> {
 }
 
 #[test]
-fn stamps_that_nobody_set_give_way_to_receipt() {
+fn unset_stamps_are_replaced_by_receipt() {
     let log = file(STAMPED, &[&stamped(0, 5), &stamped(0, 6)]).unwrap();
     assert_eq!(log.channel("/a/a").unwrap().time_s(), [1.0, 2.0]);
     let clock = "a.mcap: times are those of receipt, seconds since the Unix epoch; no message has a \
@@ -255,7 +255,7 @@ fn stamps_that_nobody_set_give_way_to_receipt() {
 }
 
 #[test]
-fn clocks_that_differ_are_told() {
+fn clocks_that_differ_are_reported() {
     let log = file(STAMPED, &[&stamped(101, 5), &stamped(102, 6)]).unwrap();
     let clock = "a.mcap: times are header stamps, seconds since the Unix epoch; the first stamp of \"/a\" \
                  is 100.000 s after its receipt: the clocks differ, so take `stamp = \"receive\"` \
@@ -311,7 +311,7 @@ fn elements_that_change_names_are_left_out() {
 }
 
 #[test]
-fn what_is_no_bag_is_refused() {
+fn a_file_that_is_not_a_bag_is_refused() {
     let refused = |bytes: &[u8]| {
         let sample = Sample::new("a.log", bytes);
         let error = read(sample.path(), &ReadOptions::default()).unwrap_err();
@@ -385,7 +385,7 @@ fn chunks_that_swell_past_any_log_are_refused() {
 }
 
 #[test]
-fn a_write_ahead_log_beside_a_bag_is_told() {
+fn a_write_ahead_log_beside_a_bag_is_reported() {
     let Some(made) = made("ros") else { return };
     let sample = Sample::new("iron.db3", std::fs::read(made.file("iron.db3")).unwrap());
     std::fs::write(sample.folder().join("iron.db3-wal"), "frames").unwrap();

@@ -155,7 +155,7 @@ fn a_doppler_log_is_surveyed_by_ensembles() {
 }
 
 #[test]
-fn a_small_file_is_read_whole() {
+fn a_small_file_is_read_completely() {
     let Some(made) = made("survey") else { return };
     let path = made.file("log.csv");
     let survey = survey(&path, &ReadOptions::default(), Thoroughness::default()).unwrap();
@@ -200,7 +200,7 @@ fn table(row: impl Fn(usize) -> String) -> Sample {
 }
 
 #[test]
-fn a_table_with_cells_of_several_lines_is_read_whole() {
+fn a_table_with_cells_of_several_lines_is_read_completely() {
     let sample = table(|k| match k % 50 {
         0 => format!("{k},1.5,\"dive\n{k},9,9\"\n"),
         _ => format!("{k},1.5,\n"),
@@ -227,7 +227,7 @@ fn a_note_on_a_line_that_cannot_be_counted_names_none() {
 }
 
 #[test]
-fn a_clock_that_steps_between_parts_has_the_whole_read() {
+fn a_clock_that_steps_between_parts_is_read_completely() {
     let sample = table(|k| format!("{},1.5,3\n", if k < 20_000 { k } else { k - 8_000 }));
     let error = survey(sample.path(), &ReadOptions::default(), HOW).unwrap_err();
     let whole = read(sample.path(), &ReadOptions::default()).unwrap_err();
@@ -235,7 +235,7 @@ fn a_clock_that_steps_between_parts_has_the_whole_read() {
 }
 
 #[test]
-fn damage_in_a_part_has_the_whole_read() {
+fn damage_in_a_part_causes_a_complete_reading() {
     let Some(made) = made("survey") else { return };
     for name in ["log.BIN", "log.mcap", "log.bag"] {
         let mut bytes = std::fs::read(made.file(name)).unwrap();

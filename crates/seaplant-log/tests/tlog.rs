@@ -51,7 +51,7 @@ fn every_message_of_either_version_is_read_as_pymavlink_reads_it() {
 }
 
 #[test]
-fn senders_and_instances_are_told_apart() {
+fn senders_and_instances_are_distinguished() {
     let Some(made) = made("tlog") else { return };
     let log = open(&made.file("senders.tlog"), Stamp::Receive);
     for column in [
@@ -96,7 +96,7 @@ fn messages_that_are_not_known_are_counted() {
 }
 
 #[test]
-fn a_log_that_is_cut_gives_what_precedes_the_cut() {
+fn a_truncated_log_gives_what_precedes_the_end() {
     let Some(made) = made("tlog") else { return };
     let bytes = std::fs::read(made.file("private.tlog")).unwrap();
     // A frame of HEARTBEAT takes 29 bytes, and an unknown one 23.

@@ -38,7 +38,7 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
 /// Reads a Parquet file.
 ///
 /// # Errors
-/// Those of [`grid`]; of time: see [`tabular::read`].
+/// Those of [`grid`]; for time: see [`tabular::read`].
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
     let path = content.path().to_owned();
     tabular::read(&path, options, |choose_time| grid(content, choose_time))

@@ -12,7 +12,7 @@ pub(crate) fn framing(head: &[u8]) -> Option<Framing> {
 /// Reads a text table.
 ///
 /// # Errors
-/// Of the table: see [`grid::read`]; of time: see [`tabular::read`].
+/// For the table: see [`grid::read`]; for time: see [`tabular::read`].
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
     let path = content.path().to_owned();
     tabular::read(&path, options, |choose_time| grid::read(content, choose_time))

@@ -394,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn days_are_told_from_seconds() {
+    fn days_are_distinguished_from_seconds() {
         // 31 July 2020, ten a second; nine days of uptime, ten a second.
         let every = |start: f64, step: f64| (0..9).map(|k| start + step * f64::from(k)).collect();
         let days: Vec<f64> = every(738_003.5, 0.1 / DAY_S);

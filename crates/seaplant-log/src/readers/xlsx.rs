@@ -31,7 +31,7 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
 /// Reads a sheet of a workbook: the one named in `options`, else the first.
 ///
 /// # Errors
-/// Those of [`grid`]; of time: see [`tabular::read`].
+/// Those of [`grid`]; for time: see [`tabular::read`].
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
     let path = content.path().to_owned();
     let sheet = options.sheet.as_deref();

@@ -54,7 +54,7 @@ fn every_reader_has_a_corpus() {
 }
 
 #[test]
-fn every_reader_stands_its_corpus() {
+fn every_reader_handles_its_corpus() {
     // Archives, zeros at the end of a frame and constant columns take less than a byte per sample.
     let limits = Limits { samples_per_byte: 100.0, ..Limits::default() };
     for (reader, format) in READERS {

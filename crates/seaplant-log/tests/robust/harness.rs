@@ -16,7 +16,7 @@ use crate::checks::channels_are_sound;
 /// Number of damaged copies of each seed file.
 const ROUNDS: u64 = 2000;
 
-/// Of this many damaged files one is also surveyed.
+/// Number of damaged files per survey.
 const SURVEY_EVERY: u64 = 3;
 
 /// Limits of a reader's resources.

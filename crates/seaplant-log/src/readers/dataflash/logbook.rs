@@ -242,7 +242,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn satellite_time_is_utc_less_its_leap_seconds_and_whole_rollovers() {
+    fn satellite_time_is_utc_less_leap_seconds_and_rollovers() {
         let utc = |week, of_week_s: f64| {
             jiff::Timestamp::from_second(satellite_utc_s(week, of_week_s) as i64)
                 .map(|instant| instant.to_string())

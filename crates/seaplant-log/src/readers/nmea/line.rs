@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn sentences_are_found_wherever_they_stand() {
+    fn sentences_are_found_anywhere_in_a_line() {
         // As sent by a Phins.
         let line = "12:00:01 $PIXSE,ATITUD,-1.641,-0.490*6D$HEHDT,116.581,T*25 $HEHDT,116.5";
         assert_eq!(

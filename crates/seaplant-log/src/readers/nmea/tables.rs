@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_sentence_calls_invalid_is_missing() {
+    fn fields_marked_invalid_are_missing() {
         assert_eq!(values("GPROT,35.6,V"), []);
         assert_eq!(values("GPROT,-36.0,A"), named(&[("GP-ROT.rate_of_turn", -0.6)]));
         assert_eq!(values("HETHS,77.5,V"), []);

@@ -189,7 +189,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fields_constants_comments_and_nested_types_are_told_apart() {
+    fn fields_constants_comments_and_nested_types_are_distinguished() {
         let text = "# a thing\nuint8 KIND=3 # three\nstring TAG= a # b\nstd_msgs/Header header\n\
                     float64[3]   a # three\nThing[<=4] things\nstring<=8[] names\nint32 n 5\n\
                     ================\nMSG: my_msgs/msg/Thing\nbyte b\ntime t\n";
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_definition_is_refused() {
+    fn an_invalid_definition_is_refused() {
         for text in ["float64", "float64[x] a", "float64 = 3", "<xml/>"] {
             assert!(Definitions::parse("a/B", text, Dialect::Ros2).is_none(), "{text}");
         }
