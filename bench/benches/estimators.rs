@@ -102,7 +102,8 @@ fn filter_error_of_a_trial(c: &mut Criterion) {
     }
 }
 
-/// Two trials of 450 s of a work-class vehicle, driven freely: a DVL at 10 Hz, a gyro at 50 Hz or at 10 Hz.
+/// Times two trials of 450 s of a work-class vehicle, driven freely: a DVL at 10 Hz, a gyroscope at
+/// 50 Hz or at 10 Hz.
 fn filter_error_of_several_axes(c: &mut Criterion) {
     let vehicle = "published:rexrov";
     let table = read_plant_file(Path::new(vehicle)).expect("a table").expect("a plant");

@@ -424,7 +424,8 @@ fn check_names<'a>(path: &Path, names: impl Iterator<Item = &'a str>) -> Result<
     Ok(())
 }
 
-/// `has_plant` is true if trials also serve a `[[plant]]`, so that they need no axis of their own.
+/// Checks a trial's entry; `has_plant` is true if trials also serve a `[[plant]]`, so that they
+/// need no axis of their own.
 fn check_trial(path: &Path, trial: &TrialEntry, has_plant: bool) -> Result<(), Error> {
     let refuse = |reason: &str| Err(Error::value(path, format!("trial `{}`", trial.name), reason));
     if trial.dof.is_empty() && !has_plant {

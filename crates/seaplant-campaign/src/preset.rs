@@ -112,7 +112,7 @@ const POINT_US: f64 = 20.0;
 /// Standard deviation of a preset curve's strength, as a fraction of thrust.
 pub(crate) const PRESET_STD: f64 = 0.05;
 
-/// Thrust over full thrust, 0 to 1, at a distance from stop.
+/// Returns thrust over full thrust, 0 to 1, at a distance from stop.
 fn t200_part(distance_us: f64) -> f64 {
     ((distance_us - DEADBAND_US).max(0.0) / (FULL_US - DEADBAND_US)).powf(T200_POWER)
 }

@@ -125,10 +125,10 @@ impl Loop {
         std::f64::consts::PI / self.period_s
     }
 
-    /// |L| and its phase in degrees at frequencies, which ascend to at most half of the sampling rate.
+    /// Returns |L| and its phase in degrees at frequencies, which ascend to at most half of the
+    /// sampling rate.
     ///
-    /// Computes gain and phase; the phase is continuous over frequency, and begins between −270°
-    /// and 90°.
+    /// Phase is continuous over frequency, and begins between −270° and 90°.
     pub(crate) fn bode(&self, frequency_hz: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let discrete = Discrete::new(*self);
         let mut before: Option<(Complex<f64>, f64)> = None;

@@ -172,7 +172,7 @@ fn unquoted(text: &str) -> &str {
     &text[pairs..text.len() - pairs]
 }
 
-/// `1,5`, `-,5e-3`: one comma, digits after it, no point.
+/// Parses `1,5`, `-,5e-3`: one comma, digits after it, no point.
 fn comma_number(text: &str) -> Option<f64> {
     let (whole, rest) = text.split_once(',')?;
     if text.contains('.') || !rest.starts_with(|c: char| c.is_ascii_digit()) {

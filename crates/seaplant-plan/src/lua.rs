@@ -210,7 +210,7 @@ mod tests {
         SRV_Channels = { set_output_pwm_chan_timeout = function(_, channel, pwm) done.outputs[channel + 1] = pwm end }
     ";
 
-    /// Six axes and eight thrusters, planned for one draw.
+    /// Plans six axes and eight thrusters, for one draw.
     fn planned() -> (Prior, Plan, Limits) {
         let path = "published:bluerov2-heavy-von-benzon-2022".as_ref();
         let file = seaplant_campaign::read_plant_file(path).expect("read").expect("a table");

@@ -94,7 +94,7 @@ fn claim_of(quantity: Quantity, strength: u8, why: &str) -> Claim {
     Claim { quantity, strength, unit: None, negate: false, why: why.to_owned(), doubt: None }
 }
 
-/// Roll about x is the same in both frames; pitch and yaw are reversed.
+/// Returns the angle: roll about x is the same in both frames; pitch and yaw are reversed.
 fn attitude(field: &Field<'_>, angle: &str) -> Result<Claim, String> {
     let quantity = match angle {
         "roll" => Attitude::Roll,
