@@ -379,7 +379,7 @@ fn check_trials(path: &Path, trials: &[TrialEntry], has_plant: bool) -> Result<(
     Ok(())
 }
 
-/// Moves plants of one axis to `dof` of the trials that name no axis of their own.
+/// Turns plants of one axis into `dof` of the trials that name no axis of their own.
 ///
 /// # Errors
 /// As [`plans`]; [`Error::Value`] if a plant has no trial, since each names other axes.
